@@ -1,0 +1,3 @@
+//! `run-experiment`: arguments to exit code, nothing else.
+
+fn main() {}

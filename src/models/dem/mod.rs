@@ -1,0 +1,1 @@
+//! Spring–dashpot discs in a box.

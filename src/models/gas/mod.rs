@@ -1,0 +1,1 @@
+//! Point particles in a circular container.

@@ -1,0 +1,1 @@
+//! The Earth around the Sun.

@@ -1,0 +1,138 @@
+//! Where discs stand at the start: random sequential addition and lattices in a rectangle.
+
+use crate::random::Generator;
+
+/// The rectangle that discs are placed in, walls at its edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    /// Lower left corner.
+    pub min: [f64; 2],
+    /// Upper right corner.
+    pub max: [f64; 2],
+}
+
+/// Random sequential addition came to its end before all discs stood.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Jammed {
+    /// Discs that stood.
+    pub placed: usize,
+}
+
+/// Trials a disc before random sequential addition gives up.
+const TRIALS_PER_DISC: u32 = 2_000_000;
+
+/// Places discs one after the other, each uniformly at random among all positions, drawn again while it overlaps another
+/// disc (random sequential addition, Feder 1980). Returns the centres in the order of `radii`. Touching is no overlap.
+///
+/// # Errors
+/// [`Jammed`] where a disc found no place in 2,000,000 trials.
+pub fn random_sequential_addition(
+    rectangle: Rectangle,
+    radii: &[f64],
+    generator: &mut Generator,
+) -> Result<Vec<[f64; 2]>, Jammed> {
+    let mut largest = 0.0;
+    for &radius in radii {
+        largest = if radius > largest { radius } else { largest };
+    }
+    let mut cells = Cells::new(rectangle, 2.0 * largest, radii.len());
+    let mut centres: Vec<[f64; 2]> = Vec::with_capacity(radii.len());
+    for (index, &radius) in radii.iter().enumerate() {
+        let low = [rectangle.min[0] + radius, rectangle.min[1] + radius];
+        let high = [rectangle.max[0] - radius, rectangle.max[1] - radius];
+        if low[0] > high[0] || low[1] > high[1] {
+            return Err(Jammed { placed: index });
+        }
+        let place = (0..TRIALS_PER_DISC).find_map(|_| {
+            let trial =
+                [generator.uniform_in(low[0], high[0]), generator.uniform_in(low[1], high[1])];
+            cells.is_free(trial, radius, &centres, radii).then_some(trial)
+        });
+        let Some(centre) = place else { return Err(Jammed { placed: index }) };
+        cells.insert(centre, index);
+        centres.push(centre);
+    }
+    Ok(centres)
+}
+
+/// The first `count` sites of a square lattice that fills the rectangle evenly from below, row by row, for discs of one
+/// radius; `None` where they do not fit without overlap.
+#[must_use]
+pub fn square_lattice(rectangle: Rectangle, radius: f64, count: usize) -> Option<Vec<[f64; 2]>> {
+    let sides = [rectangle.max[0] - rectangle.min[0], rectangle.max[1] - rectangle.min[1]];
+    let most = [(sides[0] / (2.0 * radius)) as usize, (sides[1] / (2.0 * radius)) as usize];
+    if most[0].saturating_mul(most[1]) < count || count == 0 {
+        return None;
+    }
+    let wanted = (count as f64 * sides[0] / sides[1]).sqrt().ceil() as usize;
+    let columns = wanted.max(count.div_ceil(most[1])).min(most[0]);
+    let rows = count.div_ceil(columns);
+    let pitch = [sides[0] / columns as f64, sides[1] / rows as f64];
+    Some(
+        (0..count)
+            .map(|site| {
+                let (row, column) = (site / columns, site % columns);
+                [
+                    rectangle.min[0] + (column as f64 + 0.5) * pitch[0],
+                    rectangle.min[1] + (row as f64 + 0.5) * pitch[1],
+                ]
+            })
+            .collect(),
+    )
+}
+
+/// A grid whose cells are at least as wide as the largest distance of interest: neighbours stand in the 3 x 3 block.
+struct Cells {
+    origin: [f64; 2],
+    side: [f64; 2],
+    count: [usize; 2],
+    members: Vec<Vec<u32>>,
+}
+
+impl Cells {
+    fn new(rectangle: Rectangle, reach: f64, particles: usize) -> Self {
+        // More cells than particles would only cost memory.
+        let most = ((particles as f64).sqrt() as usize + 1) * 2;
+        let along = |axis: usize| {
+            let length = rectangle.max[axis] - rectangle.min[axis];
+            ((length / reach) as usize).clamp(1, most)
+        };
+        let count = [along(0), along(1)];
+        let side = [
+            (rectangle.max[0] - rectangle.min[0]) / count[0] as f64,
+            (rectangle.max[1] - rectangle.min[1]) / count[1] as f64,
+        ];
+        Self { origin: rectangle.min, side, count, members: vec![Vec::new(); count[0] * count[1]] }
+    }
+
+    fn cell(&self, point: [f64; 2]) -> [usize; 2] {
+        let along = |axis: usize| {
+            (((point[axis] - self.origin[axis]) / self.side[axis]) as usize)
+                .min(self.count[axis] - 1)
+        };
+        [along(0), along(1)]
+    }
+
+    fn insert(&mut self, centre: [f64; 2], index: usize) {
+        let [column, row] = self.cell(centre);
+        self.members[row * self.count[0] + column].push(index as u32);
+    }
+
+    fn is_free(&self, trial: [f64; 2], radius: f64, centres: &[[f64; 2]], radii: &[f64]) -> bool {
+        let [column, row] = self.cell(trial);
+        let columns = column.saturating_sub(1)..(column + 2).min(self.count[0]);
+        for row in row.saturating_sub(1)..(row + 2).min(self.count[1]) {
+            for column in columns.clone() {
+                for &other in &self.members[row * self.count[0] + column] {
+                    let centre = centres[other as usize];
+                    let apart = [trial[0] - centre[0], trial[1] - centre[1]];
+                    let reach = radius + radii[other as usize];
+                    if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
+                        return false;
+                    }
+                }
+            }
+        }
+        true
+    }
+}

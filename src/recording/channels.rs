@@ -1,0 +1,317 @@
+//! Every message of ours: its topic, its schema, its fields with their units. Writer, reader, schema and
+//! documentation follow from this file. Tags are never reused: a changed meaning takes a new tag and a new [`SCHEMA_VERSION`].
+
+use prost::Message;
+
+/// Version of the recording's layout; part of the content key.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Topic of the exact state of all particles.
+pub const STATE: &str = "/state";
+/// Topic of the discs drawn to scale.
+pub const DISCS: &str = "/discs";
+/// Topic of the container, written once.
+pub const WALLS: &str = "/walls";
+/// Topic of the colour bar, written once.
+pub const LEGEND: &str = "/legend";
+/// Topic of the velocity arrows.
+pub const VELOCITY: &str = "/velocity";
+/// Topic of the force chains.
+pub const CONTACTS: &str = "/contacts";
+/// Topic of the path so far.
+pub const TRAIL: &str = "/trail";
+/// Topic of what happened and when.
+pub const LOG: &str = "/log";
+
+/// One field of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// Name, its unit last.
+    pub name: &'static str,
+    /// Protobuf type, `, repeated` behind it for a series.
+    pub kind: &'static str,
+    /// Protobuf tag.
+    pub tag: &'static str,
+}
+
+/// A message with a fixed topic and schema.
+pub trait Channel: Message + Default + 'static {
+    /// The topic, with its leading slash.
+    const TOPIC: &'static str;
+    /// The schema's full name.
+    const SCHEMA: &'static str;
+    /// The fields, in tag order.
+    const FIELDS: &'static [Field];
+}
+
+/// A channel as a model declares it, without its Rust type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChannelDeclaration {
+    /// The topic, with its leading slash.
+    pub topic: &'static str,
+    /// The schema's full name.
+    pub schema: &'static str,
+    /// The fields, in tag order.
+    pub fields: &'static [Field],
+    /// Recorded only when the manifest names it.
+    pub opt_in: bool,
+}
+
+impl ChannelDeclaration {
+    /// A channel that is recorded unless the manifest leaves it out.
+    #[must_use]
+    pub const fn of<C: Channel>() -> Self {
+        Self { topic: C::TOPIC, schema: C::SCHEMA, fields: C::FIELDS, opt_in: false }
+    }
+
+    /// A channel that is recorded only when the manifest names it.
+    #[must_use]
+    pub const fn opt_in<C: Channel>() -> Self {
+        Self { opt_in: true, ..Self::of::<C>() }
+    }
+}
+
+macro_rules! channels {
+    ($($(#[$doc:meta])* $name:ident on $topic:literal {
+        $($(#[$field_doc:meta])* $field:ident: $type:ty [$($kind:tt)+] = $tag:tt,)+
+    })+) => {
+        $(
+            $(#[$doc])*
+            #[derive(Clone, PartialEq, prost::Message)]
+            pub struct $name {
+                $($(#[$field_doc])* #[prost($($kind)+, tag = $tag)] pub $field: $type,)+
+            }
+
+            impl Channel for $name {
+                const TOPIC: &'static str = $topic;
+                const SCHEMA: &'static str = concat!("kinetoscope.", stringify!($name));
+                const FIELDS: &'static [Field] = &[
+                    $(Field { name: stringify!($field), kind: stringify!($($kind)+), tag: $tag },)+
+                ];
+            }
+        )+
+
+        /// Every channel of ours, in the order of this file.
+        pub const ALL: &[ChannelDeclaration] = &[$(ChannelDeclaration::of::<$name>(),)+];
+    };
+}
+
+channels! {
+    /// The clock of a frame: other messages join on `log_time`.
+    FrameClock on "/frame" {
+        /// Index of the frame, 0 at the start.
+        frame: u64 [uint64] = "1",
+        /// Steps or events done so far.
+        step_or_event_count: u64 [uint64] = "2",
+        /// Simulated time in `time_unit`.
+        time: f64 [double] = "3",
+        /// "s", "d", or "" for a dimensionless model.
+        time_unit: String [string] = "4",
+    }
+
+    /// DEM: where the energy is. kinetic + gravitational + elastic + dissipated - wall_work = total at the start + residual.
+    DemEnergy on "/energy" {
+        /// Sum of m v^2 / 2, from the velocity at the positions' time, J.
+        kinetic_j: f64 [double] = "1",
+        /// Sum of -m g . x, J; zero at the origin.
+        gravitational_j: f64 [double] = "2",
+        /// Sum of k delta^2 / 2 over contacts, J.
+        elastic_j: f64 [double] = "3",
+        /// Energy taken by the dashpots since the start, J.
+        dissipated_j: f64 [double] = "4",
+        /// Work done by the walls on the discs since the start, J; 0 for walls at rest.
+        wall_work_j: f64 [double] = "5",
+        /// kinetic + gravitational + elastic, J.
+        total_j: f64 [double] = "6",
+        /// total + dissipated - wall work - total at the start: the integrator's error, J.
+        residual_j: f64 [double] = "7",
+    }
+
+    /// DEM: the ledger as shares of the energy at the start, for plots.
+    DemEnergyShare on "/energy_share" {
+        /// Per cent of the energy at the start.
+        kinetic_percent: f64 [double] = "1",
+        /// Per cent of the energy at the start.
+        gravitational_percent: f64 [double] = "2",
+        /// Per cent of the energy at the start.
+        elastic_percent: f64 [double] = "3",
+        /// Per cent of the energy at the start.
+        dissipated_percent: f64 [double] = "4",
+        /// Parts per million of the energy at the start.
+        residual_ppm: f64 [double] = "5",
+    }
+
+    /// DEM: contacts now, and the deepest since the last frame.
+    DemContacts on "/contact_count" {
+        /// Touching pairs of discs.
+        pair_contacts: u64 [uint64] = "1",
+        /// Touching pairs of disc and wall.
+        wall_contacts: u64 [uint64] = "2",
+        /// Mean number of contacts a disc.
+        coordination_number: f64 [double] = "3",
+        /// Largest overlap since the last frame, over the smaller radius of the pair.
+        largest_overlap_over_radius: f64 [double] = "4",
+    }
+
+    /// DEM: fluctuation of the velocities about their mean.
+    DemTemperature on "/temperature" {
+        /// Half of the mean square of v - <v>, m^2/s^2.
+        granular_temperature_m2_per_s2: f64 [double] = "1",
+        /// Square root of the granular temperature, m/s.
+        thermal_speed_m_per_s: f64 [double] = "2",
+    }
+
+    /// Gas: pressure of the wall, measured and by formula, N/m.
+    GasPressure on "/pressure" {
+        /// Normal impulse on the wall since the last frame over perimeter and time; 0 in frame 0.
+        measured_n_per_m: f64 [double] = "1",
+        /// The same since the start.
+        measured_since_start_n_per_m: f64 [double] = "2",
+        /// Formula (12) of the source document: N m <v>^2 / (2A).
+        mean_speed_formula_n_per_m: f64 [double] = "3",
+        /// N m <v^2> / (2A).
+        mean_square_formula_n_per_m: f64 [double] = "4",
+        /// Ideal gas law N k_B T / A with the temperature by the definition in use.
+        ideal_gas_n_per_m: f64 [double] = "5",
+        /// Measured since the start over the mean-square formula; 0 in frame 0.
+        pressure_over_ideal: f64 [double] = "6",
+        /// Normal impulse on the wall since the last frame, N s.
+        wall_impulse_n_s: f64 [double] = "7",
+        /// Time since the last frame, s.
+        window_s: f64 [double] = "8",
+    }
+
+    /// Gas: temperature by both definitions, and the moments of the speed.
+    GasTemperature on "/temperature" {
+        /// m <v>^2 / (2 k_B), K: the source document's equation (13).
+        mean_speed_temperature_k: f64 [double] = "1",
+        /// m <v^2> / (2 k_B), K.
+        mean_square_temperature_k: f64 [double] = "2",
+        /// Mean of |v|, m/s.
+        mean_speed_m_per_s: f64 [double] = "3",
+        /// |mean of v|, m/s: near zero, and not the mean speed.
+        mean_velocity_m_per_s: f64 [double] = "4",
+        /// Square root of the mean of v^2, m/s.
+        rms_speed_m_per_s: f64 [double] = "5",
+    }
+
+    /// Gas: what a run conserves.
+    GasInvariants on "/energy" {
+        /// Sum of m v^2 / 2, J.
+        kinetic_j: f64 [double] = "1",
+        /// Sum of m (x vy - y vx) about the centre, J s.
+        angular_momentum_j_s: f64 [double] = "2",
+        /// Largest relative change of one particle's speed since the start.
+        largest_speed_change_relative: f64 [double] = "3",
+        /// Largest change of one particle's angular momentum since the start, over m r v of that particle.
+        largest_angular_momentum_change_relative: f64 [double] = "4",
+        /// Particles outside the wall.
+        particles_outside: u64 [uint64] = "5",
+    }
+
+    /// Gas: hits of the wall.
+    GasCollisions on "/collisions" {
+        /// Hits since the start.
+        wall: u64 [uint64] = "1",
+        /// Hits since the last frame.
+        wall_since_last_frame: u64 [uint64] = "2",
+    }
+
+    /// Gas: histogram of the speeds beside the law that they were drawn from and Maxwell's.
+    GasSpeeds on "/speeds" {
+        /// Centres of the bins, m/s.
+        speed_m_per_s: Vec<f64> [double, repeated] = "1",
+        /// Measured density, s/m.
+        density: Vec<f64> [double, repeated] = "2",
+        /// Density of the speeds' own law at the start, s/m; 0 where that law is a single speed.
+        initial_law: Vec<f64> [double, repeated] = "3",
+        /// Maxwell's density at the same mean square, s/m.
+        maxwell: Vec<f64> [double, repeated] = "4",
+    }
+
+    /// Packing: moments of the velocities.
+    PackingTemperature on "/temperature" {
+        /// <v^2>: the source document's temperature.
+        temperature: f64 [double] = "1",
+        /// <v^2> / 2 = k_B T / m: the physical one.
+        kinetic_temperature: f64 [double] = "2",
+        /// <v^4> / (2 <v^2>^2) - 1: 0 for a Maxwell distribution.
+        a2: f64 [double] = "3",
+        /// <v^2> over its value at the start.
+        temperature_over_initial: f64 [double] = "4",
+        /// Sum of v^2 / 2.
+        kinetic_energy: f64 [double] = "5",
+    }
+
+    /// Packing: collisions.
+    PackingCollisions on "/collisions" {
+        /// Pair collisions since the start.
+        pair: u64 [uint64] = "1",
+        /// Wall collisions since the start.
+        wall: u64 [uint64] = "2",
+        /// Pair collisions a disc (2 pair / n) and unit of time since the start; 0 at time 0.
+        pair_rate_per_disc: f64 [double] = "3",
+        /// Wall collisions a disc and unit of time since the start; 0 at time 0.
+        wall_rate_per_disc: f64 [double] = "4",
+    }
+
+    /// Packing: pressure since the start; 0 at time 0.
+    PackingPressure on "/pressure" {
+        /// By the collision virial: [sum of v^2 averaged over time + virial rate] / (2A).
+        virial: f64 [double] = "1",
+        /// Normal impulse on the walls over perimeter of the centres' rectangle and time.
+        wall: f64 [double] = "2",
+        /// P A / (N kT) by the virial, T averaged over time.
+        compressibility_factor: f64 [double] = "3",
+        /// Time integral of the kinetic energy since the start.
+        kinetic_energy_time_integral: f64 [double] = "4",
+        /// Sum over pair collisions of the distance times the normal impulse, since the start.
+        collision_virial: f64 [double] = "5",
+        /// Normal impulse on all walls since the start.
+        wall_impulse: f64 [double] = "6",
+    }
+
+    /// Packing: one entry a collision since the last frame, columns of equal length.
+    PerCollision on "/per_collision" {
+        /// Number of the event, pair or wall, from 1; the entry with number 0 is the start.
+        event: Vec<u64> [uint64, repeated] = "1",
+        /// Time of the event.
+        time: Vec<f64> [double, repeated] = "2",
+        /// <v^2> after it.
+        temperature: Vec<f64> [double, repeated] = "3",
+        /// a2 after it.
+        a2: Vec<f64> [double, repeated] = "4",
+    }
+
+    /// Orbit: energy of a unit mass, AU^2/day^2, and how far it went from the start.
+    OrbitEnergy on "/energy" {
+        /// v^2 / 2.
+        kinetic_au2_per_day2: f64 [double] = "1",
+        /// -GM / r.
+        potential_au2_per_day2: f64 [double] = "2",
+        /// kinetic + potential.
+        total_au2_per_day2: f64 [double] = "3",
+        /// (total - total at the start) / |total at the start|, parts per million.
+        drift_ppm: f64 [double] = "4",
+    }
+
+    /// Orbit: elements and errors against the exact solution.
+    OrbitElements on "/orbit" {
+        /// Distance from the Sun, AU.
+        radius_au: f64 [double] = "1",
+        /// Osculating semi-major axis, AU.
+        semi_major_axis_au: f64 [double] = "2",
+        /// Osculating eccentricity.
+        eccentricity: f64 [double] = "3",
+        /// |r x v|, AU^2/day.
+        angular_momentum_au2_per_day: f64 [double] = "4",
+        /// Change of |r x v| since the start over its value there, parts per million.
+        angular_momentum_drift_ppm: f64 [double] = "5",
+        /// Distance from the exact Kepler position at the same time, AU.
+        position_error_au: f64 [double] = "6",
+        /// Angle about the Sun in the plane of the start, unwrapped, minus the exact one, rad.
+        phase_error_rad: f64 [double] = "7",
+        /// Revolutions done, by the unwrapped angle.
+        revolutions: f64 [double] = "8",
+    }
+}

@@ -1,0 +1,128 @@
+//! The messages of one instant, in memory: all that physics sees of recording.
+
+use crate::channels::Channel;
+
+/// One column of the state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StateColumn {
+    /// Name as it stands in the recording, such as `vx`.
+    pub name: &'static str,
+    /// Unit, such as "m/s"; empty for dimensionless.
+    pub unit: &'static str,
+}
+
+/// How grave a line of the log is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// A fact.
+    Info,
+    /// Something that the user should look at.
+    Warning,
+    /// The run can't be trusted or can't go on.
+    Error,
+}
+
+/// A line of the log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LogLine {
+    /// How grave it is.
+    pub level: Level,
+    /// One line, facts with units.
+    pub text: String,
+}
+
+/// A contact force, drawn as a line between two points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactLine {
+    /// One end, in the state's length unit.
+    pub from: [f64; 2],
+    /// The other end.
+    pub to: [f64; 2],
+    /// Normal force, in the unit of `Scenery::force_range_top`.
+    pub force: f64,
+}
+
+/// One encoded message of a channel of ours.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EncodedMessage {
+    /// Its topic.
+    pub topic: &'static str,
+    /// Its protobuf bytes.
+    pub payload: Vec<u8>,
+}
+
+/// The messages of one instant. A model fills it, the recorder writes it; it is reused from frame to frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frame {
+    state: Vec<f64>,
+    messages: Vec<EncodedMessage>,
+    contacts: Vec<ContactLine>,
+    log: Vec<LogLine>,
+}
+
+impl Frame {
+    /// An empty frame.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Empties the frame; its memory is kept.
+    pub fn clear(&mut self) {
+        self.state.clear();
+        self.messages.clear();
+        self.contacts.clear();
+        self.log.clear();
+    }
+
+    /// Adds one particle's row, one value for each declared column; rows come in the order of the particles' ids.
+    pub fn push_state(&mut self, row: &[f64]) {
+        self.state.extend_from_slice(row);
+    }
+
+    /// Adds a message; at most one a topic and frame.
+    pub fn push<C: Channel>(&mut self, message: &C) {
+        self.messages.push(EncodedMessage { topic: C::TOPIC, payload: message.encode_to_vec() });
+    }
+
+    /// Adds a contact force to the drawing.
+    pub fn push_contact(&mut self, contact: ContactLine) {
+        self.contacts.push(contact);
+    }
+
+    /// Adds a line to the log.
+    pub fn log(&mut self, level: Level, text: impl Into<String>) {
+        self.log.push(LogLine { level, text: text.into() });
+    }
+
+    /// The state, row by row.
+    #[must_use]
+    pub fn state(&self) -> &[f64] {
+        &self.state
+    }
+
+    /// The messages, in the order in which they were added.
+    #[must_use]
+    pub fn messages(&self) -> &[EncodedMessage] {
+        &self.messages
+    }
+
+    /// The message of one channel, decoded; `None` if it was not added.
+    #[must_use]
+    pub fn get<C: Channel>(&self) -> Option<C> {
+        let message = self.messages.iter().find(|message| message.topic == C::TOPIC)?;
+        C::decode(message.payload.as_slice()).ok()
+    }
+
+    /// The contact forces to draw.
+    #[must_use]
+    pub fn contacts(&self) -> &[ContactLine] {
+        &self.contacts
+    }
+
+    /// The lines of the log.
+    #[must_use]
+    pub fn log_lines(&self) -> &[LogLine] {
+        &self.log
+    }
+}

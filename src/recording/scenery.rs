@@ -1,0 +1,57 @@
+//! What of a run is drawn and does not change: the container, the view, the range of colours.
+
+/// A wall at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wall {
+    /// An axis-parallel rectangle.
+    Rectangle {
+        /// Lower left corner.
+        min: [f64; 2],
+        /// Upper right corner.
+        max: [f64; 2],
+    },
+    /// A circle.
+    Circle {
+        /// Its centre.
+        centre: [f64; 2],
+        /// Its radius.
+        radius: f64,
+    },
+    /// A body at rest, drawn as a filled disc (the Sun).
+    Body {
+        /// Its centre.
+        centre: [f64; 2],
+        /// Its drawn radius.
+        radius: f64,
+    },
+}
+
+/// How large a particle is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DrawnRadius {
+    /// By the state's `radius` column.
+    Column,
+    /// All alike, in the state's length unit (point particles).
+    Fixed(f64),
+}
+
+/// The drawing's fixed part, in the state's length unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenery {
+    /// The container.
+    pub walls: Vec<Wall>,
+    /// Lower left and upper right corner of what the camera must show.
+    pub view: [[f64; 2]; 2],
+    /// How large a particle is drawn.
+    pub drawn_radius: DrawnRadius,
+    /// Speed at the upper end of the colour bar; fixed for the run, above zero.
+    pub speed_range_top: f64,
+    /// Unit of the speeds as written beside the colour bar, such as "m/s".
+    pub speed_unit: &'static str,
+    /// Whether velocities are drawn as arrows.
+    pub arrows: bool,
+    /// Whether contact forces are drawn as chains; then the force that the thickest line stands for.
+    pub force_range_top: Option<f64>,
+    /// Whether the path so far is drawn.
+    pub trail: bool,
+}
