@@ -1,9 +1,24 @@
 //! Kinetoscope: reproducible particle experiments. A model moves, a recording testifies, a law judges.
 //!
-//! In reading order: what may be random, where a model meets the rest, and the models.
+//! In reading order: what may be random, where a model meets the rest, the models, when frames are taken, one run, the plan
+//! of all runs, who executes it, and the command line on top.
 
 pub mod constants;
-pub mod model;
-pub mod models;
 pub mod placement;
 pub mod random;
+
+pub mod model;
+pub mod models;
+
+pub mod schedule;
+
+pub mod run;
+
+pub mod plan;
+
+pub mod executor;
+pub mod interrupt;
+pub mod progress;
+pub mod side_files;
+
+pub mod command;

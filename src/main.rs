@@ -1,3 +1,8 @@
 //! `run-experiment`: arguments to exit code, nothing else.
 
-fn main() {}
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    kinetoscope::command::Arguments::parse().execute().into()
+}

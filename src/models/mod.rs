@@ -1,6 +1,28 @@
-//! The models, each a folder that knows of no other.
+//! The registry of models, each a folder that knows of no other. A new model is one line in each list below.
 
 pub mod dem;
 pub mod gas;
 pub mod orbit;
 pub mod packing;
+
+use crate::model::Model;
+use kinetoscope_manifest::model::ModelConfig;
+
+/// Something that is done alike for every model: one generic function, called with the model's type.
+pub trait ForModel {
+    /// What comes of it.
+    type Output;
+
+    /// Does it for one model.
+    fn call<M: Model>(self, config: &M::Config) -> Self::Output;
+}
+
+/// Calls `action` with the model that `config` names.
+pub fn with_model<A: ForModel>(config: &ModelConfig, action: A) -> A::Output {
+    match config {
+        ModelConfig::Dem(config) => action.call::<dem::Dem>(config),
+        ModelConfig::Gas(config) => action.call::<gas::Gas>(config),
+        ModelConfig::Packing(config) => action.call::<packing::Packing>(config),
+        ModelConfig::Orbit(config) => action.call::<orbit::Orbit>(config),
+    }
+}

@@ -1,0 +1,366 @@
+//! The command line of `run-experiment`: what is asked, the plan, the runs, what was written and the next command.
+
+use crate::executor::local;
+use crate::interrupt::Interrupt;
+use crate::plan::{Plan, PlannedRun, Status};
+use crate::progress::{ProgressDisplay, Verbosity, size};
+use crate::run::{Ending, RunError};
+use crate::side_files;
+use clap::Parser;
+use kinetoscope_manifest::{Experiment, Override};
+use kinetoscope_recording::recorder::Outcome;
+use std::fs;
+use std::io::{self, IsTerminal, Write};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Run the experiment of a manifest and record every frame, one MCAP file a run.
+#[derive(Debug, Parser)]
+#[command(name = "run-experiment", version, after_help = EXIT_CODES)]
+pub struct Arguments {
+    /// The manifest, a TOML file
+    #[arg(required_unless_present_any = ["schema", "new"], value_name = "MANIFEST")]
+    manifest: Option<PathBuf>,
+    /// Folder of the recordings: they go to DIR/NAME
+    #[arg(long, value_name = "DIR", default_value = "recordings")]
+    output: PathBuf,
+    /// Runs side by side [default: one a processor]
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    /// Override a key of the manifest, such as model.gas.particles=5000
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Do finished runs again
+    #[arg(long)]
+    force: bool,
+    /// Print the plan and stop
+    #[arg(long)]
+    dry_run: bool,
+    /// Say nothing but errors
+    #[arg(long, short, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Say more
+    #[arg(long, short)]
+    verbose: bool,
+    /// Print the JSON Schema of manifests, for editors
+    #[arg(long, exclusive = true)]
+    schema: bool,
+    /// Print a commented starter manifest
+    #[arg(long, value_name = "MODEL", exclusive = true,
+          value_parser = ["dem", "gas", "packing", "orbit"])]
+    new: Option<String>,
+}
+
+const EXIT_CODES: &str = "Exit codes:
+  0    done
+  1    a run ended in a physical fault or failed for good
+  2    bad manifest or arguments
+  75   a disk or another input or output failed: the same command again may succeed
+  130  ended by Ctrl-C
+  143  ended by SIGTERM";
+
+/// How the program ends. The numbers are documented and do not change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Everything asked for is there.
+    Done,
+    /// A run failed and would fail again.
+    RunFailed,
+    /// The manifest or the arguments are wrong.
+    BadManifest,
+    /// A disk or another input or output failed.
+    Retryable,
+    /// Ended by a signal; the code is 128 and its number.
+    Signal(u8),
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(match exit {
+            Exit::Done => 0,
+            Exit::RunFailed => 1,
+            Exit::BadManifest => 2,
+            Exit::Retryable => 75,
+            Exit::Signal(code) => code,
+        })
+    }
+}
+
+impl Arguments {
+    /// Does what the arguments ask.
+    #[must_use]
+    pub fn execute(&self) -> Exit {
+        if self.schema {
+            return print(&kinetoscope_manifest::json_schema());
+        }
+        if let Some(starter) = self.new.as_deref().and_then(kinetoscope_manifest::starter) {
+            return print(starter);
+        }
+        match &self.manifest {
+            Some(path) => self.run(path),
+            None => Exit::BadManifest,
+        }
+    }
+
+    fn run(&self, path: &Path) -> Exit {
+        let experiment = match self.read(path) {
+            Ok(experiment) => experiment,
+            Err(message) => return fail(Exit::BadManifest, &message),
+        };
+        let plan = Plan::new(&experiment, &self.output, self.force);
+        let refusals: Vec<String> = plan
+            .refused()
+            .map(|(run, refusal)| format!("{}: {refusal}", name_of(run, &experiment)))
+            .collect();
+        if !refusals.is_empty() {
+            return fail(Exit::BadManifest, &refusals.join("\n"));
+        }
+        let jobs = self.jobs().get().min(plan.to_do().len().max(1));
+        self.say(&describe(&experiment, &plan, jobs));
+        if let Some(message) = does_not_fit(&plan) {
+            return fail(Exit::Retryable, &message);
+        }
+        if self.dry_run {
+            return Exit::Done;
+        }
+        self.execute_plan(path, &experiment, &plan, jobs)
+    }
+
+    fn read(&self, path: &Path) -> Result<Experiment, String> {
+        let source = fs::read_to_string(path).map_err(|error| {
+            format!(
+                "cannot read the manifest {}: {error}\n\
+                 A first one to look at: experiments/first_run.toml; a new one: run-experiment --new gas",
+                path.display()
+            )
+        })?;
+        let overrides = self
+            .overrides
+            .iter()
+            .map(|text| match text.split_once('=') {
+                Some((key, value)) => Ok(Override {
+                    key: key.trim().to_owned(),
+                    value: value.trim().to_owned(),
+                }),
+                None => Err(format!("--set {text}: write KEY=VALUE, such as seed=7")),
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        kinetoscope_manifest::parse(&source, &path.display().to_string(), &overrides)
+            .map_err(|diagnostics| diagnostics.render(io::stderr().is_terminal()))
+    }
+
+    fn execute_plan(
+        &self,
+        manifest: &Path,
+        experiment: &Experiment,
+        plan: &Plan,
+        jobs: usize,
+    ) -> Exit {
+        let interrupt = match Interrupt::listen() {
+            Ok(interrupt) => interrupt,
+            Err(error) => return fail(Exit::Retryable, &format!("cannot listen to Ctrl-C: {error}")),
+        };
+        if let Err(error) = prepare_folder(experiment, plan) {
+            return fail(
+                Exit::Retryable,
+                &format!(
+                    "cannot write to {}: {error}\nFree or choose another folder with --output DIR.",
+                    plan.folder.display()
+                ),
+            );
+        }
+        let runs = plan.to_do();
+        let progress = ProgressDisplay::new(runs.len(), self.verbosity());
+        let results = local::run_all(
+            &runs,
+            &plan.folder,
+            NonZeroUsize::new(jobs).unwrap_or(NonZeroUsize::MIN),
+            &interrupt,
+            &progress,
+        );
+        progress.close();
+        for (run, result) in &results {
+            if let Some(Ok(ending)) = result
+                && let Err(error) = side_files::write_host(&plan.folder, &run.stem, ending, jobs)
+            {
+                eprintln!("warning: no timing file for {}: {error}", run.stem);
+            }
+        }
+        self.conclude(manifest, experiment, plan, &results, &interrupt)
+    }
+
+    fn conclude(
+        &self,
+        manifest: &Path,
+        experiment: &Experiment,
+        plan: &Plan,
+        results: &[local::Result<'_>],
+        interrupt: &Interrupt,
+    ) -> Exit {
+        let mut exit = Exit::Done;
+        for run in &plan.runs {
+            if let Status::Done(Outcome::Fault(fault)) = &run.status {
+                eprintln!("{}: ended in a fault earlier: {fault}", name_of(run, experiment));
+                exit = Exit::RunFailed;
+            }
+        }
+        for (run, result) in results {
+            let (message, class) = match result {
+                None => continue,
+                Some(Ok(ending)) => match &ending.outcome {
+                    Outcome::Complete | Outcome::Interrupted => continue,
+                    Outcome::Fault(fault) => {
+                        (format!("ended in a fault: {fault}"), Exit::RunFailed)
+                    }
+                },
+                Some(Err(RunError::Record(error))) if error.is_retryable() => {
+                    (error.to_string(), Exit::Retryable)
+                }
+                Some(Err(error)) => (error.to_string(), Exit::RunFailed),
+            };
+            eprintln!("{}: {message}", name_of(run, experiment));
+            if exit != Exit::RunFailed {
+                exit = class;
+            }
+        }
+        let endings: Vec<&Ending> =
+            results.iter().filter_map(|(_, result)| result.as_ref()?.as_ref().ok()).collect();
+        self.say(&summary(plan, &endings));
+        if let Some(code) = interrupt.exit_code() {
+            eprintln!(
+                "Stopped. Finished runs are kept; the same command does the others:\n  \
+                 run-experiment {}",
+                manifest.display()
+            );
+            return Exit::Signal(code);
+        }
+        if exit == Exit::Done {
+            self.say(&format!(
+                "\nNext:\n  cargo run --release --bin analyze-recordings -- {}",
+                plan.folder.display()
+            ));
+        }
+        exit
+    }
+
+    fn jobs(&self) -> NonZeroUsize {
+        self.jobs
+            .or_else(|| std::thread::available_parallelism().ok())
+            .unwrap_or(NonZeroUsize::MIN)
+    }
+
+    fn verbosity(&self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, true) => Verbosity::Verbose,
+            (false, false) => Verbosity::Normal,
+        }
+    }
+
+    fn say(&self, text: &str) {
+        if !self.quiet {
+            print(text);
+        }
+    }
+}
+
+fn prepare_folder(experiment: &Experiment, plan: &Plan) -> io::Result<()> {
+    fs::create_dir_all(&plan.folder)?;
+    side_files::write_experiment(experiment, plan)?;
+    side_files::write_layout(plan)
+}
+
+/// A closed pipe (`| head`) is no error of ours.
+fn print(text: &str) -> Exit {
+    let _ = writeln!(io::stdout(), "{text}");
+    Exit::Done
+}
+
+fn fail(exit: Exit, message: &str) -> Exit {
+    eprintln!("{message}");
+    exit
+}
+
+/// What tells a run from the others: its coordinates and replicate, or the experiment's name.
+fn name_of(run: &PlannedRun, experiment: &Experiment) -> String {
+    let mut parts: Vec<String> = run
+        .run
+        .coordinates
+        .iter()
+        .map(|coordinate| format!("{} = {}", coordinate.key, coordinate.value))
+        .collect();
+    if experiment.replicates > 1 {
+        parts.push(format!("replicate {}", run.run.replicate));
+    }
+    if parts.is_empty() { experiment.name.clone() } else { parts.join(", ") }
+}
+
+fn describe(experiment: &Experiment, plan: &Plan, jobs: usize) -> String {
+    let to_do = plan.to_do();
+    let done = plan.runs.len() - to_do.len();
+    let mut text = format!("{}: {} ", experiment.name, experiment.model_name());
+    text += &match plan.runs.len() {
+        1 => "run".to_owned(),
+        runs => format!("runs, {runs}"),
+    };
+    if experiment.replicates > 1 {
+        text += &format!(" ({} replicates each)", experiment.replicates);
+    }
+    let mut estimates = to_do.iter().filter_map(|run| match &run.status {
+        Status::ToDo(estimate) => Some(estimate),
+        Status::Done(_) | Status::Refused(_) => None,
+    });
+    if let Some(first) = estimates.next() {
+        text += &format!("\n  {} particles, {} frames", first.particles, first.frames);
+        if estimates.any(|other| (other.particles, other.frames) != (first.particles, first.frames))
+        {
+            text += " in the first";
+        }
+        text += &format!(
+            ", at most {} in all, {jobs} at a time",
+            size(plan.bytes_to_write())
+        );
+    }
+    text += &format!("\n  to {}", plan.folder.display());
+    if done > 0 {
+        text += &format!("\n  {done} finished already, {} to do (--force does all)", to_do.len());
+    }
+    text
+}
+
+fn does_not_fit(plan: &Plan) -> Option<String> {
+    let existing = plan.folder.ancestors().find(|folder| folder.is_dir())?;
+    let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };
+    let free = fs4::available_space(existing).ok()?;
+    let wanted = plan.bytes_to_write();
+    (wanted > free).then(|| {
+        format!(
+            "The recordings may take {}, but {} has only {} free.\n\
+             Free some, choose another folder with --output DIR, or record less ([record] frames, channels).",
+            size(wanted),
+            existing.display(),
+            size(free)
+        )
+    })
+}
+
+fn summary(plan: &Plan, endings: &[&Ending]) -> String {
+    let bytes: u64 = endings.iter().map(|ending| ending.bytes).sum();
+    let seconds: f64 = endings.iter().map(|ending| ending.wall_time.as_secs_f64()).sum();
+    let frames: u64 = endings.iter().map(|ending| ending.frames).sum();
+    match endings {
+        [] => format!("Nothing new; {} recordings in {}", plan.runs.len(), plan.folder.display()),
+        [ending] => format!(
+            "Wrote {} ({}, {frames} frames in {seconds:.2} s)",
+            ending.path.display(),
+            size(bytes)
+        ),
+        _ => format!(
+            "Wrote {} recordings to {} ({}, {frames} frames, {seconds:.1} s of running)",
+            endings.len(),
+            plan.folder.display(),
+            size(bytes)
+        ),
+    }
+}

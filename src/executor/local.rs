@@ -1,0 +1,52 @@
+//! The plan on this machine: so many runs side by side.
+
+use crate::interrupt::Interrupt;
+use crate::plan::PlannedRun;
+use crate::progress::ProgressDisplay;
+use crate::run::{Ending, RunError, execute};
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+/// What became of one run: `None` where an interruption came before its start.
+pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<Ending, RunError>>);
+
+/// Does the runs, `jobs` side by side, and returns what became of each, in the order of `runs`. The failure of one does
+/// not stop the others.
+pub fn run_all<'a>(
+    runs: &[&'a PlannedRun],
+    folder: &Path,
+    jobs: NonZeroUsize,
+    interrupt: &Interrupt,
+    progress: &ProgressDisplay,
+) -> Vec<Result<'a>> {
+    let next = AtomicUsize::new(0);
+    let finished = Mutex::new(Vec::with_capacity(runs.len()));
+    thread::scope(|scope| {
+        for _ in 0..jobs.get().min(runs.len()) {
+            scope.spawn(|| {
+                while !interrupt.is_raised() {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(run) = runs.get(index) else { break };
+                    let bar = progress.start_run(&run.stem);
+                    let ending = execute(run.assignment(folder), interrupt, &|done, of| {
+                        bar.frame(done, of);
+                    });
+                    bar.finish(&ending);
+                    finished
+                        .lock()
+                        .unwrap_or_else(std::sync::PoisonError::into_inner)
+                        .push((index, ending));
+                }
+            });
+        }
+    });
+    let finished = finished.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut results: Vec<Result<'a>> = runs.iter().map(|run| (*run, None)).collect();
+    for (index, ending) in finished {
+        results[index].1 = Some(ending);
+    }
+    results
+}

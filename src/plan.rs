@@ -1,0 +1,138 @@
+//! The plan: all runs of an experiment with their content keys, what is there already, and what the rest will take.
+
+use crate::model::{Model, Refusal};
+use crate::models::{ForModel, with_model};
+use crate::run::{Assignment, Estimate, estimate};
+use kinetoscope_manifest::{ContentKey, Experiment, Run, content_key};
+use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_recording::reader::Recording;
+use kinetoscope_recording::recorder::Outcome;
+use std::path::{Path, PathBuf};
+
+/// One run of the plan.
+#[derive(Debug)]
+pub struct PlannedRun {
+    /// The run as the manifest expands to it.
+    pub run: Run,
+    /// The canonical text of its manifest.
+    pub canonical: String,
+    /// What identifies its result.
+    pub content_key: ContentKey,
+    /// The recording's file name without its ending.
+    pub stem: String,
+    /// What there is of it.
+    pub status: Status,
+}
+
+/// What there is of a run.
+#[derive(Debug)]
+pub enum Status {
+    /// Its recording is there, with this outcome.
+    Done(Outcome),
+    /// It is to be done, and will take this.
+    ToDo(Estimate),
+    /// It can't be done.
+    Refused(Refusal),
+}
+
+/// All runs of an experiment.
+#[derive(Debug)]
+pub struct Plan {
+    /// Where the recordings go: the output folder and the experiment's name.
+    pub folder: PathBuf,
+    /// The runs, in the manifest's order.
+    pub runs: Vec<PlannedRun>,
+}
+
+impl Plan {
+    /// Plans all runs of `experiment` below `output`. With `force` nothing counts as done.
+    #[must_use]
+    pub fn new(experiment: &Experiment, output: &Path, force: bool) -> Self {
+        let folder = output.join(&experiment.name);
+        let runs = experiment
+            .runs
+            .iter()
+            .map(|run| {
+                let canonical = run.manifest.canonical();
+                let physics_version = with_model(&run.manifest.model, PhysicsVersion);
+                let content_key = content_key(&canonical, physics_version, SCHEMA_VERSION);
+                let stem = run.file_stem(&experiment.name, &content_key, experiment.replicates);
+                let there = (!force).then(|| finished(&folder, &stem, &content_key)).flatten();
+                let status = match there {
+                    Some(outcome) => Status::Done(outcome),
+                    None => match estimate(&run.manifest) {
+                        Ok(estimate) => Status::ToDo(estimate),
+                        Err(refusal) => Status::Refused(refusal),
+                    },
+                };
+                PlannedRun { run: run.clone(), canonical, content_key, stem, status }
+            })
+            .collect();
+        Self { folder, runs }
+    }
+
+    /// The runs that are to be done.
+    #[must_use]
+    pub fn to_do(&self) -> Vec<&PlannedRun> {
+        self.runs.iter().filter(|run| matches!(run.status, Status::ToDo(_))).collect()
+    }
+
+    /// The runs that can't be done, with the reason.
+    pub fn refused(&self) -> impl Iterator<Item = (&PlannedRun, &Refusal)> {
+        self.runs.iter().filter_map(|run| match &run.status {
+            Status::Refused(refusal) => Some((run, refusal)),
+            Status::Done(_) | Status::ToDo(_) => None,
+        })
+    }
+
+    /// Upper estimate of the bytes still to be written.
+    #[must_use]
+    pub fn bytes_to_write(&self) -> u64 {
+        self.runs
+            .iter()
+            .map(|run| match &run.status {
+                Status::ToDo(estimate) => estimate.bytes,
+                Status::Done(_) | Status::Refused(_) => 0,
+            })
+            .fold(0, u64::saturating_add)
+    }
+}
+
+impl PlannedRun {
+    /// The run as it is handed to [`crate::run::execute`].
+    #[must_use]
+    pub fn assignment<'a>(&'a self, folder: &'a Path) -> Assignment<'a> {
+        Assignment {
+            manifest: &self.run.manifest,
+            canonical: &self.canonical,
+            content_key: self.content_key.as_str(),
+            folder,
+            stem: &self.stem,
+        }
+    }
+
+    /// The recording's file name.
+    #[must_use]
+    pub fn file_name(&self) -> String {
+        format!("{}.mcap", self.stem)
+    }
+}
+
+struct PhysicsVersion;
+
+impl ForModel for PhysicsVersion {
+    type Output = u32;
+    fn call<M: Model>(self, _: &M::Config) -> u32 {
+        M::PHYSICS_VERSION
+    }
+}
+
+/// The outcome of a recording that is there, is finished and carries the whole key: the file's name alone proves nothing.
+fn finished(folder: &Path, stem: &str, content_key: &ContentKey) -> Option<Outcome> {
+    let recording = Recording::open(&folder.join(format!("{stem}.mcap"))).ok()?;
+    let provenance = recording.provenance();
+    match provenance.outcome.clone()? {
+        Outcome::Interrupted => None,
+        outcome => (provenance.content_key == content_key.as_str()).then_some(outcome),
+    }
+}

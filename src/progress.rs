@@ -1,0 +1,121 @@
+//! The progress display: a bar a running job and one for all on a terminal, a line a finished run elsewhere.
+
+use crate::run::{Ending, RunError};
+use indicatif::{HumanBytes, HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
+use kinetoscope_recording::recorder::Outcome;
+use std::io::IsTerminal;
+use std::time::Duration;
+
+/// Where progress is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verbosity {
+    /// Nowhere.
+    Quiet,
+    /// Bars on a terminal, else a line now and then.
+    Normal,
+    /// A line for each finished run too.
+    Verbose,
+}
+
+/// The progress of all runs, on standard error.
+pub struct ProgressDisplay {
+    bars: MultiProgress,
+    total: ProgressBar,
+    verbosity: Verbosity,
+    on_terminal: bool,
+}
+
+/// The progress of one run.
+pub struct RunProgress<'a> {
+    display: &'a ProgressDisplay,
+    stem: String,
+    bar: ProgressBar,
+}
+
+impl ProgressDisplay {
+    /// A display for so many runs.
+    #[must_use]
+    pub fn new(runs: usize, verbosity: Verbosity) -> Self {
+        let on_terminal = std::io::stderr().is_terminal();
+        let bars = MultiProgress::new();
+        let total = if verbosity == Verbosity::Quiet || !on_terminal {
+            ProgressBar::hidden()
+        } else {
+            bars.add(ProgressBar::new(runs as u64))
+        };
+        total.set_style(style("all  {wide_bar} {pos}/{len} runs, {eta} left"));
+        total.enable_steady_tick(Duration::from_millis(200));
+        Self { bars, total, verbosity, on_terminal }
+    }
+
+    /// Shows that a run has begun.
+    #[must_use]
+    pub fn start_run(&self, stem: &str) -> RunProgress<'_> {
+        let bar = if self.verbosity == Verbosity::Quiet || !self.on_terminal {
+            ProgressBar::hidden()
+        } else {
+            self.bars.insert_before(&self.total, ProgressBar::new(1))
+        };
+        bar.set_style(style("{wide_bar} {pos}/{len} frames {per_sec:>10} {eta:>4} left"));
+        RunProgress { display: self, stem: stem.to_owned(), bar }
+    }
+
+    /// Takes all bars away.
+    pub fn close(&self) {
+        self.total.finish_and_clear();
+        // Nothing can be done about a terminal that is gone.
+        let _ = self.bars.clear();
+    }
+
+    fn line(&self, text: &str) {
+        if self.on_terminal {
+            self.bars.suspend(|| eprintln!("{text}"));
+        } else {
+            eprintln!("{text}");
+        }
+    }
+}
+
+impl RunProgress<'_> {
+    /// So many of so many frames are recorded.
+    pub fn frame(&self, done: u64, of: u64) {
+        self.bar.set_length(of);
+        self.bar.set_position(done);
+    }
+
+    /// The run has ended.
+    pub fn finish(self, ending: &Result<Ending, RunError>) {
+        self.bar.finish_and_clear();
+        self.display.total.inc(1);
+        let wanted = match self.display.verbosity {
+            Verbosity::Quiet => false,
+            Verbosity::Normal => !self.display.on_terminal,
+            Verbosity::Verbose => true,
+        };
+        if let (true, Ok(ending)) = (wanted, ending) {
+            let word = match &ending.outcome {
+                Outcome::Complete => "done",
+                Outcome::Fault(_) => "ended in a fault",
+                Outcome::Interrupted => "interrupted",
+            };
+            self.display.line(&format!(
+                "{}: {word}, {} frames, {}, {}",
+                self.stem,
+                ending.frames,
+                size(ending.bytes),
+                HumanDuration(ending.wall_time)
+            ));
+        }
+    }
+}
+
+/// A number of bytes as people read it, such as "1.50 MiB".
+#[must_use]
+pub fn size(bytes: u64) -> String {
+    HumanBytes(bytes).to_string()
+}
+
+fn style(template: &str) -> ProgressStyle {
+    // The templates are constants of this file and valid; were one not, the default style shows the same numbers.
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}

@@ -1,0 +1,341 @@
+//! One run: prepare the model, move it from frame to frame, record, and end in order whatever happens.
+
+use crate::interrupt::Interrupt;
+use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use crate::models::{ForModel, with_model};
+use crate::random::Seed;
+use crate::schedule::Schedule;
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_manifest::record::{Compression, RecordConfig};
+use kinetoscope_recording::channels::{Channel, PerCollision};
+use kinetoscope_recording::error::RecordError;
+use kinetoscope_recording::file::RecordingFile;
+use kinetoscope_recording::frame::{Frame, Level};
+use kinetoscope_recording::scenery::Scenery;
+use kinetoscope_recording::recorder::{self, Clock, Header, Outcome, Recorder, Selection};
+use std::fmt;
+use std::io::{Seek, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// One run to be done: what, and where its recording goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Assignment<'a> {
+    /// Model, seed, replicate and what to record.
+    pub manifest: &'a RunManifest,
+    /// The canonical text of `manifest`, embedded in the recording.
+    pub canonical: &'a str,
+    /// The run's content key.
+    pub content_key: &'a str,
+    /// The folder of the recording.
+    pub folder: &'a Path,
+    /// The recording's file name without its ending.
+    pub stem: &'a str,
+}
+
+/// How a run ended that left a readable recording.
+#[derive(Clone, Debug)]
+pub struct Ending {
+    /// Complete, at fault, or interrupted.
+    pub outcome: Outcome,
+    /// Where the recording is.
+    pub path: PathBuf,
+    /// Frames recorded, the start included.
+    pub frames: u64,
+    /// Size of the recording.
+    pub bytes: u64,
+    /// Steps or events done.
+    pub work: u64,
+    /// Time that it took.
+    pub wall_time: Duration,
+}
+
+/// Why a run left no usable recording.
+#[derive(Debug)]
+pub enum RunError {
+    /// The start can't be built or can't be run.
+    Refused(Refusal),
+    /// The recording could not be written.
+    Record(RecordError),
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Refused(refusal) => refusal.fmt(formatter),
+            Self::Record(error) => error.fmt(formatter),
+        }
+    }
+}
+
+impl std::error::Error for RunError {}
+
+impl From<Refusal> for RunError {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+impl From<RecordError> for RunError {
+    fn from(error: RecordError) -> Self {
+        Self::Record(error)
+    }
+}
+
+/// What can be said of a run before it is done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Frames, the start included.
+    pub frames: u64,
+    /// Particles.
+    pub particles: u64,
+    /// Upper estimate of the recording's size.
+    pub bytes: u64,
+    /// Height of what a viewer shows, in the state's length unit.
+    pub view_height: f64,
+}
+
+/// Builds the start as [`execute`] would, and says what the run will be.
+///
+/// # Errors
+/// The model's or the schedule's refusal.
+pub fn estimate(manifest: &RunManifest) -> Result<Estimate, Refusal> {
+    struct Action<'a>(&'a RunManifest);
+    impl ForModel for Action<'_> {
+        type Output = Result<Estimate, Refusal>;
+        fn call<M: Model>(self, config: &M::Config) -> Self::Output {
+            let model = M::prepare(config, seed(self.0), false)?;
+            let schedule = Schedule::new(self.0.record.interval, model.extent())?;
+            let mut start = Frame::new();
+            model.observe(&mut start);
+            let particles = (start.state().len() / M::STATE_COLUMNS.len()) as u64;
+            let frames = schedule.frames() + 1;
+            Ok(Estimate {
+                frames,
+                particles,
+                bytes: frames * bytes_of_a_frame::<M>(&start, particles),
+                view_height: view_height(&model.scenery()),
+            })
+        }
+    }
+    with_model(&manifest.model, Action(manifest))
+}
+
+/// The state as it is, the drawing at its measured size when compressed (about 50 bytes a disc), and the headers.
+fn bytes_of_a_frame<M: Model>(frame: &Frame, particles: u64) -> u64 {
+    let state = size_of_val(frame.state()) as u64;
+    let scalars: u64 = frame.messages().iter().map(|message| message.payload.len() as u64).sum();
+    let headers = 100 * (M::CHANNELS.len() as u64 + 4);
+    state + 50 * particles + scalars + headers
+}
+
+/// Does one run. `on_frame` hears how many frames after the start are done and how many there will be.
+///
+/// # Errors
+/// A refused start, or a recording that could not be written. A physical fault and an interruption are endings.
+pub fn execute(
+    assignment: Assignment<'_>,
+    interrupt: &Interrupt,
+    on_frame: &dyn Fn(u64, u64),
+) -> Result<Ending, RunError> {
+    struct Action<'a>(Assignment<'a>, &'a Interrupt, &'a dyn Fn(u64, u64));
+    impl ForModel for Action<'_> {
+        type Output = Result<Ending, RunError>;
+        fn call<M: Model>(self, config: &M::Config) -> Self::Output {
+            drive::<M>(config, self.0, self.1, self.2)
+        }
+    }
+    with_model(&assignment.manifest.model, Action(assignment, interrupt, on_frame))
+}
+
+/// The layout for the viewer that goes with a run, as JSON.
+///
+/// # Errors
+/// The model's or the schedule's refusal.
+pub fn layout(manifest: &RunManifest) -> Result<String, Refusal> {
+    struct Action<'a>(&'a RunManifest);
+    impl ForModel for Action<'_> {
+        type Output = Result<String, Refusal>;
+        fn call<M: Model>(self, config: &M::Config) -> Self::Output {
+            let model = M::prepare(config, seed(self.0), false)?;
+            let schedule = Schedule::new(self.0.record.interval, model.extent())?;
+            let header = header(&model, self.0, String::new(), String::new(), &schedule);
+            Ok(kinetoscope_recording::layout::layout_json(&header))
+        }
+    }
+    with_model(&manifest.model, Action(manifest))
+}
+
+fn view_height(scenery: &Scenery) -> f64 {
+    let [[_, bottom], [_, top]] = scenery.view;
+    top - bottom
+}
+
+fn drive<M: Model>(
+    config: &M::Config,
+    assignment: Assignment<'_>,
+    interrupt: &Interrupt,
+    on_frame: &dyn Fn(u64, u64),
+) -> Result<Ending, RunError> {
+    let started = Instant::now();
+    let manifest = assignment.manifest;
+    let per_collision = selects(&manifest.record, PerCollision::TOPIC);
+    let mut model = M::prepare(config, seed(manifest), per_collision)?;
+    let schedule = Schedule::new(manifest.record.interval, model.extent())?;
+    let header = header(
+        &model,
+        manifest,
+        assignment.canonical.to_owned(),
+        assignment.content_key.to_owned(),
+        &schedule,
+    );
+    let file = RecordingFile::create(assignment.folder, assignment.stem)?;
+    let mut recorder = Recorder::create(file, &header)?;
+    let outcome = record_frames(&mut model, &schedule, &mut recorder, interrupt, on_frame)?;
+    let frames = recorder.frames();
+    let file = recorder.finish(&outcome)?;
+    let kept = match outcome {
+        Outcome::Interrupted => file.keep_partial()?,
+        Outcome::Complete | Outcome::Fault(_) => file.commit()?,
+    };
+    Ok(Ending {
+        outcome,
+        path: kept.path,
+        frames,
+        bytes: kept.bytes,
+        work: model.count(),
+        wall_time: started.elapsed(),
+    })
+}
+
+fn record_frames<M: Model, W: Write + Seek>(
+    model: &mut M,
+    schedule: &Schedule,
+    recorder: &mut Recorder<W>,
+    interrupt: &Interrupt,
+    on_frame: &dyn Fn(u64, u64),
+) -> Result<Outcome, RecordError> {
+    let mut frame = Frame::new();
+    let mut budget = Budget::default();
+    model.observe(&mut frame);
+    recorder.write(clock(model), &frame)?;
+    for index in 1..=schedule.frames() {
+        match advance_to(model, schedule.target(index), &mut budget, interrupt) {
+            Ok(Arrival::Reached) => {}
+            Ok(Arrival::Interrupted) => return Ok(Outcome::Interrupted),
+            Err(fault) => {
+                recorder.log(Level::Error, &fault.0)?;
+                return Ok(Outcome::Fault(fault.0));
+            }
+        }
+        frame.clear();
+        model.observe(&mut frame);
+        recorder.write(clock(model), &frame)?;
+        on_frame(index, schedule.frames());
+    }
+    Ok(Outcome::Complete)
+}
+
+enum Arrival {
+    Reached,
+    Interrupted,
+}
+
+fn advance_to<M: Model>(
+    model: &mut M,
+    target: Target,
+    budget: &mut Budget,
+    interrupt: &Interrupt,
+) -> Result<Arrival, Fault> {
+    loop {
+        if interrupt.is_raised() {
+            return Ok(Arrival::Interrupted);
+        }
+        let started = Instant::now();
+        let progress = model.advance(target, budget.steps)?;
+        budget.adapt(started.elapsed());
+        if progress == Progress::Reached {
+            return Ok(Arrival::Reached);
+        }
+    }
+}
+
+/// How much work a model is given at once: enough to be fast, little enough that a signal is served soon. How work is
+/// cut does not change a bit of the trajectory, so the clock may decide.
+struct Budget {
+    steps: u64,
+}
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self { steps: 1 }
+    }
+}
+
+impl Budget {
+    const SHORT: Duration = Duration::from_millis(20);
+    const LONG: Duration = Duration::from_millis(100);
+
+    fn adapt(&mut self, took: Duration) {
+        if took < Self::SHORT {
+            self.steps = self.steps.saturating_mul(2);
+        } else if took > Self::LONG {
+            self.steps = (self.steps / 2).max(1);
+        }
+    }
+}
+
+fn clock<M: Model>(model: &M) -> Clock {
+    Clock { count: model.count(), time: model.time() }
+}
+
+fn seed(manifest: &RunManifest) -> Seed {
+    Seed { seed: manifest.seed, replicate: manifest.replicate }
+}
+
+fn selects(record: &RecordConfig, topic: &str) -> bool {
+    let name = topic.trim_start_matches('/');
+    record.channels.as_ref().is_some_and(|channels| channels.iter().any(|channel| channel == name))
+}
+
+fn header<M: Model>(
+    model: &M,
+    manifest: &RunManifest,
+    canonical: String,
+    content_key: String,
+    schedule: &Schedule,
+) -> Header {
+    let record = &manifest.record;
+    Header {
+        manifest: canonical,
+        content_key,
+        model: M::NAME,
+        physics_version: M::PHYSICS_VERSION,
+        program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        time_unit: M::TIME_UNIT,
+        state_columns: M::STATE_COLUMNS,
+        channels: M::CHANNELS,
+        selection: match &record.channels {
+            None => Selection::All,
+            Some(channels) => Selection::Named(channels.clone()),
+        },
+        scenery: model.scenery(),
+        playback_rate: record.playback_rate.get(),
+        compression: match record.compression {
+            Compression::Zstd => recorder::Compression::Zstd,
+            Compression::Lz4 => recorder::Compression::Lz4,
+            Compression::None => recorder::Compression::None,
+        },
+        frames_expected: Some(schedule.frames() + 1),
+        seconds_of_model_time: duration(model.extent()),
+    }
+}
+
+/// The run's length in the model's time unit; `None` where it is in events.
+fn duration(extent: Extent) -> Option<f64> {
+    match extent {
+        Extent::Steps { total, step } => Some(total as f64 * step),
+        Extent::Time(duration) => Some(duration),
+        Extent::Events(_) => None,
+    }
+}

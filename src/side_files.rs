@@ -1,0 +1,118 @@
+//! The files beside the recordings: the experiment as run, the viewer's layout, and host and timing of each run.
+
+use crate::plan::{Plan, Status};
+use crate::run::{self, Ending};
+use kinetoscope_manifest::{Experiment, ExperimentRecord, RunRecord};
+use serde::Serialize;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Writes `experiment.toml`: name, description, checks, sweep and replicates as run, with the files that belong to them.
+///
+/// # Errors
+/// Whatever the operating system says of the file.
+pub fn write_experiment(experiment: &Experiment, plan: &Plan) -> io::Result<()> {
+    let record = ExperimentRecord {
+        name: experiment.name.clone(),
+        description: experiment.description.clone(),
+        model: experiment.model_name().to_owned(),
+        replicates: experiment.replicates,
+        axes: experiment.axes.clone(),
+        runs: plan
+            .runs
+            .iter()
+            .map(|planned| RunRecord {
+                file: planned.file_name(),
+                content_key: planned.content_key.as_str().to_owned(),
+                coordinates: planned.run.coordinates.clone(),
+                replicate: planned.run.replicate,
+            })
+            .collect(),
+        checks: experiment.checks.clone(),
+    };
+    replace(&plan.folder.join("experiment.toml"), record.to_toml().as_bytes())
+}
+
+/// Writes `layout.json` for the run that shows the largest container, so that every run of a sweep fits its view.
+///
+/// # Errors
+/// Whatever the operating system says of the file.
+pub fn write_layout(plan: &Plan) -> io::Result<()> {
+    let mut largest = None;
+    for planned in &plan.runs {
+        if let Status::ToDo(estimate) = &planned.status
+            && largest.is_none_or(|(height, _)| estimate.view_height > height)
+        {
+            largest = Some((estimate.view_height, planned));
+        }
+    }
+    // A plan whose runs are all done keeps the layout that they were given.
+    match largest.map(|(_, planned)| run::layout(&planned.run.manifest)) {
+        Some(Ok(layout)) => replace(&plan.folder.join("layout.json"), layout.as_bytes()),
+        Some(Err(_)) | None => Ok(()),
+    }
+}
+
+#[derive(Serialize)]
+struct Host<'a> {
+    recording: &'a str,
+    program_version: &'static str,
+    host: Option<String>,
+    operating_system: &'static str,
+    architecture: &'static str,
+    processors: Option<usize>,
+    jobs_side_by_side: usize,
+    finished_unix_time_s: Option<u64>,
+    wall_time_s: f64,
+    steps_or_events: u64,
+    steps_or_events_per_s: f64,
+    frames: u64,
+    bytes: u64,
+    peak_memory_of_the_program_bytes: Option<u64>,
+}
+
+/// Writes `STEM.host.json`: where and how fast a run was done. No metric of physics reads it.
+///
+/// # Errors
+/// Whatever the operating system says of the file.
+pub fn write_host(folder: &Path, stem: &str, ending: &Ending, jobs: usize) -> io::Result<()> {
+    let wall_time_s = ending.wall_time.as_secs_f64();
+    let host = Host {
+        recording: &format!("{stem}.mcap"),
+        program_version: env!("CARGO_PKG_VERSION"),
+        host: fs::read_to_string("/proc/sys/kernel/hostname").ok().map(|name| name.trim().into()),
+        operating_system: std::env::consts::OS,
+        architecture: std::env::consts::ARCH,
+        processors: std::thread::available_parallelism().ok().map(usize::from),
+        jobs_side_by_side: jobs,
+        finished_unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).ok().map(|t| t.as_secs()),
+        wall_time_s,
+        steps_or_events: ending.work,
+        steps_or_events_per_s: ending.work as f64 / wall_time_s,
+        frames: ending.frames,
+        bytes: ending.bytes,
+        peak_memory_of_the_program_bytes: peak_memory_bytes(),
+    };
+    let text = serde_json::to_string_pretty(&host)?;
+    replace(&folder.join(format!("{stem}.host.json")), text.as_bytes())
+}
+
+/// `VmHWM` of Linux; elsewhere unknown.
+fn peak_memory_bytes() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+/// Replaces a file as a whole: a reader sees the old one or the new one, never half.
+fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
+    let mut temporary = path.as_os_str().to_owned();
+    temporary.push(".tmp");
+    let mut file = File::create(&temporary)?;
+    file.write_all(contents)?;
+    file.sync_all()?;
+    fs::rename(&temporary, path)
+}

@@ -1,0 +1,64 @@
+//! Promise: the same manifest gives the same bytes. Each model's recording is made twice, with one and two runs side by
+//! side, in two folders, and by other builds of the program where they are named; all files are compared byte for byte.
+
+mod small_experiments;
+
+use small_experiments::MANIFESTS;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// The recordings that a program makes of all small experiments in two replicates, by file name.
+fn recordings(program: &Path, jobs: &str) -> BTreeMap<String, Vec<u8>> {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("recordings");
+    let mut files = BTreeMap::new();
+    for (name, manifest) in MANIFESTS {
+        let path = folder.path().join(format!("{name}.toml"));
+        fs::write(&path, format!("replicates = 2\n{manifest}")).unwrap();
+        let ran = Command::new(program)
+            .args(["--quiet", "--jobs", jobs, "--output"])
+            .arg(&output)
+            .arg(&path)
+            .output()
+            .unwrap();
+        assert!(ran.status.success(), "{name}: {}", String::from_utf8_lossy(&ran.stderr));
+        for entry in fs::read_dir(output.join(name)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_some_and(|extension| extension == "mcap") {
+                let file = path.file_name().unwrap().to_string_lossy().into_owned();
+                files.insert(file, fs::read(&path).unwrap());
+            }
+        }
+    }
+    assert_eq!(files.len(), 2 * MANIFESTS.len(), "one recording a run");
+    files
+}
+
+fn assert_same(one: &BTreeMap<String, Vec<u8>>, other: &BTreeMap<String, Vec<u8>>, who: &str) {
+    assert!(one.keys().eq(other.keys()), "{who}: other files, hence other content keys");
+    for (name, bytes) in one {
+        assert!(bytes == &other[name], "{who}: {name} differs");
+    }
+}
+
+#[test]
+fn two_runs_and_any_number_of_jobs_give_the_same_bytes() {
+    let program = Path::new(env!("CARGO_BIN_EXE_run-experiment"));
+    let first = recordings(program, "1");
+    assert_same(&first, &recordings(program, "1"), "a second run");
+    assert_same(&first, &recordings(program, "2"), "two jobs");
+    let bodies: Vec<&Vec<u8>> = first.values().collect();
+    assert!(bodies.windows(2).all(|pair| pair[0] != pair[1]), "replicates and models must differ");
+}
+
+#[test]
+#[ignore = "needs other builds of run-experiment, their paths in OTHER_BUILDS, colons between"]
+fn builds_with_and_without_optimisation_give_the_same_bytes() {
+    let reference = recordings(Path::new(env!("CARGO_BIN_EXE_run-experiment")), "2");
+    let builds = std::env::var("OTHER_BUILDS").expect("OTHER_BUILDS names the other builds");
+    for build in builds.split(':') {
+        assert_same(&reference, &recordings(Path::new(build), "2"), build);
+    }
+}

@@ -1,0 +1,102 @@
+//! A short experiment of each model and variant, and its trajectory as bits.
+
+use kinetoscope::model::{Model, Progress};
+use kinetoscope::models::{ForModel, with_model};
+use kinetoscope::random::Seed;
+use kinetoscope::schedule::Schedule;
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_manifest::record::RecordInterval;
+use kinetoscope_recording::frame::Frame;
+use std::num::NonZeroU64;
+
+/// Manifests that exercise every way of moving a particle, a fraction of a second each.
+pub const MANIFESTS: &[(&str, &str)] = &[
+    ("dem", "seed = 3\n[model.dem]\ndiscs = 30\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.04\n[record]\nframes = 20\n"),
+    (
+        "dem_verlet_clamped_mixed_radii",
+        "seed = 4\n[model.dem]\ndiscs = 30\nradius_m = { min = 4e-4, max = 6e-4 }\nwidth_m = 0.01\nheight_m = 0.01\n\
+         duration_s = 0.03\nintegrator = \"velocity-verlet\"\nforce_tail = \"clamped\"\n[record]\nframes = 20\n",
+    ),
+    (
+        "dem_implicit_dashpot",
+        "seed = 5\n[model.dem]\ndiscs = 20\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.03\n\
+         damping_n_s_per_m = 1.5e3\nintegrator = \"implicit-dashpot\"\n[record]\nframes = 20\n",
+    ),
+    ("gas_exact", "seed = 6\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes = 20\n"),
+    (
+        "gas_stepped",
+        "seed = 7\n[model.gas]\nparticles = 50\nduration_s = 0.02\npropagation = \"stepped\"\ntime_step_s = 3e-5\n\
+         [record]\nframes = 20\n",
+    ),
+    ("packing", "seed = 8\n[model.packing]\ndiscs = 40\n[record]\nframes = 20\n"),
+    (
+        "packing_inelastic_by_time",
+        "seed = 9\n[model.packing]\ndiscs = 40\nrestitution = 0.9\nduration = 40.0\n[record]\nframes = 20\n",
+    ),
+    ("orbit_euler", "[model.orbit]\nduration_days = 100.0\n[record]\nframes = 20\n"),
+    (
+        "orbit_rk4",
+        "[model.orbit]\nduration_days = 100.0\nintegrator = \"rk4\"\nstart = \"heliocentric\"\n[record]\nframes = 20\n",
+    ),
+];
+
+/// The one run of a manifest.
+pub fn run_of(name: &str, manifest: &str) -> RunManifest {
+    let experiment = kinetoscope_manifest::parse(manifest, &format!("{name}.toml"), &[])
+        .unwrap_or_else(|diagnostics| panic!("{diagnostics}"));
+    assert_eq!(experiment.runs.len(), 1);
+    experiment.runs[0].manifest.clone()
+}
+
+/// How a trajectory is taken.
+#[derive(Clone, Copy)]
+pub struct Taking {
+    /// Steps or events a call.
+    pub budget: u64,
+    /// Frames; `None` as the manifest says.
+    pub frames: Option<u64>,
+    /// Whether every frame is looked at, or the last alone.
+    pub look_at_all: bool,
+    /// Whether the per-collision series is collected.
+    pub per_collision: bool,
+}
+
+impl Taking {
+    /// As a run does it.
+    pub const PLAIN: Self =
+        Self { budget: u64::MAX, frames: None, look_at_all: true, per_collision: false };
+}
+
+/// The frames that were looked at, the last one last.
+pub fn trajectory(manifest: &RunManifest, taking: Taking) -> Vec<Frame> {
+    struct Action<'a>(&'a RunManifest, Taking);
+    impl ForModel for Action<'_> {
+        type Output = Vec<Frame>;
+        fn call<M: Model>(self, config: &M::Config) -> Vec<Frame> {
+            let Self(manifest, taking) = self;
+            let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
+            let mut model = M::prepare(config, seed, taking.per_collision).unwrap();
+            let interval = taking.frames.map_or(manifest.record.interval, |frames| {
+                RecordInterval::Frames(NonZeroU64::new(frames).unwrap())
+            });
+            let schedule = Schedule::new(interval, model.extent()).unwrap();
+            let mut frames = Vec::new();
+            for index in 1..=schedule.frames() {
+                let target = schedule.target(index);
+                while model.advance(target, taking.budget).unwrap() == Progress::Working {}
+                if taking.look_at_all || index == schedule.frames() {
+                    let mut frame = Frame::new();
+                    model.observe(&mut frame);
+                    frames.push(frame);
+                }
+            }
+            frames
+        }
+    }
+    with_model(&manifest.model, Action(manifest, taking))
+}
+
+/// The bits of a frame's state.
+pub fn bits(frame: &Frame) -> Vec<u64> {
+    frame.state().iter().map(|value| value.to_bits()).collect()
+}
