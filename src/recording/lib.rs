@@ -6,6 +6,7 @@ pub mod channels;
 pub mod error;
 pub mod file;
 pub mod frame;
+pub mod layout;
 pub mod provenance;
 pub mod reader;
 pub mod recorder;

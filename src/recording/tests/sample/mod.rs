@@ -1,6 +1,7 @@
 //! A small recording that several tests use: three columns of motion, every kind of message.
 
 #![allow(dead_code, reason = "each test uses its part")]
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use kinetoscope_recording::channels::{
     ChannelDeclaration, GasSpeeds, GasTemperature, PerCollision,
@@ -78,6 +79,7 @@ pub(crate) fn fill(frame: &mut Frame, index: u64, particles: usize) {
         density: vec![1.0, 2.0, 1.0 / 3.0],
         initial_law: vec![1.0; 3],
         maxwell: vec![0.5; 3],
+        ..GasSpeeds::default()
     });
     frame.push(&PerCollision {
         event: vec![1, 2],
