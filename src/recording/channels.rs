@@ -227,6 +227,14 @@ channels! {
         initial_law: Vec<f64> [double, repeated] = "3",
         /// Maxwell's density at the same mean square, s/m.
         maxwell: Vec<f64> [double, repeated] = "4",
+        /// Centres of the bins over the rms speed, for plots: viewers' ticks have three decimals.
+        speed_over_rms: Vec<f64> [double, repeated] = "5",
+        /// Measured density times the rms speed.
+        density_times_rms: Vec<f64> [double, repeated] = "6",
+        /// Density of the speeds' own law at the start times the rms speed.
+        initial_law_times_rms: Vec<f64> [double, repeated] = "7",
+        /// Maxwell's density times the rms speed.
+        maxwell_times_rms: Vec<f64> [double, repeated] = "8",
     }
 
     /// Packing: moments of the velocities.
