@@ -1,0 +1,205 @@
+//! How a point particle moves in a circle: straight on at constant speed, mirrored at the wall (gas document, exercise
+//! 14g1). Nothing here depends on anything but its arguments.
+//!
+//! Positions are relative to the container's centre. Lengths in m, times in s, speeds in m/s.
+
+use serde::{Deserialize, Serialize};
+
+/// A point particle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Particle {
+    /// Position p relative to the centre, m.
+    pub position: [f64; 2],
+    /// Velocity v, m/s.
+    pub velocity: [f64; 2],
+}
+
+/// What happened to a particle during some time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flight {
+    /// The particle at the end.
+    pub particle: Particle,
+    /// Hits of the wall.
+    pub hits: u64,
+    /// Normal impulse on the wall over the particle's mass, m/s.
+    pub impulse_per_mass: f64,
+}
+
+impl Particle {
+    /// Speed |v|, m/s.
+    #[must_use]
+    pub fn speed(&self) -> f64 {
+        libm::hypot(self.velocity[0], self.velocity[1])
+    }
+
+    /// Angular momentum about the centre over the mass, p x v = x vy - y vx, m^2/s.
+    #[must_use]
+    pub fn angular_momentum_per_mass(&self) -> f64 {
+        cross(self.position, self.velocity)
+    }
+}
+
+/// Free flight, p + v t: equation (7) of the gas document.
+#[must_use]
+pub fn drifted(particle: Particle, time: f64) -> Particle {
+    let Particle { position: [x, y], velocity: [vx, vy] } = particle;
+    Particle { position: [x + time * vx, y + time * vy], velocity: [vx, vy] }
+}
+
+/// Time u >= 0 until a particle inside the wall meets it: the later root of (p + v u)^2 = R^2, equation (9) of the gas
+/// document with c = 0. u is a time in (0, dt], not the share in (0, 1] of the document. Infinite for a particle at rest.
+///
+/// With b = p . v and D = b^2 + v^2 (R^2 - p^2): u = (sqrt(D) - b) / v^2 = (R^2 - p^2) / (sqrt(D) + b); of the two forms
+/// the one without a difference of near equals is taken. Rounding may have put the particle a last bit outside; it then
+/// counts as on the wall.
+#[must_use]
+pub fn time_to_wall(particle: Particle, radius: f64) -> f64 {
+    let Particle { position, velocity } = particle;
+    let square = dot(velocity, velocity);
+    let along = dot(position, velocity);
+    let room = room_to_wall(position, radius);
+    let root = (along * along + square * room).sqrt();
+    if along > 0.0 {
+        room / (root + along)
+    } else if square > 0.0 {
+        (root - along) / square
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Specular reflection of a particle where it stands, v' = v - 2 (v . n) n with n = p / |p|. Dividing by p^2 keeps n a
+/// unit vector at every hit; a map that trusts |p| = R amplifies its rounding from hit to hit.
+#[must_use]
+pub fn reflected(particle: Particle) -> Particle {
+    let Particle { position, velocity } = particle;
+    let twice = 2.0 * dot(velocity, position) / dot(position, position);
+    let velocity = [velocity[0] - twice * position[0], velocity[1] - twice * position[1]];
+    Particle { position, velocity }
+}
+
+/// The whole path of a particle in a circle, in closed form: chords of one length, each turned against the last by one
+/// angle.
+///
+/// With s = |v|, b0 = (p . v)/s, d = (p x v)/s: half a chord is C = sqrt(R^2 - d^2), hits come at (C - b0)/s and then
+/// every 2 C/s, and each turns the path by beta = pi - 2 a, sin a = d/R (Berry, Eur. J. Phys. 2, 91 (1981): the circular
+/// billiard).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chords {
+    start: Particle,
+    radius: f64,
+    speed: f64,
+    along: f64,
+    offset: f64,
+    half_chord: f64,
+}
+
+impl Chords {
+    /// The path that starts with this particle, inside a circle of this radius or on it.
+    #[must_use]
+    pub fn of(start: Particle, radius: f64) -> Self {
+        let speed = start.speed();
+        let (along, offset) = if speed > 0.0 {
+            let direction = [start.velocity[0] / speed, start.velocity[1] / speed];
+            (dot(start.position, direction), cross(start.position, direction))
+        } else {
+            (0.0, 0.0)
+        };
+        // C^2 = R^2 - d^2 = (R^2 - p^2) + b0^2: without cancellation, and exact for a start on the wall.
+        let half_chord = (room_to_wall(start.position, radius) + along * along).sqrt();
+        Self { start, radius, speed, along, offset, half_chord }
+    }
+
+    /// Whether the path slides along the wall: its chords are so flat that they differ from the wall by less than the
+    /// rounding of R (C^2 / 2R < 2^-53 R). Single hits have no meaning then and are not counted; the limit of their
+    /// impulse is.
+    #[must_use]
+    pub fn slides(&self) -> bool {
+        self.half_chord * self.half_chord < f64::EPSILON * self.radius * self.radius
+    }
+
+    /// Hits in (0, t], k = floor((b0 + s t + C) / (2 C)); a hit at the start itself counts as soon as t > 0.
+    #[must_use]
+    pub fn hits(&self, time: f64) -> u64 {
+        if self.slides() || time <= 0.0 {
+            return 0;
+        }
+        let chords = (self.along + self.speed * time + self.half_chord) / (2.0 * self.half_chord);
+        // The cast rounds towards zero: at or above zero that is the floor, and below zero nothing was hit yet.
+        chords as u64
+    }
+
+    /// Normal impulse on the wall over the particle's mass, m/s: 2 s C/R a hit; for a path that slides s^2 t/R.
+    #[must_use]
+    pub fn impulse_per_mass(&self, hits: u64, time: f64) -> f64 {
+        if self.slides() {
+            self.speed * self.speed * time / self.radius
+        } else {
+            hits as f64 * (2.0 * self.speed * self.half_chord / self.radius)
+        }
+    }
+
+    /// The particle at time t >= 0 since the start:
+    /// p(t) = Rot(k beta) [(b0 + s t - 2 C k) v^ - d n^], n^ = (-v^y, v^x), v(t) = Rot(k beta) v.
+    #[must_use]
+    pub fn at(&self, time: f64) -> Particle {
+        let Particle { position, velocity } = self.start;
+        // With its sign, |d| for d and without whole turns: 2 atan2(C, |d|) stays exact where hits are grazing.
+        let sense = if self.offset < 0.0 { -1.0 } else { 1.0 };
+        if self.slides() {
+            let angle = sense * (self.speed * time / self.radius);
+            return Particle {
+                position: turned(position, angle),
+                velocity: turned(velocity, angle),
+            };
+        }
+        let hits = self.hits(time) as f64;
+        if hits == 0.0 {
+            return drifted(self.start, time);
+        }
+        let turn = sense * 2.0 * libm::atan2(self.half_chord, self.offset.abs());
+        let direction = [velocity[0] / self.speed, velocity[1] / self.speed];
+        let run = self.along + self.speed * time - 2.0 * self.half_chord * hits;
+        let unturned = [
+            run * direction[0] + self.offset * direction[1],
+            run * direction[1] - self.offset * direction[0],
+        ];
+        let angle = hits * turn;
+        Particle { position: turned(unturned, angle), velocity: turned(velocity, angle) }
+    }
+
+    /// The flight of this time from the start.
+    #[must_use]
+    pub fn flight(&self, time: f64) -> Flight {
+        let hits = self.hits(time);
+        Flight {
+            particle: self.at(time),
+            hits,
+            impulse_per_mass: self.impulse_per_mass(hits, time),
+        }
+    }
+}
+
+/// R^2 - p^2, and zero for a particle that rounding put outside.
+fn room_to_wall(position: [f64; 2], radius: f64) -> f64 {
+    let distance = dot(position, position).sqrt();
+    if distance < radius { (radius - distance) * (radius + distance) } else { 0.0 }
+}
+
+/// Rot(angle) of a vector, anticlockwise.
+fn turned(vector: [f64; 2], angle: f64) -> [f64; 2] {
+    let (sin, cos) = libm::sincos(angle);
+    [cos * vector[0] - sin * vector[1], sin * vector[0] + cos * vector[1]]
+}
+
+/// a . b, equation (5) of the gas document.
+#[must_use]
+pub fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// a x b, the component across the plane.
+#[must_use]
+pub fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}

@@ -1,0 +1,90 @@
+//! The histogram of the speeds, and the laws beside it.
+
+use kinetoscope_recording::channels::GasSpeeds;
+use serde::{Deserialize, Serialize};
+
+/// Bins of the histogram.
+const BINS: usize = 30;
+
+/// Upper end of the histogram where the law has none, over the root mean square speed: Maxwell's law has 0.2 % above.
+const TOP_OVER_RMS: f64 = 2.5;
+
+/// Upper end where all particles are at rest, m/s: a range must have a width.
+const TOP_AT_REST: f64 = 1.0;
+
+/// The law that the speeds at the start were drawn from, after their rescaling.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum SpeedLaw {
+    /// Uniform in [0, max).
+    Uniform {
+        /// Upper bound, m/s.
+        max_speed: f64,
+    },
+    /// Maxwell's in two dimensions.
+    Maxwell {
+        /// <v^2> of the law, m^2/s^2; the sample's differs.
+        mean_square: f64,
+    },
+    /// One speed for all.
+    Equal,
+    /// Written out.
+    Given,
+}
+
+impl SpeedLaw {
+    /// Probability density at a speed, s/m; 0 where the law is a single speed or not known.
+    #[must_use]
+    pub fn density(&self, speed: f64) -> f64 {
+        match *self {
+            Self::Uniform { max_speed } if speed < max_speed => 1.0 / max_speed,
+            Self::Maxwell { mean_square } => maxwell_density(speed, mean_square),
+            Self::Uniform { .. } | Self::Equal | Self::Given => 0.0,
+        }
+    }
+
+    /// Upper end of the range in which speeds are shown, fixed for the run, m/s; above zero.
+    #[must_use]
+    pub fn range_top(&self, rms_speed_at_start: f64) -> f64 {
+        let top = match *self {
+            Self::Uniform { max_speed } => max_speed,
+            _ => TOP_OVER_RMS * rms_speed_at_start,
+        };
+        if top > 0.0 { top } else { TOP_AT_REST }
+    }
+}
+
+/// Maxwell's law of the speeds in two dimensions, f(v) = 2 v / <v^2> exp(-v^2 / <v^2>), s/m; 0 for a gas at rest.
+#[must_use]
+pub fn maxwell_density(speed: f64, mean_square: f64) -> f64 {
+    if mean_square > 0.0 {
+        2.0 * speed / mean_square * libm::exp(-speed * speed / mean_square)
+    } else {
+        0.0
+    }
+}
+
+/// Histogram in 30 equal bins of [0, `range_top`), densities over all particles: a speed beyond the range is in no bin, so
+/// that the bins' sum is the share inside. Maxwell's law is that of the given mean square.
+#[must_use]
+pub fn histogram(
+    speeds: impl ExactSizeIterator<Item = f64>,
+    law: SpeedLaw,
+    range_top: f64,
+    mean_square: f64,
+) -> GasSpeeds {
+    let width = range_top / BINS as f64;
+    let particles = speeds.len() as f64;
+    let mut counts = [0_u64; BINS];
+    for speed in speeds {
+        if let Some(count) = counts.get_mut((speed / width) as usize) {
+            *count += 1;
+        }
+    }
+    let centres: Vec<f64> = (0..BINS).map(|bin| (bin as f64 + 0.5) * width).collect();
+    GasSpeeds {
+        density: counts.iter().map(|&count| count as f64 / (particles * width)).collect(),
+        initial_law: centres.iter().map(|&speed| law.density(speed)).collect(),
+        maxwell: centres.iter().map(|&speed| maxwell_density(speed, mean_square)).collect(),
+        speed_m_per_s: centres,
+    }
+}

@@ -1,0 +1,156 @@
+//! The particles at the start: places, speeds and their scale.
+
+use super::motion::Particle;
+use super::pressure::{SpeedMean, SpeedMoments, speed_at};
+use super::speeds::SpeedLaw;
+use crate::model::Refusal;
+use crate::random::{Seed, Stream};
+use kinetoscope_manifest::model::{
+    GasConfig, GivenState, Placement, SpeedDistribution, SpeedScale,
+};
+use std::f64::consts::TAU;
+
+/// Particles relative to the centre, and the law of their speeds.
+pub(super) struct Start {
+    pub(super) particles: Vec<Particle>,
+    pub(super) speed_law: SpeedLaw,
+}
+
+/// How far outside a written point may be and still be meant to stand on the wall, over the radius: the rounding of
+/// written decimals.
+const WRITTEN_ON_WALL: f64 = 1e-12;
+
+/// Builds the start of a configuration, its speeds at their final scale.
+pub(super) fn start(
+    config: &GasConfig,
+    seed: Seed,
+    definition: SpeedMean,
+    boltzmann_j_per_k: f64,
+) -> Result<Start, Refusal> {
+    let unscaled = match &config.placement {
+        Placement::Random => drawn(config, seed)?,
+        Placement::Given(state) => given(config, state)?,
+        Placement::Lattice => {
+            return Err(Refusal(
+                "a gas is not placed on a lattice: use placement = \"random\" or written positions"
+                    .to_owned(),
+            ));
+        }
+    };
+    let factor = match config.speed_scale {
+        SpeedScale::Given => 1.0,
+        SpeedScale::MaxSpeed(speed) => speed.get(),
+        SpeedScale::Temperature(temperature) => {
+            let wanted = speed_at(temperature.get(), config.mass_kg.get(), boltzmann_j_per_k);
+            let present = SpeedMoments::of(&unscaled.particles).squared_speed(definition).sqrt();
+            if wanted > 0.0 && !(present > 0.0 && present.is_finite()) {
+                return Err(Refusal(format!(
+                    "velocities of mean {present} m/s can't be scaled to {} K: give some particle a finite velocity, or temperature_k = 0",
+                    temperature.get()
+                )));
+            }
+            if wanted > 0.0 { wanted / present } else { 0.0 }
+        }
+    };
+    Ok(unscaled.scaled(factor))
+}
+
+impl Start {
+    /// All velocities times a factor: step (d) of the gas document.
+    fn scaled(mut self, factor: f64) -> Self {
+        for particle in &mut self.particles {
+            // Adding zero makes a particle at rest +0 in both components.
+            particle.velocity = particle.velocity.map(|component| component * factor + 0.0);
+        }
+        self.speed_law = match self.speed_law {
+            SpeedLaw::Uniform { max_speed } => SpeedLaw::Uniform { max_speed: max_speed * factor },
+            SpeedLaw::Maxwell { mean_square } => {
+                SpeedLaw::Maxwell { mean_square: mean_square * factor * factor }
+            }
+            SpeedLaw::Equal => SpeedLaw::Equal,
+            SpeedLaw::Given => SpeedLaw::Given,
+        };
+        self
+    }
+}
+
+/// Places uniform over the area, directions uniform, speeds by their law in units of its scale.
+fn drawn(config: &GasConfig, seed: Seed) -> Result<Start, Refusal> {
+    let speed_law = match (config.speed_distribution, config.speed_scale) {
+        (_, SpeedScale::Given) => {
+            return Err(Refusal(
+                "drawn speeds need a scale: give temperature_k or max_speed_m_per_s".to_owned(),
+            ));
+        }
+        (SpeedDistribution::Maxwell, SpeedScale::MaxSpeed(_)) => {
+            return Err(Refusal(
+                "Maxwell's speeds have no upper bound: give temperature_k, not max_speed_m_per_s"
+                    .to_owned(),
+            ));
+        }
+        (SpeedDistribution::Uniform, _) => SpeedLaw::Uniform { max_speed: 1.0 },
+        (SpeedDistribution::Maxwell, _) => SpeedLaw::Maxwell { mean_square: 2.0 },
+        (SpeedDistribution::Equal, _) => SpeedLaw::Equal,
+    };
+    let radius = config.radius_m.get();
+    let mut places = seed.stream(Stream::Positions);
+    let mut motions = seed.stream(Stream::Velocities);
+    let particles = (0..config.particles.get())
+        .map(|_| {
+            // The area inside a radius grows as its square: the root of a uniform number is uniform over the disc.
+            let distance = radius * places.uniform().sqrt();
+            let position = from_polar(distance, TAU * places.uniform());
+            let velocity = match config.speed_distribution {
+                SpeedDistribution::Uniform => {
+                    let speed = motions.uniform();
+                    from_polar(speed, TAU * motions.uniform())
+                }
+                SpeedDistribution::Maxwell => motions.normal_pair(),
+                SpeedDistribution::Equal => from_polar(1.0, TAU * motions.uniform()),
+            };
+            Particle { position, velocity }
+        })
+        .collect();
+    Ok(Start { particles, speed_law })
+}
+
+fn from_polar(length: f64, angle: f64) -> [f64; 2] {
+    let (sin, cos) = libm::sincos(angle);
+    [length * cos, length * sin]
+}
+
+/// Particles as written; a point outside is refused.
+fn given(config: &GasConfig, state: &GivenState) -> Result<Start, Refusal> {
+    if let SpeedScale::MaxSpeed(_) = config.speed_scale {
+        return Err(Refusal(
+            "written velocities have no law to bound: leave max_speed_m_per_s out, or rescale them by temperature_k"
+                .to_owned(),
+        ));
+    }
+    let (count, places, motions) =
+        (config.particles.get() as usize, state.positions.len(), state.velocities.len());
+    if places != count || motions != count {
+        return Err(Refusal(format!(
+            "particles = {count}, but {places} positions and {motions} velocities are written: the three must agree"
+        )));
+    }
+    let (radius, centre) = (config.radius_m.get(), config.centre_m.map(|axis| axis.get()));
+    let mut particles = Vec::with_capacity(count);
+    for (index, (place, velocity)) in state.positions.iter().zip(&state.velocities).enumerate() {
+        let mut position = [place[0].get() - centre[0], place[1].get() - centre[1]];
+        let distance = libm::hypot(position[0], position[1]);
+        if distance > radius * (1.0 + WRITTEN_ON_WALL) {
+            return Err(Refusal(format!(
+                "particle {index} (counted from 0) at [{}, {}] is {distance} m from the centre, outside the wall at {radius} m: \
+                 move it inside or enlarge radius_m",
+                place[0].get(),
+                place[1].get()
+            )));
+        }
+        if distance > radius {
+            position = position.map(|component| component * (radius / distance));
+        }
+        particles.push(Particle { position, velocity: velocity.map(|component| component.get()) });
+    }
+    Ok(Start { particles, speed_law: SpeedLaw::Given })
+}

@@ -1,0 +1,55 @@
+//! The gas document's step with its defects mended.
+//!
+//! As printed, the rest of a step after a hit is a length, one hit a step is allowed and radial hits give 0/0. Here the rest is the
+//! time dt - u, the path is mirrored at every hit until the step is used up, and the normal is never the zero vector.
+
+use super::motion::{Chords, Flight, Particle, drifted, reflected, time_to_wall};
+
+/// Hits in one step above which the closed form takes the whole step: grazing paths hit as often as they like.
+const MOST_REFLECTIONS: u64 = 64;
+
+/// One step of a particle inside the wall: equation (7), and while that leads outside equations (9) and (10) with u in
+/// (0, rest of the step], then the mirror.
+#[must_use]
+pub fn step(particle: Particle, radius: f64, time_step: f64) -> Flight {
+    let end = drifted(particle, time_step);
+    let [x, y] = end.position;
+    if x * x + y * y <= radius * radius {
+        return Flight { particle: end, hits: 0, impulse_per_mass: 0.0 };
+    }
+    let chords = Chords::of(particle, radius);
+    if chords.slides() || chords.hits(time_step) > MOST_REFLECTIONS {
+        chords.flight(time_step)
+    } else {
+        reflect_until_used_up(particle, radius, time_step)
+    }
+}
+
+/// Flies and mirrors until the time is used up. It ends: the path does not slide, so after a mirror the velocity points
+/// inwards by far more than its rounding, and the next hit is a chord away.
+fn reflect_until_used_up(mut particle: Particle, radius: f64, time: f64) -> Flight {
+    let mut rest = time;
+    let mut hits = 0;
+    let mut impulse_per_mass = 0.0;
+    loop {
+        let to_wall = time_to_wall(particle, radius);
+        if to_wall >= rest {
+            return Flight { particle: drifted(particle, rest), hits, impulse_per_mass };
+        }
+        let before = on_wall(drifted(particle, to_wall), radius);
+        particle = reflected(before);
+        let [x, y] = particle.position;
+        let change =
+            [before.velocity[0] - particle.velocity[0], before.velocity[1] - particle.velocity[1]];
+        impulse_per_mass += (change[0] * x + change[1] * y) / radius;
+        hits += 1;
+        rest -= to_wall;
+    }
+}
+
+/// The particle drawn onto the wall, from which it is a rounding away: errors of hits do not add up.
+fn on_wall(particle: Particle, radius: f64) -> Particle {
+    let [x, y] = particle.position;
+    let scale = radius / (x * x + y * y).sqrt();
+    Particle { position: [x * scale, y * scale], ..particle }
+}
