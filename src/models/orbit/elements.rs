@@ -1,0 +1,74 @@
+//! The orbit that a state belongs to: its osculating elements.
+
+use super::motion::{State, angular_momentum, dot, energy, length};
+use crate::constants::GM_SUN_AU3_PER_DAY2;
+use std::f64::consts::TAU;
+
+/// Elements of the conic that the body would follow from here without error. Lengths in AU, times in days, angles in rad.
+///
+/// Angles come from two components (atan2), never from a cosine alone: an inclination of 7e-5 would lose half its digits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elements {
+    /// v^2 / 2 - GM / r, AU^2/day^2.
+    pub energy: f64,
+    /// L = |r x v|, AU^2/day.
+    pub angular_momentum: f64,
+    /// a = -GM / (2 energy), AU: below zero for a hyperbola.
+    pub semi_major_axis: f64,
+    /// e, the length of (L^2 / (GM r) - 1, L (r . v) / (GM r)), its radial and transverse component.
+    pub eccentricity: f64,
+    /// L^2 / (GM (1 + e)), AU.
+    pub perihelion: f64,
+    /// Angle between r x v and the z axis, rad.
+    pub inclination: f64,
+    /// What only a closed orbit has.
+    pub bound: Option<BoundElements>,
+}
+
+/// Elements of an ellipse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundElements {
+    /// P = 2 pi sqrt(a^3 / GM), days (Kepler's third law).
+    pub period: f64,
+    /// a (1 + e), AU.
+    pub aphelion: f64,
+    /// M = E - e sin E, rad, with e cos E = 1 - r/a and e sin E = r . v / sqrt(GM a).
+    pub mean_anomaly: f64,
+}
+
+impl Elements {
+    /// The elements of a state whose position is not zero.
+    #[must_use]
+    pub fn of(state: State) -> Self {
+        const GM: f64 = GM_SUN_AU3_PER_DAY2;
+        let distance = length(state.position);
+        let radial_motion = dot(state.position, state.velocity);
+        let energy = energy(state);
+        let momentum = angular_momentum(state);
+        let magnitude = length(momentum);
+        let semi_latus_rectum = magnitude * magnitude / GM;
+        let radial = semi_latus_rectum / distance - 1.0;
+        let transverse = magnitude * radial_motion / (GM * distance);
+        let eccentricity = (radial * radial + transverse * transverse).sqrt();
+        let semi_major_axis = -GM / (2.0 * energy);
+        let bound = (energy < 0.0).then(|| {
+            let cosine = 1.0 - distance / semi_major_axis;
+            let sine = radial_motion / (GM * semi_major_axis).sqrt();
+            BoundElements {
+                period: TAU * semi_major_axis * (semi_major_axis / GM).sqrt(),
+                aphelion: semi_major_axis * (1.0 + eccentricity),
+                mean_anomaly: libm::atan2(sine, cosine) - sine,
+            }
+        });
+        let across = (momentum[0] * momentum[0] + momentum[1] * momentum[1]).sqrt();
+        Self {
+            energy,
+            angular_momentum: magnitude,
+            semi_major_axis,
+            eccentricity,
+            perihelion: semi_latus_rectum / (1.0 + eccentricity),
+            inclination: libm::atan2(across, momentum[2]),
+            bound,
+        }
+    }
+}
