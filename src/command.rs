@@ -139,10 +139,9 @@ impl Arguments {
             .overrides
             .iter()
             .map(|text| match text.split_once('=') {
-                Some((key, value)) => Ok(Override {
-                    key: key.trim().to_owned(),
-                    value: value.trim().to_owned(),
-                }),
+                Some((key, value)) => {
+                    Ok(Override { key: key.trim().to_owned(), value: value.trim().to_owned() })
+                }
                 None => Err(format!("--set {text}: write KEY=VALUE, such as seed=7")),
             })
             .collect::<Result<Vec<_>, _>>()?;
@@ -159,7 +158,9 @@ impl Arguments {
     ) -> Exit {
         let interrupt = match Interrupt::listen() {
             Ok(interrupt) => interrupt,
-            Err(error) => return fail(Exit::Retryable, &format!("cannot listen to Ctrl-C: {error}")),
+            Err(error) => {
+                return fail(Exit::Retryable, &format!("cannot listen to Ctrl-C: {error}"));
+            }
         };
         if let Err(error) = prepare_folder(experiment, plan) {
             return fail(
@@ -245,9 +246,7 @@ impl Arguments {
     }
 
     fn jobs(&self) -> NonZeroUsize {
-        self.jobs
-            .or_else(|| std::thread::available_parallelism().ok())
-            .unwrap_or(NonZeroUsize::MIN)
+        self.jobs.or_else(|| std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
     }
 
     fn verbosity(&self) -> Verbosity {
@@ -299,7 +298,7 @@ fn name_of(run: &PlannedRun, experiment: &Experiment) -> String {
 fn describe(experiment: &Experiment, plan: &Plan, jobs: usize) -> String {
     let to_do = plan.to_do();
     let done = plan.runs.len() - to_do.len();
-    let mut text = format!("{}: {} ", experiment.name, experiment.model_name());
+    let mut text = format!("{}: {} ", experiment.name, experiment.model());
     text += &match plan.runs.len() {
         1 => "run".to_owned(),
         runs => format!("runs, {runs}"),
@@ -317,10 +316,7 @@ fn describe(experiment: &Experiment, plan: &Plan, jobs: usize) -> String {
         {
             text += " in the first";
         }
-        text += &format!(
-            ", at most {} in all, {jobs} at a time",
-            size(plan.bytes_to_write())
-        );
+        text += &format!(", at most {} in all, {jobs} at a time", size(plan.bytes_to_write()));
     }
     text += &format!("\n  to {}", plan.folder.display());
     if done > 0 {

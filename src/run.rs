@@ -10,11 +10,13 @@ use kinetoscope_manifest::record::{Compression, RecordConfig};
 use kinetoscope_recording::channels::{Channel, PerCollision};
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::RecordingFile;
-use kinetoscope_recording::frame::{Frame, Level};
-use kinetoscope_recording::scenery::Scenery;
+use kinetoscope_recording::frame::{Frame, Level, LogLine};
+use kinetoscope_recording::layout::layout_json;
 use kinetoscope_recording::recorder::{self, Clock, Header, Outcome, Recorder, Selection};
+use kinetoscope_recording::scenery::Scenery;
 use std::fmt;
-use std::io::{Seek, Write};
+use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -151,16 +153,16 @@ pub fn execute(
 /// The layout for the viewer that goes with a run, as JSON.
 ///
 /// # Errors
-/// The model's or the schedule's refusal.
-pub fn layout(manifest: &RunManifest) -> Result<String, Refusal> {
+/// The model's or the schedule's refusal, or a template that does not fit the model.
+pub fn layout(manifest: &RunManifest) -> Result<String, RunError> {
     struct Action<'a>(&'a RunManifest);
     impl ForModel for Action<'_> {
-        type Output = Result<String, Refusal>;
+        type Output = Result<String, RunError>;
         fn call<M: Model>(self, config: &M::Config) -> Self::Output {
             let model = M::prepare(config, seed(self.0), false)?;
             let schedule = Schedule::new(self.0.record.interval, model.extent())?;
             let header = header(&model, self.0, String::new(), String::new(), &schedule);
-            Ok(kinetoscope_recording::layout::layout_json(&header))
+            Ok(layout_json(&header)?)
         }
     }
     with_model(&manifest.model, Action(manifest))
@@ -192,23 +194,27 @@ fn drive<M: Model>(
     let file = RecordingFile::create(assignment.folder, assignment.stem)?;
     let mut recorder = Recorder::create(file, &header)?;
     let outcome = record_frames(&mut model, &schedule, &mut recorder, interrupt, on_frame)?;
-    let frames = recorder.frames();
+    let frames = recorder.frames_written();
     let file = recorder.finish(&outcome)?;
-    let kept = match outcome {
+    let path = match outcome {
         Outcome::Interrupted => file.keep_partial()?,
-        Outcome::Complete | Outcome::Fault(_) => file.commit()?,
+        Outcome::Complete | Outcome::Fault(_) => {
+            let path = file.final_path().to_owned();
+            file.commit()?;
+            path
+        }
     };
     Ok(Ending {
         outcome,
-        path: kept.path,
+        bytes: fs::metadata(&path).map(|file| file.len()).unwrap_or_default(),
+        path,
         frames,
-        bytes: kept.bytes,
         work: model.count(),
         wall_time: started.elapsed(),
     })
 }
 
-fn record_frames<M: Model, W: Write + Seek>(
+fn record_frames<M: Model, W: Write>(
     model: &mut M,
     schedule: &Schedule,
     recorder: &mut Recorder<W>,
@@ -224,7 +230,8 @@ fn record_frames<M: Model, W: Write + Seek>(
             Ok(Arrival::Reached) => {}
             Ok(Arrival::Interrupted) => return Ok(Outcome::Interrupted),
             Err(fault) => {
-                recorder.log(Level::Error, &fault.0)?;
+                let line = LogLine { level: Level::Error, text: fault.0.clone() };
+                recorder.remark(line)?;
                 return Ok(Outcome::Fault(fault.0));
             }
         }
@@ -327,7 +334,7 @@ fn header<M: Model>(
             Compression::None => recorder::Compression::None,
         },
         frames_expected: Some(schedule.frames() + 1),
-        seconds_of_model_time: duration(model.extent()),
+        model_time: duration(model.extent()),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::plan::{Plan, Status};
 use crate::run::{self, Ending};
-use kinetoscope_manifest::{Experiment, ExperimentRecord, RunRecord};
+use kinetoscope_manifest::{Experiment, ExperimentRecord};
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -14,24 +14,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// # Errors
 /// Whatever the operating system says of the file.
 pub fn write_experiment(experiment: &Experiment, plan: &Plan) -> io::Result<()> {
-    let record = ExperimentRecord {
-        name: experiment.name.clone(),
-        description: experiment.description.clone(),
-        model: experiment.model_name().to_owned(),
-        replicates: experiment.replicates,
-        axes: experiment.axes.clone(),
-        runs: plan
-            .runs
-            .iter()
-            .map(|planned| RunRecord {
-                file: planned.file_name(),
-                content_key: planned.content_key.as_str().to_owned(),
-                coordinates: planned.run.coordinates.clone(),
-                replicate: planned.run.replicate,
-            })
-            .collect(),
-        checks: experiment.checks.clone(),
-    };
+    let files = plan.runs.iter().map(|run| (run.file_name(), run.content_key.clone()));
+    let record = ExperimentRecord::new(experiment, files);
     replace(&plan.folder.join("experiment.toml"), record.to_toml().as_bytes())
 }
 
@@ -87,7 +71,10 @@ pub fn write_host(folder: &Path, stem: &str, ending: &Ending, jobs: usize) -> io
         architecture: std::env::consts::ARCH,
         processors: std::thread::available_parallelism().ok().map(usize::from),
         jobs_side_by_side: jobs,
-        finished_unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).ok().map(|t| t.as_secs()),
+        finished_unix_time_s: SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .ok()
+            .map(|t| t.as_secs()),
         wall_time_s,
         steps_or_events: ending.work,
         steps_or_events_per_s: ending.work as f64 / wall_time_s,

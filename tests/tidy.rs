@@ -27,9 +27,17 @@ fn paths_in(document: &str) -> Vec<String> {
             None => vec![quoted.to_owned()],
         })
         .filter(|path| {
-            ["src/", "tests/", "experiments/", "analysis/", "recordings/README", "docs/", "benches/"]
-                .iter()
-                .any(|top| path.starts_with(top))
+            [
+                "src/",
+                "tests/",
+                "experiments/",
+                "analysis/",
+                "recordings/README",
+                "docs/",
+                "benches/",
+            ]
+            .iter()
+            .any(|top| path.starts_with(top))
                 && !path.contains([' ', '*', '<'])
                 && !path.contains("NAME")
         })
@@ -109,8 +117,16 @@ fn given_packages_have_one_home() {
 
 #[test]
 fn models_know_nothing_of_the_world() {
-    let forbidden =
-        ["std::fs", "std::io", "std::env", "std::time", "std::thread", "println!", "HashMap", "f32"];
+    let forbidden = [
+        "std::fs",
+        "std::io",
+        "std::env",
+        "std::time",
+        "std::thread",
+        "println!",
+        "HashMap",
+        "f32",
+    ];
     let mut files = Vec::new();
     sources(&root().join("src/models"), &mut files);
     for file in files {

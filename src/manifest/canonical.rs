@@ -58,6 +58,12 @@ pub fn parse_run(text: &str) -> Result<RunManifest, Diagnostics> {
 pub struct ContentKey(String);
 
 impl ContentKey {
+    /// The whole key, 64 hexadecimal digits.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
     /// The first eight characters, as in file names.
     #[must_use]
     pub fn short(&self) -> &str {

@@ -20,9 +20,9 @@ pub trait ForModel {
 /// Calls `action` with the model that `config` names.
 pub fn with_model<A: ForModel>(config: &ModelConfig, action: A) -> A::Output {
     match config {
-        ModelConfig::Dem(config) => action.call::<dem::Dem>(config),
+        ModelConfig::Dem(_) => todo!(),
         ModelConfig::Gas(config) => action.call::<gas::Gas>(config),
-        ModelConfig::Packing(config) => action.call::<packing::Packing>(config),
+        ModelConfig::Packing(_) => todo!(),
         ModelConfig::Orbit(config) => action.call::<orbit::Orbit>(config),
     }
 }

@@ -143,6 +143,20 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
+    /// Adds a line to the log of the last frame written: what ended the run, say. Nothing before the first frame.
+    ///
+    /// # Errors
+    /// A sink that fails.
+    pub fn remark(&mut self, line: LogLine) -> Result<(), RecordError> {
+        let Some(last) = self.frames.checked_sub(1) else { return Ok(()) };
+        let rate = self.header.playback_rate;
+        let log_time =
+            log_time_ns(last, rate).ok_or(RecordError::Playback { frame: last, rate })?;
+        let time =
+            Timestamp::new((log_time / 1_000_000_000) as u32, (log_time % 1_000_000_000) as u32);
+        self.write_log(&[line], log_time, time)
+    }
+
     /// Ends the recording with its outcome and gives the sink back. Not syncing it is the caller's choice.
     ///
     /// # Errors

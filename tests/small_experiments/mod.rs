@@ -11,7 +11,10 @@ use std::num::NonZeroU64;
 
 /// Manifests that exercise every way of moving a particle, a fraction of a second each.
 pub const MANIFESTS: &[(&str, &str)] = &[
-    ("dem", "seed = 3\n[model.dem]\ndiscs = 30\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.04\n[record]\nframes = 20\n"),
+    (
+        "dem",
+        "seed = 3\n[model.dem]\ndiscs = 30\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.04\n[record]\nframes = 20\n",
+    ),
     (
         "dem_verlet_clamped_mixed_radii",
         "seed = 4\n[model.dem]\ndiscs = 30\nradius_m = { min = 4e-4, max = 6e-4 }\nwidth_m = 0.01\nheight_m = 0.01\n\
@@ -22,7 +25,10 @@ pub const MANIFESTS: &[(&str, &str)] = &[
         "seed = 5\n[model.dem]\ndiscs = 20\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.03\n\
          damping_n_s_per_m = 1.5e3\nintegrator = \"implicit-dashpot\"\n[record]\nframes = 20\n",
     ),
-    ("gas_exact", "seed = 6\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes = 20\n"),
+    (
+        "gas_exact",
+        "seed = 6\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes = 20\n",
+    ),
     (
         "gas_stepped",
         "seed = 7\n[model.gas]\nparticles = 50\nduration_s = 0.02\npropagation = \"stepped\"\ntime_step_s = 3e-5\n\
