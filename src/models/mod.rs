@@ -20,9 +20,9 @@ pub trait ForModel {
 /// Calls `action` with the model that `config` names.
 pub fn with_model<A: ForModel>(config: &ModelConfig, action: A) -> A::Output {
     match config {
-        ModelConfig::Dem(_) => todo!(),
+        ModelConfig::Dem(config) => action.call::<dem::Dem>(config),
         ModelConfig::Gas(config) => action.call::<gas::Gas>(config),
-        ModelConfig::Packing(_) => todo!(),
+        ModelConfig::Packing(config) => action.call::<packing::Packing>(config),
         ModelConfig::Orbit(config) => action.call::<orbit::Orbit>(config),
     }
 }
