@@ -1,0 +1,139 @@
+//! What to change where a start is refused: for each key of the manifest, the nearest value that is accepted.
+//!
+//! A value is found by trying the changed manifest itself, with the value as it will be printed. So what is named here is
+//! accepted when it is typed back.
+
+use super::parameters::{Parameters, radius_range};
+use super::restitution;
+use super::stability::Diagnosis;
+use kinetoscope_manifest::model::{DemConfig, DiscRadius, Dissipation, Placement, TimeStep};
+use kinetoscope_manifest::quantity::{NonNegative, Positive, Share};
+use std::f64::consts::PI;
+
+/// One key that may be changed.
+struct Key {
+    name: &'static str,
+    /// The value in use, or where the search begins.
+    current: f64,
+    /// The manifest with another value; `None` where that is out of range.
+    change: fn(&DemConfig, f64) -> Option<DemConfig>,
+}
+
+/// Doublings and halvings of a value that are tried.
+const DOUBLINGS: u32 = 100;
+/// Above this share of the box, larger discs may find no place.
+const ROOMY_PACKING_FRACTION: f64 = 0.4;
+
+/// The nearest accepted values, as lines of a manifest, each good on its own.
+pub(super) fn find(config: &DemConfig) -> Vec<String> {
+    keys(config).iter().filter_map(|key| nearest_accepted(config, key)).collect()
+}
+
+fn keys(config: &DemConfig) -> Vec<Key> {
+    let parameters = Parameters::new(config);
+    let (mass, stiffness) = (parameters.smallest_mass, parameters.law.stiffness);
+    let pair_mass = parameters.lightest_pair_mass();
+    let present = restitution::restitution(parameters.law.damping_ratio(pair_mass), config.force_tail);
+    // An overdamped dashpot has no restitution to start from.
+    let restitution = if present > 1e-3 { present } else { 1e-3 };
+    vec![
+        Key {
+            name: "time_step_s",
+            current: parameters.time_step,
+            change: |config, value| {
+                let time_step = TimeStep::Fixed(Positive::new(value)?);
+                Some(DemConfig { time_step, ..config.clone() })
+            },
+        },
+        Key {
+            name: "steps_per_contact",
+            current: PI * (mass / stiffness).sqrt() / parameters.time_step,
+            change: |config, value| {
+                let time_step = TimeStep::PerContact(Positive::new(value)?);
+                Some(DemConfig { time_step, ..config.clone() })
+            },
+        },
+        Key {
+            name: "damping_n_s_per_m",
+            current: parameters.law.damping(pair_mass),
+            change: |config, value| {
+                let dissipation = Dissipation::Damping(NonNegative::new(value)?);
+                Some(DemConfig { dissipation, ..config.clone() })
+            },
+        },
+        Key {
+            name: "restitution",
+            current: restitution,
+            change: |config, value| {
+                let dissipation = Dissipation::Restitution(Share::new(value)?);
+                Some(DemConfig { dissipation, ..config.clone() })
+            },
+        },
+        Key {
+            name: "stiffness_n_per_m",
+            current: stiffness,
+            change: |config, value| {
+                Some(DemConfig { stiffness_n_per_m: Positive::new(value)?, ..config.clone() })
+            },
+        },
+        Key { name: "radius_m", current: parameters.radius, change: with_radius },
+    ]
+}
+
+/// Equal discs of another radius, where they leave enough room to be placed anew.
+fn with_radius(config: &DemConfig, radius: f64) -> Option<DemConfig> {
+    let (smallest, largest) = radius_range(config);
+    let box_area = config.width_m.get() * config.height_m.get();
+    let covered = f64::from(config.discs.get()) * PI * radius * radius;
+    let is_given = matches!(config.placement, Placement::Given(_));
+    if smallest < largest || is_given || covered > ROOMY_PACKING_FRACTION * box_area {
+        return None;
+    }
+    Some(DemConfig { radius_m: DiscRadius::Equal(Positive::new(radius)?), ..config.clone() })
+}
+
+/// Walks away from the present value in both directions until one is accepted, then back to the border.
+fn nearest_accepted(config: &DemConfig, key: &Key) -> Option<String> {
+    let is_accepted = |value: f64| {
+        (key.change)(config, value).is_some_and(|changed| !Diagnosis::of(&changed).is_refused())
+    };
+    if is_accepted(key.current) {
+        return rounded(key, key.current, 1.0, is_accepted);
+    }
+    let mut factor = 1.0;
+    for _ in 0..DOUBLINGS {
+        for (inner, outer) in [(factor, 2.0 * factor), (1.0 / factor, 0.5 / factor)] {
+            if is_accepted(key.current * outer) {
+                let (mut refused, mut accepted) = (key.current * inner, key.current * outer);
+                for _ in 0..60 {
+                    let middle = (refused * accepted).sqrt();
+                    if is_accepted(middle) {
+                        accepted = middle;
+                    } else {
+                        refused = middle;
+                    }
+                }
+                return rounded(key, accepted, outer, is_accepted);
+            }
+        }
+        factor *= 2.0;
+    }
+    None
+}
+
+/// The value with three digits, moved on in the direction of `outward` until what is printed is accepted.
+fn rounded(
+    key: &Key,
+    value: f64,
+    outward: f64,
+    is_accepted: impl Fn(f64) -> bool,
+) -> Option<String> {
+    (0..10).find_map(|nudge| {
+        let share = 1.0 + 0.005 * f64::from(nudge);
+        let nudged = if outward >= 1.0 { value * share } else { value / share };
+        let printed: f64 = format!("{nudged:.2e}").parse().ok()?;
+        let plain = (1e-3..1e5).contains(&printed);
+        let text = if plain { format!("{printed}") } else { format!("{printed:e}") };
+        is_accepted(printed).then(|| format!("{} = {text}", key.name))
+    })
+}

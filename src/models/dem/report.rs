@@ -1,0 +1,140 @@
+//! What the user is told in words: of the start, of a refusal, of a blow-up.
+
+use super::Dem;
+use super::contacts::{Dashpot, Discs};
+use super::parameters::Parameters;
+use super::stability::{Diagnosis, figure};
+use super::{remedies, restitution, start, step};
+use crate::model::{Fault, Model};
+use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail, Placement, Stability};
+
+/// Why a start is refused and which values would do; the same words warn where it runs all the same.
+pub(super) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
+    let mut sentences = diagnosis.problems();
+    let remedies = remedies::find(config);
+    if remedies.is_empty() {
+        sentences.push("No single value helps: change two of them together.".to_owned());
+    } else {
+        sentences.push(format!(
+            "The nearest values that would do, each alone: {}.",
+            remedies.join("; ")
+        ));
+    }
+    if config.integrator != DemIntegrator::ImplicitDashpot {
+        sentences.push(
+            "integrator = \"implicit-dashpot\" holds strong dashpots, exactly for isolated pairs only.".to_owned(),
+        );
+    }
+    if config.stability == Stability::Refuse {
+        sentences.push("stability = \"warn\" runs it all the same.".to_owned());
+    }
+    sentences.join(" ")
+}
+
+/// The start in numbers, a line each.
+pub(super) fn facts(
+    config: &DemConfig,
+    parameters: &Parameters,
+    diagnosis: &Diagnosis,
+    discs: &Discs,
+) -> Vec<String> {
+    let placed = match config.placement {
+        Placement::Random => "at random",
+        Placement::Lattice => "on a square lattice",
+        Placement::Given(_) => "as given",
+    };
+    vec![
+        format!(
+            "{} discs placed {placed}, packing fraction {:.4}.",
+            discs.radii.len(),
+            start::packing_fraction(&discs.radii, parameters.sides)
+        ),
+        format!(
+            "Time step {:e} s, {} steps. {}",
+            parameters.time_step,
+            parameters.total_steps,
+            contact_steps(config, parameters)
+        ),
+        dashpot(config, parameters, diagnosis),
+    ]
+}
+
+/// The true number of steps of a contact: the document's formula counts m where two discs have m/2.
+fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
+    let steps = |effective_mass: f64| {
+        let law = &parameters.law;
+        let natural_frequency = (law.stiffness / effective_mass).sqrt();
+        let ratio = law.damping_ratio(effective_mass);
+        restitution::contact_duration(ratio, natural_frequency, config.force_tail)
+            .map(|duration| duration / parameters.time_step)
+    };
+    match (steps(parameters.lightest_pair_mass()), steps(parameters.smallest_mass)) {
+        (Some(pair), Some(wall)) => format!(
+            "A contact of the lightest discs lasts {pair:.1} steps with each other, {wall:.1} with a wall."
+        ),
+        _ => "The dashpot is overdamped: contacts last for ever.".to_owned(),
+    }
+}
+
+fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -> String {
+    let mass = parameters.lightest_pair_mass();
+    let ratio = parameters.law.damping_ratio(mass);
+    let tail = match config.force_tail {
+        ForceTail::Attractive => "with the attractive tail",
+        ForceTail::Clamped => "clamped at zero",
+    };
+    let given = match parameters.law.dashpot {
+        Dashpot::Ratio(_) => "from the restitution wanted",
+        Dashpot::Damping(_) => "as given",
+    };
+    let implicit = match config.integrator {
+        DemIntegrator::ImplicitDashpot => {
+            " The dashpot is implicit: stable contact by contact, exact for isolated pairs only."
+        }
+        DemIntegrator::SemiImplicitEuler | DemIntegrator::VelocityVerlet => "",
+    };
+    format!(
+        "Lightest pair: eta = {:.6e} N s/m {given}, zeta = {ratio:.6}, restitution {:.6} {tail}, \
+         c = eta dt/m_eff = {}.{implicit}",
+        parameters.law.damping(mass),
+        restitution::restitution(ratio, config.force_tail),
+        figure(diagnosis.damping_step)
+    )
+}
+
+/// What went wrong, where and when, and what to do.
+pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> Fault {
+    let what = match blow_up {
+        step::BlowUp::Overlap(contact) => {
+            let partner = match contact.partner {
+                Some(partner) => format!("disc {partner}"),
+                None => "the wall".to_owned(),
+            };
+            format!(
+                "disc {} and {partner} overlap by {} radii",
+                contact.disc,
+                figure(contact.overlap_over_radius)
+            )
+        }
+        step::BlowUp::Outside(disc) => {
+            let [x, y] = model.discs.positions[disc];
+            let [vx, vy] = model.discs.velocities[disc];
+            format!(
+                "the centre of disc {disc} left the box, at ({x:e}, {y:e}) m with a velocity of ({vx:e}, {vy:e}) m/s"
+            )
+        }
+    };
+    let advice = if model.damping_step >= 0.3 && model.parameters.law.implicit_over.is_none() {
+        "The dashpot is too strong for the time step: take more steps_per_contact (or a shorter time_step_s), less \
+         damping_n_s_per_m (or a higher restitution), or integrator = \"implicit-dashpot\"."
+    } else {
+        "The contacts are too soft for the speed or the load: take a higher stiffness_n_per_m or a larger radius_m; or \
+         the time step is too long: take more steps_per_contact."
+    };
+    Fault(format!(
+        "Blow-up at step {} (t = {:e} s): {what}. c = eta dt/m_eff = {}. {advice}",
+        model.count,
+        model.time(),
+        figure(model.damping_step)
+    ))
+}

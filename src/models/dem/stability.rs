@@ -1,0 +1,197 @@
+//! Whether a run can be integrated at all: found out before its first step.
+//!
+//! Each step of an explicit scheme subtracts c = eta dt/m_eff times the relative velocity of a contact. From c = 1 on it
+//! flips on the first touch, and far above each touch multiplies it by c.
+
+use super::parameters::{Parameters, radius_range};
+use super::restitution;
+use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement};
+
+/// c = eta dt/m_eff from which a run is refused.
+const LARGEST_DAMPING_STEP: f64 = 1.0;
+/// c from which the restitution is no longer the one that was wanted.
+const DOUBTFUL_DAMPING_STEP: f64 = 0.3;
+/// Bound of 6 k dt^2/m + 12 eta dt/m, for a hexagonal bed.
+const BED_BOUND: f64 = 4.0;
+/// pi sqrt(m/k) / dt below which beds chatter.
+const DOUBTFUL_STEPS_PER_CONTACT: f64 = 10.0;
+/// Overlap over radius from which a run is refused: a second push brings the centre through the wall.
+const LARGEST_OVERLAP: f64 = 0.5;
+/// Overlap over radius from which the user is told.
+const DOUBTFUL_OVERLAP: f64 = 0.3;
+/// Whole numbers beyond this are not all floating-point numbers.
+const MOST_STEPS: u64 = 1 << 53;
+
+/// The figures by which a start is judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Diagnosis {
+    /// c = eta dt/m_eff of the lightest pair.
+    pub(super) damping_step: f64,
+    /// 6 k dt^2/m + 12 eta dt/m of the lightest discs, the dashpot's part only where it is explicit.
+    bed: f64,
+    /// The document's N_t: pi sqrt(m/k) / dt, m the smallest mass.
+    steps_per_contact: f64,
+    /// Largest overlap to be expected at a wall, over the radius.
+    pub(super) overlap_over_radius: f64,
+    /// Whether the dashpot is solved implicitly, and knows no bound.
+    is_implicit: bool,
+    /// Whether the number of steps is at least one and can be counted.
+    is_countable: bool,
+}
+
+impl Diagnosis {
+    pub(super) fn of(config: &DemConfig) -> Self {
+        let parameters = Parameters::new(config);
+        let is_implicit = config.integrator == DemIntegrator::ImplicitDashpot;
+        let (step, mass) = (parameters.time_step, parameters.smallest_mass);
+        let stiffness = parameters.law.stiffness;
+        let damping = parameters.law.damping(parameters.lightest_pair_mass());
+        let dashpot_part = if is_implicit { 0.0 } else { 12.0 * damping * step / mass };
+        Self {
+            damping_step: damping * step / parameters.lightest_pair_mass(),
+            bed: 6.0 * stiffness * step * step / mass + dashpot_part,
+            steps_per_contact: std::f64::consts::PI * (mass / stiffness).sqrt() / step,
+            overlap_over_radius: expected_overlap(config, &parameters) / parameters.radius,
+            is_implicit,
+            is_countable: step > 0.0 && (1..=MOST_STEPS).contains(&parameters.total_steps),
+        }
+    }
+
+    /// Whether the run can't be trusted from its first contact on. Comparisons are written so that no number is unstable.
+    pub(super) fn is_refused(&self) -> bool {
+        self.is_unstable() || self.passes_walls() || !self.is_countable
+    }
+
+    /// Whether the number of steps makes sense; without that nothing runs.
+    pub(super) fn is_countable(&self) -> bool {
+        self.is_countable
+    }
+
+    fn is_unstable(&self) -> bool {
+        let is_bed_stable = self.bed < BED_BOUND;
+        let is_pair_stable = self.is_implicit || self.damping_step < LARGEST_DAMPING_STEP;
+        !(is_bed_stable && is_pair_stable)
+    }
+
+    fn passes_walls(&self) -> bool {
+        let is_held = self.overlap_over_radius < LARGEST_OVERLAP;
+        !is_held
+    }
+
+    /// Why the run is refused, a sentence each.
+    pub(super) fn problems(&self) -> Vec<String> {
+        let mut problems = Vec::new();
+        if self.is_unstable() {
+            problems.push(format!(
+                "The time step is unstable: c = eta dt/m_eff = {} for the lightest pair (a contact multiplies the \
+                 velocity from c = 1 on), and 6 k dt^2/m + 12 eta dt/m = {} for a bed (must stay below 4).",
+                figure(self.damping_step),
+                figure(self.bed)
+            ));
+        }
+        if self.passes_walls() {
+            problems.push(format!(
+                "The contacts are too soft: a disc that falls through the box overlaps the wall by about {} of its \
+                 radius (at most {LARGEST_OVERLAP} is accepted), and its centre may pass the wall.",
+                figure(self.overlap_over_radius)
+            ));
+        }
+        if !self.is_countable {
+            problems.push(
+                "The duration must hold at least one time step, and at most 2^53 of them.".to_owned(),
+            );
+        }
+        problems
+    }
+
+    /// What an accepted run should be looked at for, a sentence each.
+    pub(super) fn doubts(&self) -> Vec<String> {
+        let mut doubts = Vec::new();
+        if self.is_unstable() {
+            return doubts;
+        }
+        if self.is_implicit && self.damping_step >= DOUBTFUL_DAMPING_STEP {
+            doubts.push(format!(
+                "c = eta dt/m_eff = {} with the implicit dashpot: collisions lose more than the dashpot would take, and \
+                 discs with several contacts are damped contact by contact, which is not exact.",
+                figure(self.damping_step)
+            ));
+        } else if self.damping_step >= DOUBTFUL_DAMPING_STEP {
+            doubts.push(format!(
+                "c = eta dt/m_eff = {} for the lightest pair: from 0.3 on the restitution is not the one that the \
+                 dashpot stands for; a smaller time step helps.",
+                figure(self.damping_step)
+            ));
+        }
+        if self.steps_per_contact < DOUBTFUL_STEPS_PER_CONTACT {
+            doubts.push(format!(
+                "Only {} steps in pi sqrt(m/k): beds chatter below 10.",
+                figure(self.steps_per_contact)
+            ));
+        }
+        if self.overlap_over_radius >= DOUBTFUL_OVERLAP && !self.passes_walls() {
+            doubts.push(format!(
+                "A disc that falls through the box overlaps the wall by about {} of its radius: a higher stiffness_n_per_m \
+                 would keep it harder.",
+                figure(self.overlap_over_radius)
+            ));
+        }
+        doubts
+    }
+}
+
+/// Largest overlap to be expected at a wall, m: that of a disc that hits it at the speed of its fall, and that of a column
+/// of resting discs that its weight adds, all discs lying in even layers.
+fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
+    let law = &parameters.law;
+    let natural_frequency = (law.stiffness / parameters.mass).sqrt();
+    let hit = restitution::largest_overlap(
+        impact_speed(config, parameters),
+        law.damping_ratio(parameters.mass),
+        natural_frequency,
+    );
+    let layers =
+        |side: f64| 1.0 + f64::from(config.discs.get() - 1) * 2.0 * parameters.radius / side;
+    let weight = parameters.mass
+        * (parameters.gravity[0].abs() * layers(parameters.sides[1])
+            + parameters.gravity[1].abs() * layers(parameters.sides[0]));
+    hit + weight / law.stiffness
+}
+
+/// Speed of the fastest disc at the wall that it falls to, m/s: from the given start, else through the whole box.
+fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
+    let (_, radius) = radius_range(config);
+    let fall = |axis: usize, start: Option<f64>| {
+        let gravity = parameters.gravity[axis];
+        let height = match start {
+            Some(at) if gravity < 0.0 => at - radius,
+            Some(at) => parameters.sides[axis] - radius - at,
+            None => parameters.sides[axis] - 2.0 * radius,
+        };
+        if height > 0.0 { 2.0 * gravity.abs() * height } else { 0.0 }
+    };
+    let Placement::Given(given) = &config.placement else {
+        return (fall(0, None) + fall(1, None)).sqrt();
+    };
+    let mut fastest = 0.0;
+    for (position, velocity) in given.positions.iter().zip(&given.velocities) {
+        let [vx, vy] = [velocity[0].get(), velocity[1].get()];
+        let squared = vx * vx
+            + vy * vy
+            + fall(0, Some(position[0].get()))
+            + fall(1, Some(position[1].get()));
+        fastest = if squared > fastest { squared } else { fastest };
+    }
+    fastest.sqrt()
+}
+
+/// A figure for a sentence: whole from ten on, else two digits.
+pub(super) fn figure(value: f64) -> String {
+    if value >= 1e5 {
+        format!("{value:.2e}")
+    } else if value >= 10.0 {
+        format!("{value:.0}")
+    } else {
+        format!("{value:.2}")
+    }
+}
