@@ -1,1 +1,233 @@
 //! Event-driven hard discs.
+//!
+//! Equal discs of mass 1 fly freely in a box until two of them touch or one touches a wall. In reading order: the laws of
+//! flight and collision ([`motion`]), the start ([`start`], [`lattice`]), what can happen ([`events`]) and what comes next
+//! ([`queue`], [`cells`], [`clock`], [`engine`]), and what is measured ([`observables`]).
+
+mod cells;
+mod clock;
+mod engine;
+mod events;
+mod lattice;
+mod motion;
+mod observables;
+mod queue;
+mod start;
+
+use self::engine::{Arena, Engine};
+use self::observables::{Moments, Series, Tallies};
+use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use crate::random::{Seed, Stream};
+use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, RunLength};
+use kinetoscope_recording::channels::{
+    ChannelDeclaration, PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
+};
+use kinetoscope_recording::frame::{Frame, Level, StateColumn};
+use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
+use serde::{Deserialize, Serialize};
+
+/// More arrows than this hide the discs.
+const MOST_ARROWS: usize = 200;
+
+/// The colour bar ends at this multiple of the root mean square speed of the start.
+const SPEED_RANGE: f64 = 2.5;
+
+/// Event-driven hard discs in a box: see [`PackingConfig`] for the physics that can be chosen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Packing {
+    engine: Engine,
+    tallies: Tallies,
+    series: Option<Series>,
+    extent: RunExtent,
+    /// Time of the target that was reached last, or of the last collision since.
+    time: f64,
+    /// Whether the next call of `advance` opens a new window: as at the start, whose frame is taken first.
+    at_target: bool,
+    /// How the start came about: logged in the frame of the start, then dropped.
+    account_of_start: Option<String>,
+    speed_range_top: f64,
+}
+
+/// The run's length as it is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+enum RunExtent {
+    Events(u64),
+    Time(f64),
+}
+
+impl Model for Packing {
+    type Config = PackingConfig;
+    const NAME: &'static str = "packing";
+    const PHYSICS_VERSION: u32 = 1;
+    const TIME_UNIT: &'static str = "";
+    const STATE_COLUMNS: &'static [StateColumn] = &[
+        StateColumn { name: "x", unit: "" },
+        StateColumn { name: "y", unit: "" },
+        StateColumn { name: "vx", unit: "" },
+        StateColumn { name: "vy", unit: "" },
+        StateColumn { name: "radius", unit: "" },
+    ];
+    const CHANNELS: &'static [ChannelDeclaration] = &[
+        ChannelDeclaration::of::<PackingTemperature>(),
+        ChannelDeclaration::of::<PackingCollisions>(),
+        ChannelDeclaration::of::<PackingPressure>(),
+        ChannelDeclaration::opt_in::<PerCollision>(),
+    ];
+
+    fn prepare(config: &PackingConfig, seed: Seed, per_collision: bool) -> Result<Self, Refusal> {
+        let start = start::start(config, seed)?;
+        let moments = Moments::of(start.velocities.iter().copied());
+        let arena = Arena {
+            sides: [config.width.get(), config.height.get()],
+            radius: config.radius.get(),
+            restitution: config.restitution.get(),
+            wall_noise_rad: config.wall_noise_variance_rad2.get().sqrt(),
+        };
+        let rms_speed = match &config.placement {
+            PackingPlacement::Given(_) => moments.temperature().sqrt(),
+            PackingPlacement::Random | PackingPlacement::Lattice => {
+                2.0_f64.sqrt() * start::velocity_deviation(config)
+            }
+        };
+        let mut series = per_collision.then(Series::default);
+        if let Some(series) = &mut series {
+            series.push(0, 0.0, &moments);
+        }
+        Ok(Self {
+            engine: Engine::new(
+                arena,
+                &start.positions,
+                &start.velocities,
+                moments.temperature(),
+                seed.stream(Stream::WallNoise),
+            ),
+            tallies: Tallies::new(moments),
+            series,
+            extent: match config.length {
+                RunLength::EventsPerDisc(events) => {
+                    RunExtent::Events(u64::from(events.get()) * u64::from(config.discs.get()))
+                }
+                RunLength::Duration(duration) => RunExtent::Time(duration.get()),
+            },
+            time: 0.0,
+            at_target: true,
+            account_of_start: Some(start.account),
+            speed_range_top: if rms_speed > 0.0 { SPEED_RANGE * rms_speed } else { 1.0 },
+        })
+    }
+
+    fn extent(&self) -> Extent {
+        match self.extent {
+            RunExtent::Events(events) => Extent::Events(events),
+            RunExtent::Time(duration) => Extent::Time(duration),
+        }
+    }
+
+    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
+        self.open_window();
+        let mut budget = at_most.max(1);
+        while !self.arrive(target)? {
+            if budget == 0 {
+                return Ok(Progress::Working);
+            }
+            budget -= 1;
+            self.step()?;
+        }
+        Ok(Progress::Reached)
+    }
+
+    fn count(&self) -> u64 {
+        self.tallies.events()
+    }
+
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn observe(&self, frame: &mut Frame) {
+        let arena = self.engine.arena();
+        for (position, velocity) in self.engine.look() {
+            frame.push_state(&[position[0], position[1], velocity[0], velocity[1], arena.radius]);
+        }
+        let moments = Moments::of(self.engine.velocities());
+        let wait = self.engine.time_since_collision();
+        frame.push(&self.tallies.temperature(&moments));
+        frame.push(&self.tallies.collisions(self.time));
+        frame.push(&self.tallies.pressure(arena, self.time, wait));
+        if let Some(series) = &self.series {
+            frame.push(&series.message());
+        }
+        if let Some(account) = &self.account_of_start {
+            frame.log(Level::Info, account.as_str());
+        }
+    }
+
+    fn scenery(&self) -> Scenery {
+        let half = self.engine.arena().sides.map(|side| 0.5 * side);
+        let (min, max) = (half.map(|half| -half), half);
+        Scenery {
+            walls: vec![Wall::Rectangle { min, max }],
+            view: [min, max],
+            drawn_radius: DrawnRadius::Column,
+            speed_range_top: self.speed_range_top,
+            speed_unit: "",
+            arrows: self.engine.count() <= MOST_ARROWS,
+            force_range_top: None,
+            trail: false,
+        }
+    }
+}
+
+impl Packing {
+    fn open_window(&mut self) {
+        if self.at_target
+            && let Some(series) = &mut self.series
+        {
+            series.clear();
+        }
+        self.at_target = false;
+        self.account_of_start = None;
+    }
+
+    /// Whether the target is reached; if so, time goes on to it.
+    fn arrive(&mut self, target: Target) -> Result<bool, Fault> {
+        match target {
+            Target::Count(events) if self.tallies.events() >= events => {}
+            Target::Count(events) => {
+                if self.engine.is_at_rest() {
+                    return Err(Fault(format!(
+                        "event {events} never comes: after {} events at time {} nothing moves towards anything; \
+                         give the discs velocities, or set a duration",
+                        self.tallies.events(),
+                        self.time
+                    )));
+                }
+                return Ok(false);
+            }
+            Target::Time(time) => {
+                if !self.engine.is_done_until(time) {
+                    return Ok(false);
+                }
+                self.engine.wait_until(time);
+                self.time = time;
+            }
+        }
+        self.at_target = true;
+        Ok(true)
+    }
+
+    fn step(&mut self) -> Result<(), Fault> {
+        let Some(collision) = self.engine.step()? else { return Ok(()) };
+        self.time = self.engine.time();
+        self.tallies.count(&collision, self.engine.arena().contact_distance());
+        // Summing anew costs n: every n collisions it costs nothing that grows.
+        if self.tallies.events().is_multiple_of(self.engine.count() as u64) {
+            self.tallies.renew_moments(Moments::of(self.engine.velocities()));
+            self.engine.set_mean_square_speed(self.tallies.moments().temperature());
+        }
+        if let Some(series) = &mut self.series {
+            series.push(self.tallies.events(), self.time, self.tallies.moments());
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,86 @@
+//! Hexagonal rows: the densest way to fill a box.
+
+use super::motion::Vector;
+
+/// Rows of discs in a box of one orientation: every second row is shifted by half a pitch.
+#[derive(Clone, Copy)]
+struct Rows {
+    /// Distance of neighbours in a row, at least a diameter.
+    pitch: f64,
+    /// Discs in the first, third, … row.
+    full: usize,
+    /// Discs in the second, fourth, … row: as many, or one less.
+    shifted: usize,
+    /// The most rows that fit.
+    rows: usize,
+}
+
+impl Rows {
+    /// The rows of a box along its first side. The box is wider and higher than one disc.
+    fn of(sides: [f64; 2], radius: f64) -> Self {
+        let room = [sides[0] - 2.0 * radius, sides[1] - 2.0 * radius];
+        let full = (room[0] / (2.0 * radius)) as usize + 1;
+        // The shifted row ends half a pitch later: does its last disc still fit?
+        let widest = room[0] / (full as f64 - 0.5);
+        let rows = (room[1] / (3.0_f64.sqrt() * radius)) as usize + 1;
+        if widest >= 2.0 * radius {
+            Self { pitch: widest, full, shifted: full, rows }
+        } else {
+            let pitch = if full > 1 { room[0] / (full as f64 - 1.0) } else { room[0] };
+            Self { pitch, full, shifted: full - 1, rows }
+        }
+    }
+
+    fn in_row(&self, row: usize) -> usize {
+        if row.is_multiple_of(2) { self.full } else { self.shifted }
+    }
+
+    fn capacity(&self) -> usize {
+        self.rows.div_ceil(2) * self.full + self.rows / 2 * self.shifted
+    }
+
+    /// The first `count` places, row by row from below; as few rows as that takes are spread over the height.
+    fn places(&self, sides: [f64; 2], radius: f64, count: usize) -> Vec<Vector> {
+        let (mut needed, mut held) = (0, 0);
+        while held < count {
+            held += self.in_row(needed);
+            needed += 1;
+        }
+        let room = sides[1] - 2.0 * radius;
+        let spacing = if needed > 1 { room / (needed as f64 - 1.0) } else { 0.0 };
+        let corner = [radius - 0.5 * sides[0], radius - 0.5 * sides[1]];
+        (0..needed)
+            .flat_map(|row| {
+                let shift = if row.is_multiple_of(2) { 0.0 } else { 0.5 };
+                (0..self.in_row(row)).map(move |column| {
+                    [
+                        corner[0] + (column as f64 + shift) * self.pitch,
+                        corner[1] + row as f64 * spacing,
+                    ]
+                })
+            })
+            .take(count)
+            .collect()
+    }
+}
+
+/// Places `count` discs in hexagonal rows in a box that is centred on the origin, rows along x if they fit so, else along
+/// y; `None` where neither fits. Neighbours are at least a diameter apart, up to rounding.
+pub(super) fn hexagonal_rows(sides: [f64; 2], radius: f64, count: usize) -> Option<Vec<Vector>> {
+    let turned = [sides[1], sides[0]];
+    let (along_x, along_y) = (Rows::of(sides, radius), Rows::of(turned, radius));
+    if count <= along_x.capacity() {
+        Some(along_x.places(sides, radius, count))
+    } else if count <= along_y.capacity() {
+        let places = along_y.places(turned, radius, count);
+        Some(places.into_iter().map(|[y, x]| [x, y]).collect())
+    } else {
+        None
+    }
+}
+
+/// The most discs that [`hexagonal_rows`] places in a box.
+pub(super) fn most_in_hexagonal_rows(sides: [f64; 2], radius: f64) -> usize {
+    let along_x = Rows::of(sides, radius).capacity();
+    along_x.max(Rows::of([sides[1], sides[0]], radius).capacity())
+}
