@@ -68,8 +68,8 @@ pub fn time_to_wall(particle: Particle, radius: f64) -> f64 {
     }
 }
 
-/// Specular reflection of a particle where it stands, v' = v - 2 (v . n) n with n = p / |p|. Dividing by p^2 keeps n a
-/// unit vector at every hit; a map that trusts |p| = R amplifies its rounding from hit to hit.
+/// Specular reflection of a particle where it stands, v' = v - 2 (v . n) n with n = p / |p|: dividing by p^2
+/// keeps the speed whatever the rounding of the place.
 #[must_use]
 pub fn reflected(particle: Particle) -> Particle {
     let Particle { position, velocity } = particle;

@@ -27,6 +27,9 @@ pub fn step(particle: Particle, radius: f64, time_step: f64) -> Flight {
 
 /// Flies and mirrors until the time is used up. It ends: the path does not slide, so after a mirror the velocity points
 /// inwards by far more than its rounding, and the next hit is a chord away.
+///
+/// A hit is not moved onto the wall, from which it is a rounding away: the mirror keeps p x v where it stands, and every next hit
+/// is found from the circle anew, so that neither error adds up.
 fn reflect_until_used_up(mut particle: Particle, radius: f64, time: f64) -> Flight {
     let mut rest = time;
     let mut hits = 0;
@@ -36,7 +39,7 @@ fn reflect_until_used_up(mut particle: Particle, radius: f64, time: f64) -> Flig
         if to_wall >= rest {
             return Flight { particle: drifted(particle, rest), hits, impulse_per_mass };
         }
-        let before = on_wall(drifted(particle, to_wall), radius);
+        let before = drifted(particle, to_wall);
         particle = reflected(before);
         let [x, y] = particle.position;
         let change =
@@ -45,11 +48,4 @@ fn reflect_until_used_up(mut particle: Particle, radius: f64, time: f64) -> Flig
         hits += 1;
         rest -= to_wall;
     }
-}
-
-/// The particle drawn onto the wall, from which it is a rounding away: errors of hits do not add up.
-fn on_wall(particle: Particle, radius: f64) -> Particle {
-    let [x, y] = particle.position;
-    let scale = radius / (x * x + y * y).sqrt();
-    Particle { position: [x * scale, y * scale], ..particle }
 }
