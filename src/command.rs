@@ -124,7 +124,7 @@ impl Arguments {
         if self.dry_run {
             return Exit::Done;
         }
-        self.execute_plan(path, &experiment, &plan, jobs)
+        self.execute_plan(&experiment, &plan, jobs)
     }
 
     fn read(&self, path: &Path) -> Result<Experiment, String> {
@@ -149,13 +149,7 @@ impl Arguments {
             .map_err(|diagnostics| diagnostics.render(io::stderr().is_terminal()))
     }
 
-    fn execute_plan(
-        &self,
-        manifest: &Path,
-        experiment: &Experiment,
-        plan: &Plan,
-        jobs: usize,
-    ) -> Exit {
+    fn execute_plan(&self, experiment: &Experiment, plan: &Plan, jobs: usize) -> Exit {
         let interrupt = match Interrupt::listen() {
             Ok(interrupt) => interrupt,
             Err(error) => {
@@ -183,17 +177,17 @@ impl Arguments {
         progress.close();
         for (run, result) in &results {
             if let Some(Ok(ending)) = result
+                && ending.outcome != Outcome::Interrupted
                 && let Err(error) = side_files::write_host(&plan.folder, &run.stem, ending, jobs)
             {
                 eprintln!("warning: no timing file for {}: {error}", run.stem);
             }
         }
-        self.conclude(manifest, experiment, plan, &results, &interrupt)
+        self.conclude(experiment, plan, &results, &interrupt)
     }
 
     fn conclude(
         &self,
-        manifest: &Path,
         experiment: &Experiment,
         plan: &Plan,
         results: &[local::Result<'_>],
@@ -227,13 +221,13 @@ impl Arguments {
         }
         let endings: Vec<&Ending> =
             results.iter().filter_map(|(_, result)| result.as_ref()?.as_ref().ok()).collect();
-        self.say(&summary(plan, &endings));
+        if results.is_empty() {
+            self.say(&format!("Nothing to do: {} has all recordings", plan.folder.display()));
+        } else if !endings.is_empty() {
+            self.say(&summary(plan, &endings));
+        }
         if let Some(code) = interrupt.exit_code() {
-            eprintln!(
-                "Stopped. Finished runs are kept; the same command does the others:\n  \
-                 run-experiment {}",
-                manifest.display()
-            );
+            eprintln!("Stopped. The same command does what is missing.");
             return Exit::Signal(code);
         }
         if exit == Exit::Done {
@@ -311,7 +305,8 @@ fn describe(experiment: &Experiment, plan: &Plan, jobs: usize) -> String {
         Status::Done(_) | Status::Refused(_) => None,
     });
     if let Some(first) = estimates.next() {
-        text += &format!("\n  {} particles, {} frames", first.particles, first.frames);
+        let plural = if first.particles == 1 { "particle" } else { "particles" };
+        text += &format!("\n  {} {plural}, {} frames", first.particles, first.frames);
         if estimates.any(|other| (other.particles, other.frames) != (first.particles, first.frames))
         {
             text += " in the first";
@@ -342,21 +337,28 @@ fn does_not_fit(plan: &Plan) -> Option<String> {
 }
 
 fn summary(plan: &Plan, endings: &[&Ending]) -> String {
-    let bytes: u64 = endings.iter().map(|ending| ending.bytes).sum();
-    let seconds: f64 = endings.iter().map(|ending| ending.wall_time.as_secs_f64()).sum();
-    let frames: u64 = endings.iter().map(|ending| ending.frames).sum();
-    match endings {
-        [] => format!("Nothing new; {} recordings in {}", plan.runs.len(), plan.folder.display()),
-        [ending] => format!(
+    let (stopped, written): (Vec<&Ending>, Vec<&Ending>) =
+        endings.iter().partition(|ending| ending.outcome == Outcome::Interrupted);
+    let bytes: u64 = written.iter().map(|ending| ending.bytes).sum();
+    let seconds: f64 = written.iter().map(|ending| ending.wall_time.as_secs_f64()).sum();
+    let frames: u64 = written.iter().map(|ending| ending.frames).sum();
+    let mut lines = Vec::new();
+    match written.as_slice() {
+        [] => {}
+        [ending] => lines.push(format!(
             "Wrote {} ({}, {frames} frames in {seconds:.2} s)",
             ending.path.display(),
             size(bytes)
-        ),
-        _ => format!(
+        )),
+        several => lines.push(format!(
             "Wrote {} recordings to {} ({}, {frames} frames, {seconds:.1} s of running)",
-            endings.len(),
+            several.len(),
             plan.folder.display(),
             size(bytes)
-        ),
+        )),
     }
+    lines.extend(stopped.iter().map(|ending| {
+        format!("Kept unfinished {} ({} frames)", ending.path.display(), ending.frames)
+    }));
+    lines.join("\n")
 }

@@ -30,6 +30,9 @@ impl Interrupt {
             signal_hook::flag::register(signal, again)?;
             signal_hook::flag::register_usize(signal, Arc::clone(&interrupt.signal), number)?;
         }
+        // A file-size limit then shows as an error of the write, which is reported, and not as a silent death.
+        #[cfg(unix)]
+        signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
         Ok(interrupt)
     }
 

@@ -1,7 +1,7 @@
 //! The progress display: a bar a running job and one for all on a terminal, a line a finished run elsewhere.
 
 use crate::run::{Ending, RunError};
-use indicatif::{HumanBytes, HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressStyle};
 use kinetoscope_recording::recorder::Outcome;
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -99,11 +99,11 @@ impl RunProgress<'_> {
                 Outcome::Interrupted => "interrupted",
             };
             self.display.line(&format!(
-                "{}: {word}, {} frames, {}, {}",
+                "{}: {word}, {} frames, {}, {:.2} s",
                 self.stem,
                 ending.frames,
                 size(ending.bytes),
-                HumanDuration(ending.wall_time)
+                ending.wall_time.as_secs_f64()
             ));
         }
     }
