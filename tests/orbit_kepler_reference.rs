@@ -9,6 +9,9 @@
 //! Control: the same judges reject a start whose velocity is changed in its ninth digit, a period changed likewise, and
 //! areas of unequal times.
 
+// Closed forms may use std's functions, references keep all their digits.
+#![allow(clippy::disallowed_methods, clippy::excessive_precision)]
+
 mod orbit_run;
 
 use kinetoscope::models::orbit::elements::Elements;
