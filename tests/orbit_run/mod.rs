@@ -1,7 +1,7 @@
 //! One orbit run as the tests of the orbit's laws need it: prepare, move, look.
 
-// Each test file takes what it needs.
-#![allow(dead_code)]
+// Each test file takes what it needs; a start that can't be built fails its test.
+#![allow(dead_code, clippy::unwrap_used)]
 
 use kinetoscope::model::{Extent, Model, Progress, Target};
 use kinetoscope::models::orbit::Orbit;

@@ -117,8 +117,9 @@ impl Kepler {
             let revolution = TAU / self.beta.sqrt();
             high = if high < revolution { high } else { revolution };
         }
-        // The solution for a circle.
-        let mut x = time / self.distance;
+        // The solution for a circle, where it lies in the bracket.
+        let circle = time / self.distance;
+        let mut x = if circle <= high { circle } else { 0.5 * high };
         for _ in 0..MOST_ITERATIONS {
             let [_, g1, g2, g3] = stumpff_functions(self.beta, x);
             let excess = self.distance * x + eta * g2 + self.zeta * g3 - time;
