@@ -162,8 +162,7 @@ fn any_sequence_of_frames_gives_the_same_bits() {
             impulse += channel::<GasPressure>(&often).wall_impulse_n_s;
         }
         assert_eq!(particles(&often), particles(&at_once));
-        let (often, once) =
-            (channel::<GasPressure>(&often), channel::<GasPressure>(&at_once));
+        let (often, once) = (channel::<GasPressure>(&often), channel::<GasPressure>(&at_once));
         assert_eq!(often.measured_since_start_n_per_m, once.measured_since_start_n_per_m);
         assert_eq!(hits, channel::<GasCollisions>(&at_once).wall);
         // The windows tile the run: their impulses add up to rounding.
@@ -175,8 +174,10 @@ fn any_sequence_of_frames_gives_the_same_bits() {
 fn a_centre_elsewhere_shifts_the_result_and_nothing_else() {
     let centre = [12.5, -3.25];
     let at_origin = GasConfig::default();
-    let elsewhere =
-        GasConfig { centre_m: centre.map(|axis| Finite::new(axis).unwrap()), ..GasConfig::default() };
+    let elsewhere = GasConfig {
+        centre_m: centre.map(|axis| Finite::new(axis).unwrap()),
+        ..GasConfig::default()
+    };
     let (mut a, mut b) = (gas(&at_origin, 3), gas(&elsewhere, 3));
     advance(&mut a, Target::Time(0.1));
     advance(&mut b, Target::Time(0.1));

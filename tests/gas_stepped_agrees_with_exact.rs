@@ -19,10 +19,7 @@ use kinetoscope_recording::channels::{GasCollisions, GasPressure};
 const START: Particle = Particle { position: [0.9, 0.1], velocity: [0.3, 0.2] };
 
 fn stepped_by(time_step_s: f64, config: GasConfig) -> GasConfig {
-    GasConfig {
-        propagation: Propagation::Stepped { time_step_s: positive(time_step_s) },
-        ..config
-    }
+    GasConfig { propagation: Propagation::Stepped { time_step_s: positive(time_step_s) }, ..config }
 }
 
 #[test]
@@ -44,8 +41,7 @@ fn one_hit_in_a_step_agrees_with_fifty_digits() {
 fn eight_hits_in_a_step_agree_with_fifty_digits() {
     let start = Particle { position: [0.0, 0.9995], velocity: [0.5, 0.0] };
     let flight = stepped::step(start, 1.0, 1.0);
-    let error =
-        apart(flight.particle.position, [0.47926562091714627893, 0.8771200251313990904]);
+    let error = apart(flight.particle.position, [0.47926562091714627893, 0.8771200251313990904]);
     println!("eight hits: error {error:e}");
     assert!(error < 1e-12);
     assert_eq!(flight.hits, 8);
@@ -70,8 +66,14 @@ fn every_time_step_leads_along_the_exact_path() {
     // The two paths of the 50-digit table, 426 and 1174 hits.
     let starts = [([0.3, -0.2], [0.7, 0.4]), ([0.9, 0.1], [-0.11, 0.99])];
     let expected = [
-        ([-0.026210589698213708, 0.33460058332687535], [-0.75486490547545295, -0.28315892089343659]),
-        ([-0.067901540170974276, -0.90649676968641987], [0.99600836505727178, 0.012935870126916093]),
+        (
+            [-0.026210589698213708, 0.33460058332687535],
+            [-0.75486490547545295, -0.28315892089343659],
+        ),
+        (
+            [-0.067901540170974276, -0.90649676968641987],
+            [0.99600836505727178, 0.012935870126916093],
+        ),
     ];
     for time_step in [1.0 / 128.0, 1.0 / 16.0, 0.25, 1.0, 4.0] {
         let mut gas = gas(&stepped_by(time_step, written(&starts)), 1);
