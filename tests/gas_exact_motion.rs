@@ -6,8 +6,8 @@
 //! Setup: written particles in a circle of radius 1.
 //! Tolerance: 1e-9 after 1174 hits (path 1000 radii, rounding 2^-53 a radius and hit, sum below 1e-12); hit counts exact.
 
-// Tests compare with the platform's functions; bits are not their business.
-#![allow(clippy::disallowed_methods)]
+// Tests compare with the platform's functions; bits are not their business. References keep the digits of their source.
+#![allow(clippy::disallowed_methods, clippy::excessive_precision)]
 
 mod gas_runs;
 
@@ -75,7 +75,7 @@ fn control_a_wall_that_keeps_a_billionth_fails_the_same_judge() {
         let error = |returned| apart(from_hit_to_hit(start, hits, returned), position);
         println!("{hits} hits: mirror {:e}, lossy wall {:e}", error(1.0), error(1.0 - 1e-9));
         assert!(error(1.0) < 1e-9);
-        assert!(!(error(1.0 - 1e-9) < 1e-9));
+        assert!(error(1.0 - 1e-9) > 1e-9);
     }
 }
 

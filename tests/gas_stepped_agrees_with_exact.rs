@@ -4,8 +4,8 @@
 //! Setup: single steps of written particles; runs with time steps from 1/128 to 4 of the time to cross a radius.
 //! Tolerance: 1e-14 a single hit, 1e-12 eight hits in a step, 1e-10 over 1000 radii (some 1e5 steps of rounding 2^-53).
 
-// Tests compare with the platform's functions; bits are not their business.
-#![allow(clippy::disallowed_methods)]
+// Tests compare with the platform's functions; bits are not their business. References keep the digits of their source.
+#![allow(clippy::disallowed_methods, clippy::excessive_precision)]
 
 mod gas_runs;
 
@@ -100,7 +100,7 @@ fn control_one_mirror_a_step_fails_the_same_judge() {
     }
     let error = apart(particle.position, [-0.067901540170974276, -0.90649676968641987]);
     println!("control: error {error:e}");
-    assert!(!(error < 1e-10));
+    assert!(error > 1e-10);
 }
 
 /// The document's scheme with all mended but "one reflection a step".

@@ -4,10 +4,11 @@
 //! 1. u of (9) is sought in (0, 1], although p + v u makes it a time in (0, dt];
 //! 2. step 4(b) scales v to the LENGTH 1 - u: after a hit a particle stands 1 - u metres from the hit, perhaps outside;
 //! 3. step 3(a) projects the point p1 instead of p1 - c: with a centre off the origin the mirror image is wrong;
-//! 4. a radial hit and a start on the wall scale the zero vector: 0/0;
+//! 4. a radial hit scales the zero vector, 0/0, and a start on the wall has no root above zero;
 //! 5. one reflection a step.
 //!
-//! Where (9) has no root in (0, 1] (outside, flying away) the document says nothing: the particle then flies on.
+//! Where (9) has no root in (0, 1] (on the wall, or outside and flying away) the document says nothing: the particle then
+//! flies on. A particle that 0/0 leaves without a place counts as lost and stays where it last was.
 
 use super::motion::{Flight, Particle, dot, drifted};
 

@@ -6,8 +6,12 @@ use serde::{Deserialize, Serialize};
 /// Bins of the histogram.
 const BINS: usize = 30;
 
-/// Upper end of the histogram where the law has none, over the root mean square speed: Maxwell's law has 0.2 % above.
-const TOP_OVER_RMS: f64 = 2.5;
+/// Upper end of the histogram for Maxwell's law, over the root mean square speed: 0.2 % are above.
+const MAXWELL_TOP_OVER_RMS: f64 = 2.5;
+
+/// Upper end where the law is a single speed or not known, over the root mean square speed: a single speed is then in the
+/// middle of bin 12. At 2.5 it would be on a bin's edge, and rounding would share it out.
+const SINGLE_SPEED_TOP_OVER_RMS: f64 = 2.4;
 
 /// Upper end where all particles are at rest, m/s: a range must have a width.
 const TOP_AT_REST: f64 = 1.0;
@@ -47,7 +51,8 @@ impl SpeedLaw {
     pub fn range_top(&self, rms_speed_at_start: f64) -> f64 {
         let top = match *self {
             Self::Uniform { max_speed } => max_speed,
-            _ => TOP_OVER_RMS * rms_speed_at_start,
+            Self::Maxwell { .. } => MAXWELL_TOP_OVER_RMS * rms_speed_at_start,
+            Self::Equal | Self::Given => SINGLE_SPEED_TOP_OVER_RMS * rms_speed_at_start,
         };
         if top > 0.0 { top } else { TOP_AT_REST }
     }
