@@ -1,6 +1,6 @@
 //! The bench that the laws of hard discs are tried on: configurations, runs, and what their frames say.
 
-#![allow(dead_code)] // Each test file uses a part of it.
+#![allow(dead_code, unreachable_pub)] // Each test file is a program of its own and uses a part of it.
 #![allow(clippy::unwrap_used)] // A test that can't build its own start is broken.
 
 use kinetoscope::model::{Extent, Model, Progress, Target};

@@ -22,8 +22,9 @@ const RAPID: f64 = 1e-10;
 /// So many rapid collisions in a row of one disc are an inelastic collapse. In elastic systems even two are rare.
 const COLLAPSE: u32 = 1000;
 
-/// At least so many events lie between two moves of the clock's zero.
-const EVENTS_BETWEEN_MOVES: u64 = 1024;
+/// At least so many events lie between two moves of the clock's zero, and at least one a disc, as a move costs n. So the
+/// clock's local time stays near the time between a disc's collisions, and its grain far below all lengths.
+const EVENTS_BETWEEN_MOVES: u64 = 16;
 
 /// The box and the laws of collision.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
