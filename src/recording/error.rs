@@ -161,9 +161,13 @@ impl fmt::Display for ReadError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let path = self.path.display();
         match &self.fault {
-            ReadFault::Io(source) => {
-                write!(formatter, "{path}: {source}. Check that the file exists and may be read")?;
+            ReadFault::Io(source) if self.intact_frames == 0 => {
+                return write!(
+                    formatter,
+                    "{path}: {source}. Check that the file exists and may be read"
+                );
             }
+            ReadFault::Io(source) => write!(formatter, "{path}: {source}. Check the disk")?,
             ReadFault::NotMcap => {
                 return write!(
                     formatter,

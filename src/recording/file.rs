@@ -2,11 +2,13 @@
 
 use crate::error::RecordError;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Tries to take a file that another process may be renaming under our hands.
 const LOCK_TRIALS: u32 = 8;
+/// Bytes of two files that are compared at once.
+const COMPARED_AT_ONCE: u64 = 1 << 20;
 
 /// `STEM.partial.mcap` while it is written; `STEM.mcap` after [`RecordingFile::commit`].
 ///
@@ -161,25 +163,25 @@ fn take_name(partial: &Path, destination: &Path) -> io::Result<()> {
 }
 
 fn same_bytes(left: &Path, right: &Path) -> Result<bool, RecordError> {
-    let open = |path: &Path| {
-        let file = File::open(path).map_err(|error| at(path, &error))?;
-        let length = file.metadata().map_err(|error| at(path, &error))?.len();
-        Ok::<_, RecordError>((BufReader::new(file).bytes(), length))
-    };
-    let ((mut left_bytes, left_length), (mut right_bytes, right_length)) =
-        (open(left)?, open(right)?);
-    if left_length != right_length {
-        return Ok(false);
-    }
+    let open = |path: &Path| File::open(path).map_err(|error| at(path, &error));
+    let (mut left_file, mut right_file) = (open(left)?, open(right)?);
+    let (mut left_part, mut right_part) = (Vec::new(), Vec::new());
     loop {
-        match (left_bytes.next().transpose(), right_bytes.next().transpose()) {
-            (Ok(None), Ok(None)) => return Ok(true),
-            (Ok(one), Ok(other)) if one == other => {}
-            (Ok(_), Ok(_)) => return Ok(false),
-            (Err(error), _) => return Err(at(left, &error)),
-            (_, Err(error)) => return Err(at(right, &error)),
+        read_part(&mut left_file, &mut left_part).map_err(|error| at(left, &error))?;
+        read_part(&mut right_file, &mut right_part).map_err(|error| at(right, &error))?;
+        if left_part != right_part {
+            return Ok(false);
+        }
+        if left_part.is_empty() {
+            return Ok(true);
         }
     }
+}
+
+/// The next part of a file; empty at its end.
+fn read_part(file: &mut File, part: &mut Vec<u8>) -> io::Result<()> {
+    part.clear();
+    file.take(COMPARED_AT_ONCE).read_to_end(part).map(|_| ())
 }
 
 /// Makes the new name last. Only Unix opens folders.

@@ -1,5 +1,7 @@
 //! Promise: a layout names only topics and fields that exist, and shows them as the viewers want it.
 
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
 mod sample;
 
 use kinetoscope_recording::channels::{self, ALL};

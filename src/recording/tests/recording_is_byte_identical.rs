@@ -87,3 +87,58 @@ fn only_named_channels_are_recorded_and_the_opt_in_one_when_named() {
     let error = record_with_outcome(&header, 1, 1, &Outcome::Complete).unwrap_err();
     assert!(error.to_string().contains("presure") && error.to_string().contains("per_collision"));
 }
+
+/// Traps of the container's writer: an empty chunk with times (0, 0), a library text and threads of the machine.
+#[test]
+fn the_summary_has_the_time_range_of_the_frames() {
+    for frames in [1, 2, 60] {
+        let bytes = record(&header(Compression::Zstd), frames, 500);
+        let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+        let statistics = summary.stats.unwrap();
+        assert_eq!(statistics.message_start_time, 0);
+        // 25 frames a second: 40 ms each.
+        assert_eq!(statistics.message_end_time, (frames - 1) * 40_000_000);
+        assert_eq!(statistics.chunk_count as usize, summary.chunk_indexes.len());
+        for (chunk, next) in summary.chunk_indexes.iter().zip(summary.chunk_indexes.iter().skip(1))
+        {
+            // Chunks end where a frame ends.
+            assert_eq!(next.message_start_time, chunk.message_end_time + 40_000_000);
+        }
+        let library = b"kinetoscope";
+        // Magic, record kind and length, empty profile, the text's length.
+        assert_eq!(bytes[8 + 9 + 4 + 4..][..library.len()], *library);
+    }
+}
+
+#[test]
+fn a_run_that_failed_before_its_first_frame_is_a_recording_without_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let (frames, error) =
+        read(&record(&header(Compression::Zstd), 0, 0), &folder.path().join("none.mcap"));
+    assert_eq!((frames.len(), error), (0, None));
+}
+
+#[test]
+fn a_frame_that_breaks_the_declaration_is_refused_as_a_whole() {
+    use kinetoscope_recording::channels::OrbitEnergy;
+    use kinetoscope_recording::recorder::{Clock, Recorder};
+    let header = header(Compression::Zstd);
+    let mut recorder = Recorder::create(Vec::new(), &header).unwrap();
+    let clock = Clock { count: 0, time: 0.0 };
+    let mut foreign = Frame::new();
+    foreign.push(&OrbitEnergy::default());
+    assert!(recorder.write(clock, &foreign).unwrap_err().to_string().contains("/energy"));
+    let mut twice = Frame::new();
+    twice.push(&GasTemperature::default());
+    twice.push(&GasTemperature::default());
+    assert!(recorder.write(clock, &twice).unwrap_err().to_string().contains("two messages"));
+    let mut torn = Frame::new();
+    torn.push_state(&[1.0, 2.0]);
+    assert!(recorder.write(clock, &torn).unwrap_err().to_string().contains("rows of 5"));
+    assert_eq!(recorder.frames_written(), 0);
+    // The refused frames left no trace.
+    let mut frame = Frame::new();
+    fill(&mut frame, 0, 2);
+    recorder.write(clock, &frame).unwrap();
+    assert!(recorder.finish(&Outcome::Complete).unwrap() == record(&header, 1, 2));
+}

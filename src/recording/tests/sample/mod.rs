@@ -123,6 +123,11 @@ pub(crate) fn record_with_outcome(
 /// What a reader makes of bytes: whole frames, and the error that follows, if any.
 pub(crate) fn read(bytes: &[u8], path: &Path) -> (Vec<RecordedFrame>, Option<String>) {
     std::fs::write(path, bytes).unwrap();
+    read_file(path)
+}
+
+/// What a reader makes of a file.
+pub(crate) fn read_file(path: &Path) -> (Vec<RecordedFrame>, Option<String>) {
     let frames = Recording::open(path).and_then(|recording| recording.frames());
     let mut whole = Vec::new();
     match frames {

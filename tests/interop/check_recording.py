@@ -1,0 +1,124 @@
+"""Reads recordings with the readers of other projects and says what it found.
+
+Usage: python check_recording.py RECORDING.mcap ...    (packages: requirements.txt)
+
+For each file: every checksum of the container is validated, every message is decoded by the schema that the file itself
+carries, and the rules of recordings/README.md are checked. Exit code 1 at the first file that breaks one.
+"""
+
+import struct
+import sys
+from pathlib import Path
+
+from mcap.reader import make_reader
+from mcap.records import Chunk, Message
+from mcap.stream_reader import StreamReader
+from mcap_protobuf.decoder import DecoderFactory
+
+FLOAT64 = 8  # foxglove.PackedElementField.NumericType
+WRITTEN_ONCE = {"/walls", "/legend"}
+DRAWN_EVERY_FRAME = {"/discs", "/velocity", "/contacts", "/trail"}
+
+
+def require(holds, what):
+    if not holds:
+        raise AssertionError(what)
+
+
+def check_container(path):
+    """All checksums, with chunks unpacked: chunks, data section, attachments."""
+    messages, chunks = 0, 0
+    with open(path, "rb") as stream:
+        for record in StreamReader(stream, validate_crcs=True).records:
+            messages += isinstance(record, Message)
+    with open(path, "rb") as stream:
+        for record in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
+            if isinstance(record, Chunk):
+                chunks += 1
+                require(
+                    (record.message_start_time, record.message_end_time) != (0, 0) or chunks == 1,
+                    f"chunk {chunks} has no time range",
+                )
+    return messages, chunks
+
+
+def check_scene(topic, scene):
+    require(len(scene.entities) == 1, f"{topic} has {len(scene.entities)} entities")
+    entity = scene.entities[0]
+    require(entity.id == topic[1:], f"{topic}: entity {entity.id}")
+    for cylinder in entity.cylinders:
+        require(cylinder.bottom_scale == cylinder.top_scale == 1.0, f"{topic}: an invisible disc")
+        require(cylinder.color.a == 1.0, f"{topic}: a disc that is an outline")
+        require(cylinder.size.x == cylinder.size.y > 0.0, f"{topic}: a disc without a size")
+    for line in entity.lines:
+        require(line.color.a == 1.0 and line.scale_invariant, f"{topic}: a line that can't be seen")
+    return entity
+
+
+def check_state(cloud, columns):
+    names = [field.name for field in cloud.fields]
+    require(names == columns, f"/state has columns {names}, the provenance {columns}")
+    require(all(field.type == FLOAT64 for field in cloud.fields), "/state is not FLOAT64")
+    require(cloud.point_stride == 8 * len(columns), "/state has a wrong stride")
+    require(len(cloud.data) % cloud.point_stride == 0, "/state ends inside a row")
+    return list(struct.iter_unpack(f"<{len(columns)}d", cloud.data))
+
+
+def check_messages(reader, provenance, statistics):
+    rate = float(provenance["playback_rate"])
+    columns = provenance["state_columns"].split(",")
+    frame, log_time, counts = -1, None, {}
+    for _, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
+        topic = channel.topic
+        counts[topic] = counts.get(topic, 0) + 1
+        if topic == "/frame":
+            frame, log_time = frame + 1, message.log_time
+            require(decoded.frame == frame, f"frame {decoded.frame} stands where {frame} should")
+            require(abs(log_time - frame * 1e9 / rate) <= 1, f"frame {frame} plays at {log_time} ns")
+        require(message.log_time == message.publish_time == log_time, f"{topic} is outside of its frame")
+        if hasattr(decoded, "timestamp"):
+            stamp = decoded.timestamp.seconds * 10**9 + decoded.timestamp.nanos
+            require(stamp == log_time, f"{topic}: timestamp {stamp}, log time {log_time}")
+        if topic == "/state":
+            check_state(decoded, columns)
+        elif topic in DRAWN_EVERY_FRAME | WRITTEN_ONCE:
+            check_scene(topic, decoded)
+    for topic in counts:
+        every_frame = topic in {"/frame", "/state"} | DRAWN_EVERY_FRAME
+        require(not every_frame or counts[topic] == frame + 1, f"{topic}: {counts[topic]} messages")
+        require(topic not in WRITTEN_ONCE or counts[topic] == 1, f"{topic}: {counts[topic]} messages")
+    require(statistics.message_start_time == 0, "the time range does not start at 0")
+    require(statistics.message_end_time == log_time, "the time range does not end at the last frame")
+    return frame + 1, counts
+
+
+def check(path):
+    messages, chunks = check_container(path)
+    with open(path, "rb") as stream:
+        reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        require(reader.get_header().library == "kinetoscope", "another program's file")
+        attachments = {attachment.name: attachment for attachment in reader.iter_attachments()}
+        require(attachments["manifest.toml"].data.decode("utf-8"), "no manifest")
+        metadata = {record.name: record.metadata for record in reader.iter_metadata()}
+        outcome = metadata["kinetoscope.outcome"]["outcome"]
+        require(outcome in {"complete", "fault", "interrupted"}, f"outcome {outcome}")
+        statistics = reader.get_summary().statistics
+        require(statistics.message_count == messages, "the statistics miscount the messages")
+        require(statistics.chunk_count == chunks, "the statistics miscount the chunks")
+        frames, counts = check_messages(reader, metadata["kinetoscope"], statistics)
+    topics = ", ".join(f"{topic} {count}" for topic, count in counts.items())
+    print(f"{path}: {outcome}, {frames} frames, {messages} messages, {chunks} chunks: {topics}")
+
+
+def main():
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    for name in sys.argv[1:]:
+        try:
+            check(Path(name))
+        except Exception as error:  # any failure of a foreign reader is a finding
+            sys.exit(f"{name}: {type(error).__name__}: {error}")
+
+
+if __name__ == "__main__":
+    main()
