@@ -238,8 +238,8 @@ fn what_is_no_sweep_is_refused() {
             "unknown key `radius_m` in `sweep.variants`",
         ),
         (
-            "[sweep]\nmodel.gas.radius_m = { from = 1, to = 2, count = 1000000 }\nmodel.gas.mass_kg = [1, 2]",
-            "the sweep has more than 1000000 runs: 1000000 x 2 points and 1 replicates",
+            "[sweep]\nmodel.gas.radius_m = { from = 1, to = 2, count = 1001 }\nmodel.gas.mass_kg = { from = 1, to = 2, count = 1000 }",
+            "the sweep has more than 1000000 runs: 1001 x 1000 points and 1 replicates",
         ),
         ("[sweep]\nmodel.dem.discs = [1]", "[model.gas] and [model.dem] exclude each other"),
         ("[sweep]\nmodel.gas.radius_m.inner = [1]", "`model.gas.radius_m` is no table here"),
