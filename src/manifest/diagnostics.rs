@@ -11,6 +11,9 @@ pub struct Diagnostics {
     found: Vec<Diagnostic>,
 }
 
+/// Most errors that are written out: a list of a million positions may be wrong a million times.
+const MOST_SHOWN: usize = 100;
+
 #[derive(Clone, Debug)]
 struct Source {
     name: String,
@@ -83,12 +86,18 @@ impl Diagnostics {
         self.found.is_empty()
     }
 
-    /// All errors as a text for people, with terminal colours if wanted.
+    /// All errors as a text for people, with terminal colours if wanted. Past a hundred of them their number will do.
     #[must_use]
     pub fn render(&self, color: bool) -> String {
         let renderer = if color { Renderer::styled() } else { Renderer::plain() };
-        let rendered: Vec<String> =
-            self.found.iter().map(|error| self.render_one(error, &renderer)).collect();
+        let shown = self.found.iter().take(MOST_SHOWN);
+        let mut rendered: Vec<String> =
+            shown.map(|error| self.render_one(error, &renderer)).collect();
+        if self.found.len() > MOST_SHOWN {
+            let more = format!("and {} more of them", self.found.len() - MOST_SHOWN);
+            let title = Level::ERROR.primary_title(more);
+            rendered.push(renderer.render(&[Group::with_title(title)]));
+        }
         rendered.join("\n\n")
     }
 

@@ -1,6 +1,9 @@
 //! The canonical manifest of a run is what its recording embeds and what its content key is made of. So:
 //! equal runs have equal texts, the text gives the run back, it is a manifest itself, and its form never changes by accident.
 
+// A failed unwrap is a failed test.
+#![allow(clippy::unwrap_used)]
+
 use kinetoscope_manifest::model::*;
 use kinetoscope_manifest::quantity::{BoxSide, Finite, NonNegative, Positive, Share};
 use kinetoscope_manifest::record::{Compression, RecordConfig, RecordInterval};

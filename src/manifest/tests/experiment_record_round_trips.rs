@@ -1,5 +1,8 @@
 //! `experiment.toml` beside the recordings says the same to analysis as the manifest said to the run.
 
+// A failed unwrap is a failed test.
+#![allow(clippy::unwrap_used)]
+
 use kinetoscope_manifest::{Bound, Coordinate, ExperimentRecord, content_key, parse, parse_checks};
 
 const CHECKS: &str = r#"

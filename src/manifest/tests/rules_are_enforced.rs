@@ -1,5 +1,8 @@
 //! Every rule of a manifest, broken once: the message says what is allowed, and where.
 
+// A failed unwrap is a failed test.
+#![allow(clippy::unwrap_used)]
+
 use kinetoscope_manifest::model::{ModelConfig, PackingPlacement, SpeedScale};
 use kinetoscope_manifest::{Override, parse, parse_run};
 
@@ -354,4 +357,14 @@ fn a_line_that_is_no_toml_hides_only_itself() {
     // Below a broken header nobody can say which table the keys belong to.
     let errors = parse("[model.gas\nparticles = 0\n", "m.toml", &[]).unwrap_err();
     assert_eq!(errors.len(), 1, "{errors}");
+}
+
+#[test]
+fn a_long_list_of_errors_ends() {
+    let wrong = vec!["[nan, 0]"; 1000].join(", ");
+    let text =
+        format!("[model.packing]\nplacement = {{ positions = [{wrong}], velocities = [{wrong}] }}");
+    let errors = parse(&text, "m.toml", &[]).unwrap_err();
+    assert_eq!(errors.len(), 2000);
+    assert!(errors.to_string().ends_with("error: and 1900 more of them"));
 }

@@ -1,6 +1,9 @@
 //! What the manifest reads, what the canonical form writes, what the schema describes and what the starters show are the
 //! same keys, with the same units, ranges and defaults.
 
+// A failed unwrap is a failed test.
+#![allow(clippy::unwrap_used)]
+
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::record::{CHANNELS, RecordConfig};
 use kinetoscope_manifest::{json_schema, parse, parse_run, starter};

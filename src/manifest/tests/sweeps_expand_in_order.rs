@@ -1,5 +1,8 @@
 //! A sweep is every combination of its axes: the first axis in the file varies slowest, replicates fastest.
 
+// A failed unwrap is a failed test.
+#![allow(clippy::unwrap_used)]
+
 use kinetoscope_manifest::model::{ModelConfig, OrbitIntegrator};
 use kinetoscope_manifest::{Axis, Experiment, content_key, parse};
 
