@@ -203,7 +203,8 @@ fn read_one(element: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>)
         reader.refuse(&["metric"], "a check has no metric", "must not be empty");
     }
     if !BOUNDS.iter().any(|key| reader.has(key)) {
-        let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, or `minimum` and `maximum`";
+        let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, or `minimum` and \
+            `maximum`";
         reader
             .report(Diagnostic::new("a check has nothing to compare with").at(element.span, label));
     }

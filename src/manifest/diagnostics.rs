@@ -11,6 +11,9 @@ pub struct Diagnostics {
     found: Vec<Diagnostic>,
 }
 
+/// Most errors that are written out: a list of a million positions may be wrong a million times.
+const MOST_SHOWN: usize = 100;
+
 #[derive(Clone, Debug)]
 struct Source {
     name: String,
@@ -83,12 +86,18 @@ impl Diagnostics {
         self.found.is_empty()
     }
 
-    /// All errors as a text for people, with terminal colours if wanted.
+    /// All errors as a text for people, with terminal colours if wanted. Past a hundred of them their number will do.
     #[must_use]
     pub fn render(&self, color: bool) -> String {
         let renderer = if color { Renderer::styled() } else { Renderer::plain() };
-        let rendered: Vec<String> =
-            self.found.iter().map(|error| self.render_one(error, &renderer)).collect();
+        let shown = self.found.iter().take(MOST_SHOWN);
+        let mut rendered: Vec<String> =
+            shown.map(|error| self.render_one(error, &renderer)).collect();
+        if self.found.len() > MOST_SHOWN {
+            let more = format!("and {} more of them", self.found.len() - MOST_SHOWN);
+            let title = Level::ERROR.primary_title(more);
+            rendered.push(renderer.render(&[Group::with_title(title)]));
+        }
         rendered.join("\n\n")
     }
 
@@ -157,12 +166,18 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostics {}
 
-/// The known name that a user most likely meant.
-pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    known
+/// The known name that a user most likely meant: a few letters away, or else one that holds the word.
+pub(crate) fn nearest<'a>(
+    word: &str,
+    known: impl IntoIterator<Item = &'a str> + Clone,
+) -> Option<&'a str> {
+    let typo = known
+        .clone()
         .into_iter()
         .map(|name| (strsim::damerau_levenshtein(word, name), name))
-        .filter(|(distance, name)| *distance <= 1 + name.chars().count() / 3)
+        .filter(|(distance, name)| *distance <= 1 + name.chars().count() / 5)
         .min_by_key(|(distance, _)| *distance)
-        .map(|(_, name)| name)
+        .map(|(_, name)| name);
+    let part = || known.into_iter().find(|name| word.len() > 2 && name.contains(word));
+    typo.or_else(part)
 }

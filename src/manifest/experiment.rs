@@ -74,7 +74,8 @@ pub fn parse(
     let name = document.head.name.or_else(|| stem.map(String::from)).unwrap_or_default();
     if !is_name(&name) {
         let title = format!(
-            "no name: the file's own, {}, is no name; add name = \"...\" of at most 80 letters, digits, _ and -",
+            "no name: the file's own, {}, is no name; add name = \"...\" of at most 80 \
+            letters, digits, _ and -",
             quoted(&name)
         );
         return Err(diagnostics.with(vec![Diagnostic::new(title)]));
@@ -156,7 +157,13 @@ impl Head {
         );
         keys.key("seed", "1", "Seed of all random streams.", &mut self.seed);
         keys.exclusive(&["replicates", "replicate"]);
-        self.replicates = keys.optional("replicates", "1", "Number of runs at each point of the sweep, each with its own random streams; by default 1.", self.replicates);
+        self.replicates = keys.optional(
+            "replicates",
+            "1",
+            "Number of runs at each point of the sweep, each with its own random streams; \
+            by default 1.",
+            self.replicates,
+        );
         self.replicate = keys.optional(
             "replicate",
             "1",
@@ -390,6 +397,15 @@ fn expand(
             break;
         }
     }
+    let name = |run: &Run| run.manifest.model.name();
+    if let Some(other) = runs.iter().find(|run| name(run) != name(&runs[0])) {
+        let title = format!(
+            "an experiment has one model, the sweep mixes {} and {}",
+            name(&runs[0]),
+            name(other)
+        );
+        errors.push(Diagnostic::new(title));
+    }
     runs
 }
 
@@ -413,6 +429,7 @@ fn indices(point: usize, axes: &[Points]) -> Vec<usize> {
 /// Reads the tables `[model]` and `[record]`.
 fn read_physics(root: &Table, errors: &mut Vec<Diagnostic>) -> Option<(ModelConfig, RecordConfig)> {
     let empty = Table::default();
+    let errors_before = errors.len();
     let model = match root.get("model") {
         None => {
             errors.push(no_model());
@@ -433,12 +450,12 @@ fn read_physics(root: &Table, errors: &mut Vec<Diagnostic>) -> Option<(ModelConf
             &empty
         }),
     };
-    // Without a model the errors in [record] cannot all be known: those that can be are shown by any model.
     let model = model?;
+    let sound = errors.len() == errors_before;
     let mut record = RecordConfig::default();
     let mut reader = Reader::new("record", table, errors);
     record.keys(&model, &mut reader);
-    record.check(&model, &mut reader);
+    record.check(&model, sound, &mut reader);
     reader.finish();
     Some((model, record))
 }

@@ -122,7 +122,13 @@ impl RecordConfig {
     /// The keys of `[record]`, in the order of the canonical manifest. The model names the key of a time interval.
     pub(crate) fn keys(&mut self, model: &ModelConfig, keys: &mut impl Keys) {
         self.interval_keys(model, keys);
-        self.channels = keys.optional("channels", "", "Topics wanted, without the leading slash; by default all that the model has, but per-collision series.", self.channels.take());
+        self.channels = keys.optional(
+            "channels",
+            "",
+            "Topics wanted, without the leading slash; by default all that the model has, \
+            but per-collision series.",
+            self.channels.take(),
+        );
         // The default is in both ranges.
         if let Some(rate) = keys.optional(
             "playback_rate",
@@ -195,9 +201,9 @@ impl RecordConfig {
         }
     }
 
-    /// The rules between `[record]` and the model.
-    pub(crate) fn check(&self, model: &ModelConfig, table: &mut Reader<'_>) {
-        let allowed = intervals(model);
+    /// The rules between `[record]` and the model, which is only `sound` if its own table had no errors.
+    pub(crate) fn check(&mut self, model: &ModelConfig, sound: bool, table: &mut Reader<'_>) {
+        let allowed = intervals(model, sound);
         for key in INTERVALS {
             if table.has(key) && !allowed.contains(key) {
                 let title = format!("`record.{key}` is not for this {} experiment", model.name());
@@ -205,7 +211,12 @@ impl RecordConfig {
                 table.refuse(&[key], &title, &label);
             }
         }
-        check_channels(model, table);
+        let known = channels(model);
+        check_channels(model.name(), known, table);
+        if let Some(wanted) = &mut self.channels {
+            // Their order decides nothing, so that it must not decide the content key.
+            wanted.sort_by_key(|channel| known.iter().position(|name| name == channel));
+        }
     }
 }
 
@@ -218,24 +229,27 @@ fn time_key(model: &ModelConfig) -> &'static str {
     }
 }
 
-/// The interval keys that make sense for a model.
-fn intervals(model: &ModelConfig) -> Vec<&'static str> {
+/// The channels that a model can be asked for.
+fn channels(model: &ModelConfig) -> &'static [&'static str] {
+    CHANNELS.iter().find(|(name, _)| *name == model.name()).map_or(&[], |(_, channels)| channels)
+}
+
+/// The interval keys that make sense for a model; of a model with errors those that might.
+fn intervals(model: &ModelConfig, sound: bool) -> Vec<&'static str> {
     let more: &[&str] = match model {
-        ModelConfig::Dem(_) | ModelConfig::Orbit(_) => &[time_key(model), "every_steps"],
-        ModelConfig::Gas(gas) if gas.propagation == Propagation::Exact => &[time_key(model)],
-        ModelConfig::Gas(_) => &[time_key(model), "every_steps"],
+        ModelConfig::Gas(gas) if sound && gas.propagation == Propagation::Exact => &["every_s"],
+        ModelConfig::Dem(_) | ModelConfig::Gas(_) => &["every_s", "every_steps"],
+        ModelConfig::Orbit(_) => &["every_days", "every_steps"],
         ModelConfig::Packing(packing) => match packing.length {
-            RunLength::EventsPerDisc(_) => &["every_collisions"],
-            RunLength::Duration(_) => &[time_key(model), "every_collisions"],
+            RunLength::EventsPerDisc(_) if sound => &["every_collisions"],
+            _ => &["every_time", "every_collisions"],
         },
     };
     [&["frames"], more].concat()
 }
 
 /// Every channel must be one of the model's, and stand once.
-fn check_channels(model: &ModelConfig, table: &mut Reader<'_>) {
-    let known =
-        CHANNELS.iter().find(|(name, _)| *name == model.name()).map_or(&[][..], |(_, known)| known);
+fn check_channels(model: &str, known: &[&str], table: &mut Reader<'_>) {
     let Some(Value::Array(elements)) = table.node("channels").map(|node| &node.value) else {
         return;
     };
@@ -250,7 +264,7 @@ fn check_channels(model: &ModelConfig, table: &mut Reader<'_>) {
                 Some(meant) => format!("did you mean \"{meant}\"?"),
                 None => format!("channels: {}", known.join(", ")),
             };
-            let title = format!("the {} model has no channel \"{channel}\"", model.name());
+            let title = format!("the {model} model has no channel \"{channel}\"");
             table.report(Diagnostic::new(title).at(element.span, label));
         }
         seen.push(channel);

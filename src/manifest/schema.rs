@@ -125,7 +125,8 @@ fn check_table() -> Json {
     let mut table = describer.table();
     table["properties"]["where"] = json!({
         "type": "object",
-        "description": "Where in the sweep: swept keys, or `variant`, and their values. Everywhere by default."
+        "description": "Where in the sweep: swept keys, or `variant`, and their values. Everywhere by \
+            default."
     });
     if let Some(metric) = table["properties"]["metric"].as_object_mut() {
         metric.remove("default");
@@ -134,47 +135,68 @@ fn check_table() -> Json {
     table
 }
 
+/// The schema of `[sweep]`, whose keys are those of the other tables.
 fn sweep_table() -> Json {
-    let range = json!({
-        "type": "object",
-        "properties": {
-            "from": { "type": "number", "description": "First value. For log spacing > 0." },
-            "to": { "type": "number", "description": "Last value. For log spacing > 0." },
-            "count": { "type": "integer", "minimum": 2, "maximum": 1_000_000, "description": "Number of values, both ends included." },
-            "spacing": { "enum": ["linear", "log"], "default": "linear", "description": "Equal differences or equal ratios." }
-        },
-        "required": ["from", "to", "count"],
-        "additionalProperties": false
-    });
     let axis = json!({
         "description": "A list of values or a range.",
-        "anyOf": [{ "type": "array", "minItems": 1 }, range]
+        "anyOf": [{ "type": "array", "minItems": 1 }, range_table()]
+    });
+    let nested = json!({ "type": "object", "description": "Dotted keys without quotes." });
+    let variant = json!({
+        "type": "object",
+        "properties": {
+            "name": { "type": "string", "minLength": 1, "description": "Name of the variant." },
+            "model": nested,
+            "record": nested
+        },
+        "patternProperties": { SWEPT: {} },
+        "required": ["name"],
+        "additionalProperties": false
     });
     json!({
         "type": "object",
         "description": "One run for each combination of the values of all axes.",
         "properties": {
             "zip": {
-                "type": "array", "items": { "type": "array", "items": { "type": "string" } },
+                "type": "array",
+                "items": { "type": "array", "items": { "type": "string" } },
                 "description": "Groups of axes of equal length that advance together."
             },
             "variants": {
                 "type": "array",
-                "items": {
-                    "type": "object", "required": ["name"],
-                    "properties": {
-                        "name": { "type": "string", "minLength": 1, "description": "Name of the variant." },
-                        "model": { "type": "object" }, "record": { "type": "object" }
-                    },
-                    "patternProperties": { "^(model|record)\\.": {} },
-                    "additionalProperties": false
-                },
+                "items": variant,
                 "description": "Named sets of keys: one axis."
             },
-            "model": { "type": "object", "description": "Axes by dotted keys without quotes." },
-            "record": { "type": "object", "description": "Axes by dotted keys without quotes." }
+            "model": nested,
+            "record": nested
         },
-        "patternProperties": { "^(model|record)\\.": axis },
+        "patternProperties": { SWEPT: axis },
+        "additionalProperties": false
+    })
+}
+
+/// The keys that can be swept.
+const SWEPT: &str = "^(model|record)\\.";
+
+fn range_table() -> Json {
+    json!({
+        "type": "object",
+        "properties": {
+            "from": { "type": "number", "description": "First value." },
+            "to": { "type": "number", "description": "Last value." },
+            "count": {
+                "type": "integer",
+                "minimum": 2,
+                "maximum": 1_000_000,
+                "description": "Number of values, both ends included."
+            },
+            "spacing": {
+                "enum": ["linear", "log"],
+                "default": "linear",
+                "description": "Equal differences or equal ratios; log needs bounds > 0."
+            }
+        },
+        "required": ["from", "to", "count"],
         "additionalProperties": false
     })
 }

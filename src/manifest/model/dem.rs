@@ -169,7 +169,13 @@ impl DemConfig {
             &mut self.stiffness_n_per_m,
         );
         self.dissipation_keys(keys);
-        keys.key("force_tail", "", "What the force does where the dashpot would pull: attractive lets it, clamped makes it zero.", &mut self.force_tail);
+        keys.key(
+            "force_tail",
+            "",
+            "What the force does where the dashpot would pull: attractive lets it, clamped \
+            makes it zero.",
+            &mut self.force_tail,
+        );
         keys.key(
             "integrator",
             "",
@@ -198,7 +204,13 @@ impl DemConfig {
             Dissipation::Damping(damping) => (None, Some(damping)),
         };
         keys.exclusive(&["restitution", "damping_n_s_per_m"]);
-        if let Some(restitution) = keys.optional("restitution", "1", "Coefficient of restitution e wanted; the damping follows for each pair from its effective mass.", restitution) {
+        if let Some(restitution) = keys.optional(
+            "restitution",
+            "1",
+            "Coefficient of restitution e wanted; the damping follows for each pair from \
+            its effective mass.",
+            restitution,
+        ) {
             self.dissipation = Dissipation::Restitution(restitution);
         }
         if let Some(damping) = keys.optional(
@@ -243,7 +255,8 @@ impl DemConfig {
         let (width, height) = (self.width_m.get(), self.height_m.get());
         if 2.0 * radius >= width || 2.0 * radius >= height {
             let title = format!(
-                "a disc of radius {radius:?} m does not fit into a box of {width:?} m x {height:?} m"
+                "a disc of radius {radius:?} m does not fit into a box of {width:?} m x \
+            {height:?} m"
             );
             table.refuse(
                 &["radius_m", "width_m", "height_m"],
@@ -293,7 +306,10 @@ impl TomlValue for DiscRadius {
     fn schema() -> Json {
         let bounds = json!({ "min": Positive::schema(), "max": Positive::schema() });
         json!({ "anyOf": [Positive::schema(), {
-            "type": "object", "properties": bounds, "required": ["min", "max"], "additionalProperties": false
+            "type": "object",
+            "properties": bounds,
+            "required": ["min", "max"],
+            "additionalProperties": false
         }] })
     }
 }

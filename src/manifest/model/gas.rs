@@ -182,7 +182,13 @@ impl GasConfig {
             &mut self.speed_distribution,
         );
         self.speed_scale_keys(keys);
-        keys.key("temperature_definition", "", "The mean that the temperature is defined by: mean-speed is N k T = N m <v>^2 / 2, mean-square is N k T = N m <v^2> / 2.", &mut self.temperature_definition);
+        keys.key(
+            "temperature_definition",
+            "",
+            "The mean that the temperature is defined by: mean-speed is N k T = N m <v>^2 / \
+            2, mean-square is N k T = N m <v^2> / 2.",
+            &mut self.temperature_definition,
+        );
         keys.key(
             "boltzmann_constant",
             "",
@@ -191,7 +197,13 @@ impl GasConfig {
         );
         self.propagation_keys(keys);
         let mut placement = GasPlacement(self.placement.clone());
-        keys.key("placement", "", "How particles are placed at the start. A given start keeps its velocities unless `temperature_k` stands beside it.", &mut placement);
+        keys.key(
+            "placement",
+            "",
+            "How particles are placed at the start. A given start keeps its velocities \
+            unless `temperature_k` stands beside it.",
+            &mut placement,
+        );
         self.placement = placement.0;
         keys.key("duration_s", "s", "Simulated time.", &mut self.duration_s);
     }
@@ -211,14 +223,26 @@ impl GasConfig {
         ) {
             self.speed_scale = SpeedScale::Temperature(temperature);
         }
-        if let Some(max_speed) = keys.optional("max_speed_m_per_s", "m/s", "Upper bound of uniform speeds, or the speed itself for equal ones, in place of `temperature_k`; nothing is rescaled.", max_speed) {
+        if let Some(max_speed) = keys.optional(
+            "max_speed_m_per_s",
+            "m/s",
+            "Upper bound of uniform speeds, or the speed itself for equal ones, in place of \
+            `temperature_k`; nothing is rescaled.",
+            max_speed,
+        ) {
             self.speed_scale = SpeedScale::MaxSpeed(max_speed);
         }
     }
 
     fn propagation_keys(&mut self, keys: &mut impl Keys) {
         let mut scheme = self.propagation.scheme();
-        keys.key("propagation", "", "How particles are moved: exact is the closed form, stepped the source document's steps mended, literal the same as printed.", &mut scheme);
+        keys.key(
+            "propagation",
+            "",
+            "How particles are moved: exact is the closed form, stepped the source \
+            document's steps mended, literal the same as printed.",
+            &mut scheme,
+        );
         let step = keys.optional(
             "time_step_s",
             "s",

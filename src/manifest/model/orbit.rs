@@ -77,7 +77,13 @@ words!(pub OrbitIntegrator {
 impl OrbitConfig {
     /// The keys of `[model.orbit]`, in the order of the canonical manifest.
     pub(crate) fn keys(&mut self, keys: &mut impl Keys) {
-        keys.key("start", "", "State at the start: document is the barycentric one as printed, heliocentric the same day relative to the Sun, or { position_au, velocity_au_per_day }.", &mut self.start);
+        keys.key(
+            "start",
+            "",
+            "State at the start: document is the barycentric one as printed, heliocentric \
+            the same day relative to the Sun, or { position_au, velocity_au_per_day }.",
+            &mut self.start,
+        );
         keys.key(
             "integrator",
             "",

@@ -176,7 +176,8 @@ impl PackingConfig {
         let fraction = discs * std::f64::consts::PI * radius * radius / (width * height);
         if self.placement == PackingPlacement::Random && fraction >= RANDOM_PLACEMENT_LIMIT {
             let title = format!(
-                "the packing fraction n pi r^2 / (lx ly) is {fraction:.3}; random placement needs less than {RANDOM_PLACEMENT_LIMIT}"
+                "the packing fraction n pi r^2 / (lx ly) is {fraction:.3}; random placement \
+            needs less than {RANDOM_PLACEMENT_LIMIT}"
             );
             table.refuse(
                 &["discs", "width", "height", "radius", "placement"],

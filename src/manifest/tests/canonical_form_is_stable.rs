@@ -1,0 +1,335 @@
+//! The canonical manifest of a run is what its recording embeds and what its content key is made of. So:
+//! equal runs have equal texts, the text gives the run back, it is a manifest itself, and its form never changes by accident.
+
+// A failed unwrap is a failed test.
+#![allow(clippy::unwrap_used)]
+
+use kinetoscope_manifest::model::*;
+use kinetoscope_manifest::quantity::{BoxSide, Finite, NonNegative, Positive, Share};
+use kinetoscope_manifest::record::{Compression, RecordConfig, RecordInterval};
+use kinetoscope_manifest::{RunManifest, content_key, parse, parse_run};
+use std::num::{NonZeroU32, NonZeroU64};
+
+/// A change here changes every content key: all recordings would be made again.
+const GOLDEN_DEM: &str = r#"seed = 14
+replicate = 2
+
+[model.dem]
+discs = 1
+mass_kg = 1e-7
+radius_m = { min = 0.0004, max = 0.0006 }
+width_m = 0.04
+height_m = 0.05
+gravity_m_per_s2 = [0.0, -9.81]
+stiffness_n_per_m = 1e16
+damping_n_s_per_m = 0.47402245
+force_tail = "clamped"
+integrator = "implicit-dashpot"
+time_step_s = 1e-6
+stability = "warn"
+placement = { positions_m = [[0.01, 0.02]], velocities_m_per_s = [[0.0, -1.5]] }
+duration_s = 0.30000000000000004
+
+[record]
+every_steps = 100
+channels = ["state", "energy"]
+playback_rate = 12.5
+compression = "none"
+"#;
+
+const GOLDEN_GAS: &str = r#"seed = 18446744073709551615
+replicate = 0
+
+[model.gas]
+particles = 1000
+mass_kg = 1e-26
+radius_m = 1.0
+centre_m = [0.0, 0.0]
+speed_distribution = "uniform"
+temperature_k = 300.0
+temperature_definition = "mean-speed"
+boltzmann_constant = "codata-1986"
+propagation = "exact"
+placement = "random"
+duration_s = 0.1
+
+[record]
+frames = 200
+playback_rate = 25.0
+compression = "zstd"
+"#;
+
+#[test]
+fn the_form_is_pinned() {
+    let dem = RunManifest {
+        seed: 14,
+        replicate: 2,
+        model: ModelConfig::Dem(DemConfig {
+            discs: NonZeroU32::new(1).unwrap(),
+            mass_kg: Positive::literal(1e-7),
+            radius_m: DiscRadius::Uniform {
+                min: Positive::literal(4e-4),
+                max: Positive::literal(6e-4),
+            },
+            height_m: Positive::literal(0.05),
+            stiffness_n_per_m: Positive::literal(1e16),
+            dissipation: Dissipation::Damping(NonNegative::literal(0.474_022_45)),
+            force_tail: ForceTail::Clamped,
+            integrator: DemIntegrator::ImplicitDashpot,
+            time_step: TimeStep::Fixed(Positive::literal(1e-6)),
+            stability: Stability::Warn,
+            placement: Placement::Given(given(1, |_| [[0.01, 0.02], [-0.0, -1.5]])),
+            duration_s: Positive::literal(0.1 + 0.2),
+            ..DemConfig::default()
+        }),
+        record: RecordConfig {
+            interval: RecordInterval::EverySteps(NonZeroU64::new(100).unwrap()),
+            channels: Some(vec!["state".to_owned(), "energy".to_owned()]),
+            playback_rate: Positive::literal(12.5),
+            compression: Compression::None,
+        },
+    };
+    assert_eq!(dem.canonical(), GOLDEN_DEM);
+    assert_eq!(parse_run(GOLDEN_DEM).unwrap(), dem);
+    let gas = run(ModelConfig::Gas(GasConfig::default()));
+    assert_eq!(RunManifest { seed: u64::MAX, ..gas }.canonical(), GOLDEN_GAS);
+}
+
+#[test]
+fn the_text_gives_the_run_back() {
+    let mut numbers = Numbers(7);
+    for _ in 0..2000 {
+        let manifest = numbers.run();
+        let text = manifest.canonical();
+        assert_eq!(parse_run(&text).unwrap_or_else(|errors| panic!("{errors}\n{text}")), manifest);
+        let experiment = parse(&text, "embedded.toml", &[]).unwrap();
+        assert_eq!(experiment.runs.len(), 1);
+        assert_eq!(experiment.runs[0].manifest.canonical(), text);
+    }
+}
+
+#[test]
+fn ways_of_writing_do_not_matter() {
+    let written = "seed = 0x10\nname = \"a\"\ndescription = \"b\"\n[record]\nchannels = [\"pressure\", \"state\"]\n\
+        [model]\ngas.particles = 1e3\ngas.mass_kg = 0.01e-24\ngas.centre_m = [-0.0, 0]\n\
+        [[checks]]\nmetric = \"pressure.measured\"\nstandard_errors = 3\n";
+    let other =
+        "seed = 16\n[model.gas]\n[record]\ncompression = 'zstd'\nchannels = ['state', 'pressure']";
+    assert_eq!(parse_run(written).unwrap().canonical(), parse_run(other).unwrap().canonical());
+}
+
+#[test]
+fn the_key_follows_content_and_versions_alone() {
+    let text = GOLDEN_GAS;
+    let key = content_key(text, 1, 1);
+    // Python's hashlib: sha256 of the two versions, four bytes each, little-endian, and of the text.
+    assert_eq!(key.to_string(), "a6c886ae2400a2b7f846c4728e79e6c20adc04de78d8d44ede06b38afdbc1396");
+    assert_eq!(key.short(), &key.to_string()[..8]);
+    assert_eq!(key, content_key(text, 1, 1));
+    assert_ne!(key, content_key(text, 2, 1));
+    assert_ne!(key, content_key(text, 1, 2));
+    assert_ne!(key, content_key(&text.replace("300.0", "300.00000000000006"), 1, 1));
+    assert_ne!(key, content_key(&text.replace("replicate = 0", "replicate = 1"), 1, 1));
+    assert_ne!(key, content_key(&text.replace("seed = 1", "seed = 2"), 1, 1));
+}
+
+fn run(model: ModelConfig) -> RunManifest {
+    RunManifest { seed: 0, replicate: 0, model, record: RecordConfig::default() }
+}
+
+fn given(count: usize, mut state: impl FnMut(usize) -> [[f64; 2]; 2]) -> GivenState {
+    let states: Vec<[[Finite; 2]; 2]> = (0..count)
+        .map(|index| state(index).map(|vector| vector.map(|x| Finite::new(x).unwrap())))
+        .collect();
+    GivenState {
+        positions: states.iter().map(|[position, _]| *position).collect(),
+        velocities: states.iter().map(|[_, velocity]| *velocity).collect(),
+    }
+}
+
+/// Runs with values from everywhere in their ranges, the same at every call: a linear congruential generator (Knuth's MMIX).
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> u64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 >> 11
+    }
+
+    fn below(&mut self, bound: u64) -> u64 {
+        (self.next() >> 8) % bound
+    }
+
+    /// Any finite number, subnormal ones included.
+    fn finite(&mut self) -> Finite {
+        loop {
+            if let Some(finite) = Finite::new(f64::from_bits(self.next() << 11 ^ self.next())) {
+                return finite;
+            }
+        }
+    }
+
+    fn positive(&mut self) -> Positive {
+        loop {
+            if let Some(positive) = Positive::new(self.finite().get().abs()) {
+                return positive;
+            }
+        }
+    }
+
+    fn share(&mut self) -> Share {
+        Share::new((1 + self.next()) as f64 / (1_u64 << 53) as f64).unwrap()
+    }
+
+    fn count(&mut self) -> NonZeroU32 {
+        NonZeroU32::new(1 + self.below(u64::from(u32::MAX)) as u32).unwrap()
+    }
+
+    fn state(&mut self) -> GivenState {
+        let count = 1 + self.below(3) as usize;
+        given(count, |_| {
+            [[self.finite().get(), self.finite().get()], [self.finite().get(), self.finite().get()]]
+        })
+    }
+
+    fn run(&mut self) -> RunManifest {
+        let (model, time_key) = match self.below(4) {
+            0 => (ModelConfig::Dem(self.dem()), true),
+            1 => (ModelConfig::Gas(self.gas()), true),
+            2 => {
+                let packing = self.packing();
+                let timed = matches!(packing.length, RunLength::Duration(_));
+                (ModelConfig::Packing(packing), timed)
+            }
+            _ => (ModelConfig::Orbit(self.orbit()), true),
+        };
+        let interval = if time_key && self.below(2) == 0 {
+            RecordInterval::EveryTime(self.positive())
+        } else {
+            RecordInterval::Frames(NonZeroU64::new(1 + self.next()).unwrap())
+        };
+        RunManifest {
+            seed: self.next() << 11 ^ self.next(),
+            replicate: self.next() as u32,
+            model,
+            record: RecordConfig {
+                interval,
+                channels: [None, Some(vec![]), Some(vec!["state".to_owned(), "log".to_owned()])]
+                    [self.below(3) as usize]
+                    .clone(),
+                playback_rate: Positive::new(50.0 * self.share().get()).unwrap(),
+                compression: [Compression::Zstd, Compression::Lz4, Compression::None]
+                    [self.below(3) as usize],
+            },
+        }
+    }
+
+    fn dem(&mut self) -> DemConfig {
+        let placement = match self.below(3) {
+            0 => Placement::Random,
+            1 => Placement::Lattice,
+            _ => Placement::Given(self.state()),
+        };
+        let discs = match &placement {
+            Placement::Given(state) => NonZeroU32::new(state.positions.len() as u32).unwrap(),
+            _ => self.count(),
+        };
+        DemConfig {
+            discs,
+            mass_kg: self.positive(),
+            gravity_m_per_s2: [self.finite(), self.finite()],
+            stiffness_n_per_m: self.positive(),
+            dissipation: if self.below(2) == 0 {
+                Dissipation::Restitution(self.share())
+            } else {
+                Dissipation::Damping(NonNegative::literal(self.positive().get()))
+            },
+            integrator: [
+                DemIntegrator::SemiImplicitEuler,
+                DemIntegrator::VelocityVerlet,
+                DemIntegrator::ImplicitDashpot,
+            ][self.below(3) as usize],
+            time_step: TimeStep::PerContact(self.positive()),
+            placement,
+            duration_s: self.positive(),
+            ..DemConfig::default()
+        }
+    }
+
+    fn gas(&mut self) -> GasConfig {
+        let placement =
+            if self.below(2) == 0 { Placement::Random } else { Placement::Given(self.state()) };
+        let temperature = SpeedScale::Temperature(NonNegative::literal(self.positive().get()));
+        let (particles, speed_scale) = match (&placement, self.below(2)) {
+            (Placement::Given(state), other) => (
+                NonZeroU32::new(state.positions.len() as u32).unwrap(),
+                if other == 0 { SpeedScale::Given } else { temperature },
+            ),
+            (_, 0) => (self.count(), temperature),
+            _ => (self.count(), SpeedScale::MaxSpeed(NonNegative::literal(0.0))),
+        };
+        let time_step_s = Positive::literal(1e-3);
+        GasConfig {
+            particles,
+            radius_m: self.positive(),
+            centre_m: [self.finite(), self.finite()],
+            speed_scale,
+            propagation: [
+                Propagation::Exact,
+                Propagation::Stepped { time_step_s },
+                Propagation::Literal { time_step_s },
+            ][self.below(3) as usize],
+            boltzmann_constant: BoltzmannConstant::Si2019,
+            temperature_definition: TemperatureDefinition::MeanSquare,
+            placement,
+            ..GasConfig::default()
+        }
+    }
+
+    fn packing(&mut self) -> PackingConfig {
+        let placement = match self.below(2) {
+            0 => PackingPlacement::Lattice,
+            _ => PackingPlacement::Given(self.state()),
+        };
+        PackingConfig {
+            discs: match &placement {
+                PackingPlacement::Given(state) => {
+                    NonZeroU32::new(state.positions.len() as u32).unwrap()
+                }
+                _ => self.count(),
+            },
+            width: BoxSide::new(10.0 + 1e4 * self.share().get()).unwrap(),
+            restitution: self.share(),
+            initial_velocities: InitialVelocities::Modified,
+            length: if self.below(2) == 0 {
+                RunLength::EventsPerDisc(self.count())
+            } else {
+                RunLength::Duration(self.positive())
+            },
+            placement,
+            ..PackingConfig::default()
+        }
+    }
+
+    fn orbit(&mut self) -> OrbitConfig {
+        OrbitConfig {
+            start: match self.below(3) {
+                0 => OrbitStart::Document,
+                1 => OrbitStart::Heliocentric,
+                _ => OrbitStart::Given {
+                    position_au: [self.finite(), self.finite(), Finite::literal(1.0)],
+                    velocity_au_per_day: [self.finite(), self.finite(), self.finite()],
+                },
+            },
+            integrator: [
+                OrbitIntegrator::Rk4,
+                OrbitIntegrator::Yoshida4,
+                OrbitIntegrator::Kepler,
+                OrbitIntegrator::VelocityVerlet,
+            ][self.below(4) as usize],
+            time_step_days: Positive::new(0.999 * self.share().get()).unwrap(),
+            ..OrbitConfig::default()
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Whatever stands in the file: the answer is an experiment or a list of errors that can be shown.
+
+// A failed unwrap is a failed test.
+#![allow(clippy::unwrap_used)]
+
+use kinetoscope_manifest::{ExperimentRecord, parse, parse_checks, parse_run, starter};
+
+const MANIFEST: &str = r#"# ü: a manifest with one of everything
+name = "everything"
+seed = 14
+replicates = 2
+
+[model.dem]
+discs = 1e1
+radius_m = { min = 4e-4, max = 6e-4 }
+gravity_m_per_s2 = [0.0, -9.81]
+placement = "random"
+
+[record]
+every_s = 0.01
+channels = ["state", "energy"]
+
+[sweep]
+zip = [["model.dem.restitution", "model.dem.stiffness_n_per_m"]]
+"model.dem.restitution" = [0.5, 0.9]
+model.dem.stiffness_n_per_m = { from = 1e4, to = 1e5, count = 2, spacing = "log" }
+[[sweep.variants]]
+name = "Verlet – λ"
+"model.dem.integrator" = "velocity-verlet"
+model.dem.placement = { positions_m = [[0.01, 0.01]], velocities_m_per_s = [[0.0, 0.0]] }
+
+[[checks]]
+metric = "energy.residual_relative"
+expected = 0.0
+tolerance = 1e-3
+where = { "model.dem.restitution" = 0.5 }
+"#;
+
+/// Reads a text in every way and shows what is wrong with it.
+fn read(text: &str) -> usize {
+    let mut length = 0;
+    if let Err(errors) = parse(text, "m.toml", &[]) {
+        assert!(!errors.is_empty(), "an error without a word\n{text}");
+        length += errors.to_string().len() + errors.render(true).len();
+    }
+    for errors in [
+        parse_run(text).err(),
+        parse_checks(text, "c.toml").err(),
+        ExperimentRecord::from_toml(text, "e.toml").err(),
+    ] {
+        length += errors.map_or(0, |errors| errors.to_string().len());
+    }
+    length
+}
+
+#[test]
+fn the_whole_manifest_is_good() {
+    // The given placement takes `discs` of the table, which is another number: a true error, and the only one.
+    let errors = parse(MANIFEST, "m.toml", &[]).unwrap_err();
+    assert!(errors.to_string().contains("`discs` is 10, but 1 are placed"), "{errors}");
+    assert_eq!(errors.len(), 1, "{errors}");
+    assert_eq!(parse(&MANIFEST.replace("discs = 1e1", ""), "m.toml", &[]).unwrap().runs.len(), 4);
+}
+
+#[test]
+fn every_prefix_is_answered() {
+    for (end, _) in MANIFEST.char_indices() {
+        read(&MANIFEST[..end]);
+    }
+    for model in ["dem", "gas", "packing", "orbit"] {
+        let text = starter(model).unwrap();
+        for (end, _) in text.char_indices().step_by(7) {
+            read(&text[..end]);
+        }
+    }
+}
+
+#[test]
+fn every_flipped_byte_is_answered() {
+    for position in 0..MANIFEST.len() {
+        for flip in [0x01, 0x10, 0x20, 0x80] {
+            let mut bytes = MANIFEST.as_bytes().to_vec();
+            bytes[position] ^= flip;
+            read(&String::from_utf8_lossy(&bytes));
+        }
+    }
+}
+
+#[test]
+fn lines_in_any_place_are_answered() {
+    let lines: Vec<&str> = MANIFEST.lines().collect();
+    for moved in 0..lines.len() {
+        for to in 0..lines.len() {
+            let mut shuffled = lines.clone();
+            let line = shuffled.remove(moved);
+            shuffled.insert(to.min(shuffled.len()), line);
+            read(&shuffled.join("\n"));
+        }
+    }
+}
+
+#[test]
+fn odd_texts_are_answered() {
+    let deep = format!("model = {}1{}", "[".repeat(5000), "]".repeat(5000));
+    let dotted = format!("{}x = 1", "a.".repeat(5000));
+    let odd = [
+        "",
+        "\u{feff}",
+        "\u{feff}[model.gas]\nradius_m = 0",
+        "\0",
+        "\r\n[model.gas]\r\nradius_m = 0\r\n",
+        "=",
+        "[",
+        "[[",
+        "[]",
+        "[model.gas]\nradius_m",
+        "model = 1",
+        "model = []",
+        "model.gas = 1",
+        "[[model]]",
+        "[[model.gas]]",
+        "[model.gas]\n[[record]]",
+        "sweep = 1\n[model.gas]",
+        "checks = 1\n[model.gas]",
+        "checks = [1, [], {}]\n[model.gas]",
+        "[model.gas]\n[sweep]\nvariants = 1\nzip = 1",
+        "[model.gas]\n[sweep]\nvariants = [1]\nzip = [1, [2]]",
+        "[model.gas]\n[sweep]\nzip = [[\"a\"], []]",
+        "[model.gas]\n[sweep]\nmodel = {}",
+        "[model.gas]\n[sweep]\n\"\" = [1]\n\"model.\" = [1]\n\"model..\" = [2]",
+        "[model.gas]\n[sweep]\nmodel.gas.radius_m = { from = -1.7e308, to = 1.7e308, count = 3 }",
+        "name = \"\u{202e}\u{7f}\"",
+        "\u{1f600} = 1",
+        "[model.gas]\n\"\u{1f600}\u{1f600}\" = \"\u{1f600}\" # \u{1f600}",
+        "[model.gas]\nplacement = {}",
+        "[model.orbit]\nstart = {}",
+        "[model.dem]\nradius_m = {}",
+        &deep,
+        &dotted,
+    ];
+    for text in odd {
+        read(text);
+    }
+}

@@ -1,0 +1,85 @@
+//! `experiment.toml` beside the recordings says the same to analysis as the manifest said to the run.
+
+// A failed unwrap is a failed test.
+#![allow(clippy::unwrap_used)]
+
+use kinetoscope_manifest::{Bound, Coordinate, ExperimentRecord, content_key, parse, parse_checks};
+
+const CHECKS: &str = r#"
+[[checks]]
+metric = "near"
+expected = -4.395e-21
+tolerance = 1e-22
+where = { "model.gas.temperature_k" = 300.0, variant = "b \"quoted\"" }
+[[checks]]
+metric = "relative"
+relative_tolerance = 0.02
+[[checks]]
+metric = "theory"
+standard_errors = 4
+[[checks]]
+metric = "range"
+maximum = 1
+"#;
+
+fn record() -> ExperimentRecord {
+    let text = format!(
+        "description = \"two\\nlines, \\\"quoted\\\", \\\\ and \\u0007\"\nreplicates = 2\n[model.gas]\n[sweep]\n\
+         model.gas.temperature_k = [200, 300]\n[[sweep.variants]]\nname = \"a\"\n[[sweep.variants]]\nname = \"b \\\"quoted\\\"\"\n{CHECKS}"
+    );
+    let experiment = parse(&text, "pressure.toml", &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let files = experiment.runs.iter().map(|run| {
+        let key = content_key(&run.manifest.canonical(), 1, 1);
+        (format!("{}.mcap", run.file_stem(&experiment.name, &key, experiment.replicates)), key)
+    });
+    ExperimentRecord::new(&experiment, files)
+}
+
+#[test]
+fn the_record_comes_back() {
+    let record = record();
+    assert_eq!(record.runs.len(), 8);
+    assert_eq!(record.model, "gas");
+    let text = record.to_toml();
+    let back = ExperimentRecord::from_toml(&text, "experiment.toml")
+        .unwrap_or_else(|errors| panic!("{errors}\n{text}"));
+    assert_eq!(back, record);
+}
+
+#[test]
+fn checks_have_a_file_of_their_own_too() {
+    let checks = parse_checks(CHECKS, "checks.toml").unwrap();
+    assert_eq!(checks, record().checks);
+    assert_eq!(checks[0].bound, Bound::Near { expected: Some(-4.395e-21), tolerance: 1e-22 });
+    assert_eq!(checks[1].bound, Bound::NearRelative { expected: None, relative_tolerance: 0.02 });
+    assert_eq!(
+        checks[2].bound,
+        Bound::WithinStandardErrors { expected: None, standard_errors: 4.0 }
+    );
+    assert_eq!(checks[3].bound, Bound::Range { minimum: None, maximum: Some(1.0) });
+    let other = parse_checks("seed = 1\n[[checks]]\nmetric = \"a\"\n", "c.toml").unwrap_err();
+    assert_eq!(other.len(), 2, "{other}");
+    assert!(parse_checks("", "c.toml").unwrap_err().to_string().contains("no [[checks]]"));
+}
+
+#[test]
+fn checks_select_by_coordinates() {
+    let at = |key: &str, value: &str| Coordinate { key: key.to_owned(), value: value.to_owned() };
+    let checks = record().checks;
+    let place = [at("model.gas.temperature_k", "300"), at("variant", "b \"quoted\"")];
+    assert!(checks[0].selects(&place));
+    assert!(!checks[0].selects(&place[..1]));
+    assert!(!checks[0].selects(&[at("model.gas.temperature_k", "200"), place[1].clone()]));
+    assert!(checks[1].selects(&place) && checks[1].selects(&[]));
+}
+
+#[test]
+fn a_damaged_record_says_so() {
+    let text = record().to_toml();
+    let short = text.replacen("content_key = \"", "content_key = \"0", 1);
+    let errors = ExperimentRecord::from_toml(&short, "experiment.toml").unwrap_err().to_string();
+    assert!(errors.contains("must be 64 hexadecimal digits"), "{errors}");
+    let errors =
+        ExperimentRecord::from_toml("name = \"a\"\n", "experiment.toml").unwrap_err().to_string();
+    assert!(errors.contains("experiment.toml names no known model"), "{errors}");
+}

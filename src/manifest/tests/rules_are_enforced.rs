@@ -1,0 +1,370 @@
+//! Every rule of a manifest, broken once: the message says what is allowed, and where.
+
+// A failed unwrap is a failed test.
+#![allow(clippy::unwrap_used)]
+
+use kinetoscope_manifest::model::{ModelConfig, PackingPlacement, SpeedScale};
+use kinetoscope_manifest::{Override, parse, parse_run};
+
+/// Breaks one rule and expects exactly one error, which holds the message, at the line of `<-`.
+fn refused(text: &str, message: &str) {
+    let line = 1 + text.lines().position(|line| line.contains("# <-")).unwrap_or(0);
+    let errors = match parse(text, "m.toml", &[]) {
+        Ok(_) => panic!("accepted:\n{text}"),
+        Err(errors) => errors,
+    };
+    let rendered = errors.to_string();
+    assert!(rendered.contains(message), "wanted: {message}\n{rendered}");
+    assert_eq!(errors.len(), 1, "{rendered}");
+    if text.contains("# <-") {
+        assert!(
+            rendered.contains(&format!("--> m.toml:{line}:")),
+            "wanted line {line}\n{rendered}"
+        );
+    }
+}
+
+fn accepted(text: &str) -> ModelConfig {
+    parse(text, "m.toml", &[]).unwrap_or_else(|errors| panic!("{errors}")).runs[0]
+        .manifest
+        .model
+        .clone()
+}
+
+#[test]
+fn numbers_keep_to_their_ranges() {
+    let positive = "must be a number > 0";
+    for bad in ["0", "-1.0", "nan", "inf", "-inf", "1e400", "-0.0"] {
+        refused(&format!("[model.gas]\nradius_m = {bad} # <-"), positive);
+    }
+    refused("[model.gas]\nradius_m = \"1.0\" # <-", "`model.gas.radius_m` cannot be a string");
+    refused("[model.gas]\nradius_m = true # <-", "`model.gas.radius_m` cannot be a boolean");
+    refused("[model.gas]\nradius_m = 1979-05-27 # <-", "`model.gas.radius_m` cannot be a date");
+    refused("[model.gas]\ncentre_m = [nan, 0] # <-", "must be a finite number");
+    refused("[model.gas]\ntemperature_k = -1 # <-", "must be a number >= 0");
+    refused("[model.dem]\nrestitution = 0 # <-", "must be a number in (0, 1]");
+    refused("[model.dem]\nrestitution = 1.0000000000000002 # <-", "must be a number in (0, 1]");
+    refused("[model.packing]\nwidth = 9.999 # <-", "must be a number in [10, 100000]");
+    refused("[model.orbit]\ntime_step_days = 1 # <-", "must be a number in (0, 1)");
+    refused("[model.gas]\n[record]\nplayback_rate = 50.1 # <-", "must be a number in (0, 50]");
+    let whole = "must be a whole number from 1 to 4294967295";
+    for bad in ["0", "-3", "1.5", "4294967296", "1e10", "1e40"] {
+        refused(&format!("[model.gas]\nparticles = {bad} # <-"), whole);
+    }
+    refused("replicates = 0 # <-\n[model.gas]", "must be a whole number from 1 to 1000000");
+    refused("replicates = 1000001 # <-\n[model.gas]", "must be a whole number from 1 to 1000000");
+    refused("seed = 18446744073709551616 # <-\n[model.gas]", "from 0 to 18446744073709551615");
+    refused(
+        "seed = 99999999999999999999999999999999999999999999 # <-\n[model.gas]",
+        "`seed` is out of range",
+    );
+}
+
+#[test]
+fn unknown_names_are_refused_with_the_nearest() {
+    refused("[model.gas]\nparticle = 3 # <-", "did you mean `particles`?");
+    refused("[model.orbit]\nintegrator = \"verlet\" # <-", "did you mean \"velocity-verlet\"?");
+    refused("[model.gas]\n[recrod] # <-", "did you mean `record`?");
+    refused(
+        "[model.orbit]\nintegrator = \"leapfrog\" # <-",
+        "it takes \"explicit-euler\", \"semi-implicit-euler\"",
+    );
+    refused(
+        "[model.orbit]\nintegrator = \"velocity_verlet\" # <-",
+        "did you mean \"velocity-verlet\"?",
+    );
+    refused("[model.gas]\nplacement = \"lattice\" # <-", "it takes \"random\" or { positions_m");
+    refused("[model.gsa] # <-", "did you mean `gas`?");
+    refused(
+        "seed = 1",
+        "no model: add one of [model.dem], [model.gas], [model.packing], [model.orbit]",
+    );
+    refused("[model]", "no model");
+    refused(
+        "[model.gas]\n[record]\nchannels = [\"state\", \"trail\"] # <-",
+        "the gas model has no channel \"trail\"",
+    );
+    refused(
+        "[model.gas]\n[record]\nchannels = [\"log\", \"log\"] # <-",
+        "channel \"log\" stands twice",
+    );
+}
+
+#[test]
+fn exclusive_keys_are_both_named() {
+    let exclude = |a: &str, b: &str| format!("`{a}` and `{b}` exclude each other");
+    let dem = |a: &str, b: &str| exclude(&format!("model.dem.{a}"), &format!("model.dem.{b}"));
+    refused(
+        "[model.dem]\nrestitution = 0.5\ndamping_n_s_per_m = 1 # <-",
+        &dem("restitution", "damping_n_s_per_m"),
+    );
+    refused(
+        "[model.dem]\ntime_step_s = 1e-6\nsteps_per_contact = 20 # <-",
+        &dem("steps_per_contact", "time_step_s"),
+    );
+    refused(
+        "[model.gas]\nmax_speed_m_per_s = 1\ntemperature_k = 1 # <-",
+        &exclude("model.gas.temperature_k", "model.gas.max_speed_m_per_s"),
+    );
+    refused(
+        "[model.packing]\nevents_per_disc = 1\nduration = 1 # <-",
+        &exclude("model.packing.events_per_disc", "model.packing.duration"),
+    );
+    refused(
+        "[model.gas]\n[record]\nframes = 1\nevery_s = 1 # <-",
+        &exclude("record.frames", "record.every_s"),
+    );
+    refused("replicates = 3\nreplicate = 2 # <-\n[model.gas]", &exclude("replicates", "replicate"));
+    refused("[model.gas]\n[model.dem] # <-", "[model.gas] and [model.dem] exclude each other");
+}
+
+#[test]
+fn intervals_fit_the_model() {
+    refused("[model.gas]\n[record]\nevery_steps = 2 # <-", "it takes frames, every_s");
+    refused("[model.dem]\n[record]\nevery_days = 2 # <-", "it takes frames, every_s, every_steps");
+    refused(
+        "[model.orbit]\n[record]\nevery_s = 2 # <-",
+        "it takes frames, every_days, every_steps",
+    );
+    refused("[model.packing]\n[record]\nevery_time = 2 # <-", "it takes frames, every_collisions");
+    refused("[model.packing]\n[record]\nevery_steps = 2 # <-", "it takes frames, every_collisions");
+    accepted("[model.packing]\nduration = 10\n[record]\nevery_time = 2");
+    accepted("[model.packing]\n[record]\nevery_collisions = 2");
+    accepted(
+        "[model.gas]\npropagation = \"stepped\"\ntime_step_s = 1e-5\n[record]\nevery_steps = 2",
+    );
+    accepted("[model.orbit]\nintegrator = \"kepler\"\n[record]\nevery_steps = 2");
+}
+
+#[test]
+fn dem_discs_fit_their_box() {
+    refused("[model.dem]\nradius_m = 0.02 # <-", "does not fit into a box of 0.04 m x 0.04 m");
+    refused("[model.dem]\nradius_m = 0.02\nheight_m = 0.03 # <-", "does not fit");
+    accepted("[model.dem]\nradius_m = 0.0199");
+    refused("[model.dem]\nradius_m = { min = 2e-4, max = 1e-4 } # <-", "min must be <= max");
+    refused("[model.dem]\nradius_m = { min = 2e-4 } # <-", "needs `max`");
+    refused(
+        "[model.dem]\nradius_m = { min = 1e-4, max = 2e-4, mean = 1.5e-4 } # <-",
+        "unknown key `mean`",
+    );
+    refused(
+        "[model.dem]\nradius_m = \"big\" # <-",
+        "must be a number > 0 or { min = ..., max = ... }",
+    );
+    refused("[model.dem]\ntime_step_s = 2.0 # <-", "the time step must be <= the duration");
+}
+
+#[test]
+fn packing_limits_are_the_documents() {
+    refused(
+        "[model.packing]\nradius = 20.0 # <-",
+        "the radius must be below half of the shorter side, 20.0",
+    );
+    // n pi r^2 / (lx ly) = 0.5 lies between 254 and 255 discs of radius 1 in 40 x 40: 800/pi = 254.6.
+    accepted("[model.packing]\ndiscs = 254");
+    refused("[model.packing]\ndiscs = 255 # <-", "n pi r^2 / (lx ly) is 0.501");
+    accepted("[model.packing]\ndiscs = 255\nplacement = \"lattice\"");
+    refused("[model.packing]\nradius = nope # <-", "this is not TOML");
+}
+
+#[test]
+fn gas_speeds_and_steps_are_consistent() {
+    refused(
+        "[model.gas]\nspeed_distribution = \"maxwell\"\nmax_speed_m_per_s = 3 # <-",
+        "Maxwell's speeds have no upper bound",
+    );
+    refused("[model.gas]\ntime_step_s = 1e-5 # <-", "exact propagation takes no time step");
+    refused(
+        "[model.gas]\npropagation = \"literal\" # <-",
+        "propagation \"literal\" needs a time step",
+    );
+    refused(
+        "[model.gas]\npropagation = \"stepped\"\ntime_step_s = 1.0 # <-",
+        "shorter than one time step",
+    );
+}
+
+#[test]
+fn given_states_set_the_number_of_particles() {
+    let start =
+        "placement = { positions_m = [[0, 0.5], [0.1, 0]], velocities_m_per_s = [[1, 2], [3, 4]] }";
+    let ModelConfig::Gas(gas) = accepted(&format!("[model.gas]\n{start}")) else {
+        panic!("no gas")
+    };
+    assert_eq!(gas.particles.get(), 2);
+    assert_eq!(gas.speed_scale, SpeedScale::Given);
+    let ModelConfig::Gas(gas) = accepted(&format!("[model.gas]\ntemperature_k = 9\n{start}"))
+    else {
+        panic!("no gas")
+    };
+    assert!(matches!(gas.speed_scale, SpeedScale::Temperature(_)));
+    accepted(&format!("[model.gas]\nparticles = 2\n{start}"));
+    refused(
+        &format!("[model.gas]\nparticles = 3\n{start} # <-"),
+        "`particles` is 3, but 2 are placed",
+    );
+    refused(
+        &format!("[model.gas]\nmax_speed_m_per_s = 3\n{start} # <-"),
+        "a given start has its own speeds",
+    );
+    refused(
+        "[model.dem]\nplacement = { positions_m = [[1, 1]], velocities_m_per_s = [] } # <-",
+        "1 positions but 0 velocities",
+    );
+    refused(
+        "[model.dem]\nplacement = { positions_m = [], velocities_m_per_s = [] } # <-",
+        "needs at least one particle",
+    );
+    refused(
+        "[model.dem]\nplacement = { positions_m = [[1, 1]] } # <-",
+        "needs `velocities_m_per_s`",
+    );
+    refused(
+        "[model.dem]\nplacement = { positions_m = [[1]], velocities_m_per_s = [[0, 0]] } # <-",
+        "must be an array of 2 numbers",
+    );
+    refused(
+        "[model.packing]\nplacement = { positions_m = [[1, 1]], velocities = [[0, 0]], positions = [[1, 1]] } # <-",
+        "did you mean `positions`?",
+    );
+    let ModelConfig::Packing(packing) =
+        accepted("[model.packing]\nplacement = { positions = [[1, 1]], velocities = [[0, 0]] }")
+    else {
+        panic!("no packing")
+    };
+    assert!(matches!(packing.placement, PackingPlacement::Given(_)) && packing.discs.get() == 1);
+}
+
+#[test]
+fn orbits_start_outside_the_sun() {
+    refused(
+        "[model.orbit]\nstart = { position_au = [0, 0, -0.0], velocity_au_per_day = [1, 0, 0] } # <-",
+        "must not be [0, 0, 0]",
+    );
+    refused(
+        "[model.orbit]\nstart = { position_au = [1, 0], velocity_au_per_day = [1, 0, 0] } # <-",
+        "must be an array of 3 numbers",
+    );
+    refused(
+        "[model.orbit]\nstart = \"barycentric\" # <-",
+        "\"document\", \"heliocentric\" or { position_au",
+    );
+    refused("[model.orbit]\nduration_days = 0.1 # <-", "shorter than one time step");
+}
+
+#[test]
+fn names_fit_a_folder() {
+    refused("name = \"a b\" # <-\n[model.gas]", "it names a folder");
+    refused("name = \"\" # <-\n[model.gas]", "it names a folder");
+    refused("name = \"../up\" # <-\n[model.gas]", "it names a folder");
+    let errors = parse("[model.gas]", "my experiment.toml", &[]).unwrap_err().to_string();
+    assert!(errors.contains("\"my experiment\", is no name; add name ="), "{errors}");
+    assert_eq!(parse("[model.gas]", "a/b-c_1.toml", &[]).unwrap().name, "b-c_1");
+}
+
+#[test]
+fn checks_say_one_thing() {
+    let check = |check: &str| {
+        format!("[model.gas]\n[sweep]\nmodel.gas.radius_m = [1.0, 2.5]\n[[checks]] {check}")
+    };
+    refused(&check("# <-\nexpected = 1\ntolerance = 1"), "needs `metric`");
+    refused(&check("# <-\nmetric = \"a\"\nexpected = 1"), "needs `tolerance`");
+    refused(
+        &check("\nmetric = \"a\"\ntolerance = 1\nrelative_tolerance = 1 # <-"),
+        "exclude each other",
+    );
+    refused(&check("\nmetric = \"a\"\ntolerance = -1 # <-"), "must be a number >= 0");
+    refused(&check("\nmetric = \"a\"\nminimum = 3\nmaximum = 1 # <-"), "minimum <= maximum");
+    refused(&check("\nmetric = \"a\"\nminimum = 3\ntolerance = 1 # <-"), "write two checks");
+    refused(&check("\nmetric = \"a\"\ntolerence = 3\nminimum = 1"), "did you mean `tolerance`?");
+    refused(
+        &check("\nmetric = \"a\"\nminimum = 1\nwhere = { radius_m = 3 } # <-"),
+        "values: 1, 2.5",
+    );
+    refused(
+        &check("\nmetric = \"a\"\nminimum = 1\nwhere = { mass_kg = 3 } # <-"),
+        "`mass_kg` is not swept",
+    );
+    accepted(&check("\nmetric = \"a\"\nminimum = 1\nwhere = { model.gas.radius_m = 1 }"));
+    accepted(&check("\nmetric = \"a\"\nminimum = 1\nwhere = { radius_m = 2.50 }"));
+}
+
+#[test]
+fn values_from_the_command_line_replace_those_of_the_file() {
+    let set = |key: &str, value: &str| Override { key: key.to_owned(), value: value.to_owned() };
+    let text = "[model.gas]\nparticles = 5\n[sweep]\nmodel.gas.radius_m = [1, 2]\n";
+    let experiment = parse(
+        text,
+        "m.toml",
+        &[
+            set("model.gas.particles", "7"),
+            set("model.gas.temperature_definition", "mean-square"),
+            set("seed", "3"),
+            set("name", "other-name"),
+            set("record.channels", "['state']"),
+        ],
+    )
+    .unwrap();
+    assert_eq!(experiment.name, "other-name");
+    let canonical = experiment.runs[0].manifest.canonical();
+    for line in [
+        "seed = 3",
+        "particles = 7",
+        "temperature_definition = \"mean-square\"",
+        "channels = [\"state\"]",
+    ] {
+        assert!(canonical.contains(line), "{canonical}");
+    }
+    let refused = |key: &str, value: &str, message: &str| {
+        let errors = parse(text, "m.toml", &[set(key, value)]).unwrap_err().to_string();
+        assert!(errors.contains(message) && errors.contains("--> --set:1:"), "{message}\n{errors}");
+    };
+    refused("model.gas.radius_m", "3", "`model.gas.radius_m` is swept and cannot be set besides");
+    refused("model.gas", "3", "is swept and cannot be set besides");
+    refused("model.gas.particels", "3", "did you mean `particles`?");
+    refused("model.gas.particles", "0", "must be a whole number from 1");
+    refused("model.gas.particles", "1 2", "is not TOML");
+    refused("model.gas.particles", "", "is not TOML");
+    refused("sweep.model.gas.mass_kg", "[1]", "`sweep.model.gas.mass_kg` cannot be set");
+    refused("model.dem.discs", "3", "[model.gas] and [model.dem] exclude each other");
+    refused("model.gas.particles.x", "3", "`model.gas.particles` is no table here");
+}
+
+#[test]
+fn a_run_manifest_is_one_run() {
+    let errors = parse_run("replicates = 3\n[model.gas]").unwrap_err().to_string();
+    assert!(errors.contains("one run is needed, this is an experiment of 3"), "{errors}");
+    assert_eq!(parse_run("replicate = 3\n[model.gas]").unwrap().replicate, 3);
+}
+
+#[test]
+fn a_line_that_is_no_toml_hides_only_itself() {
+    let errors = parse(
+        "[model.gas]\nparticles = \nradius_m = -1\nmass_kg = -1\nmass_kg = 3\n",
+        "m.toml",
+        &[],
+    )
+    .unwrap_err();
+    let text = errors.to_string();
+    assert!(
+        text.contains("m.toml:2:13")
+            && text.contains("m.toml:3:12")
+            && text.contains("m.toml:4:11"),
+        "{text}"
+    );
+    assert!(text.contains("duplicate key"), "{text}");
+    assert_eq!(errors.len(), 4, "{text}");
+    // Below a broken header nobody can say which table the keys belong to.
+    let errors = parse("[model.gas\nparticles = 0\n", "m.toml", &[]).unwrap_err();
+    assert_eq!(errors.len(), 1, "{errors}");
+}
+
+#[test]
+fn a_long_list_of_errors_ends() {
+    let wrong = vec!["[nan, 0]"; 1000].join(", ");
+    let text =
+        format!("[model.packing]\nplacement = {{ positions = [{wrong}], velocities = [{wrong}] }}");
+    let errors = parse(&text, "m.toml", &[]).unwrap_err();
+    assert_eq!(errors.len(), 2000);
+    assert!(errors.to_string().ends_with("error: and 1900 more of them"));
+}

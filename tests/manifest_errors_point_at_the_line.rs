@@ -1,0 +1,139 @@
+//! Promise: a bad manifest is answered with all its errors at once, each with its line, its column, the text in
+//! question underlined, and the allowed range or the nearest known name. serde would stop at the first.
+
+use kinetoscope_manifest::{Override, parse};
+
+/// Twelve errors of different kinds: names, ranges, types, words, exclusive keys, rules between tables, a sweep, a check.
+const PLANTED: &str = r#"nmae = "planted"
+seed = -1
+
+[model.dem]
+discs = 20
+radius_m = { min = 6e-4, max = 4e-4 }
+gravity_m_per_s2 = [0.0, -inf]
+stifness_n_per_m = 5e4
+restitution = 0.5
+damping_n_s_per_m = 1.5e3
+integrator = "verlet"
+width_m = "0.04"
+
+[record]
+every_days = 0.25
+channels = ["state", "energi"]
+
+[sweep]
+model.dem.duration_s = [1.0, 0.0]
+
+[[checks]]
+metric = "energy.residual_relative"
+expected = 0.0
+"#;
+
+const RENDERED: &str = r#"error: unknown key `nmae`
+ --> planted.toml:1:1
+  |
+1 | nmae = "planted"
+  | ^^^^ did you mean `name`?
+
+error: `seed` is out of range
+ --> planted.toml:2:8
+  |
+2 | seed = -1
+  |        ^^ must be a whole number from 0 to 18446744073709551615
+
+error: `model.dem.radius_m` has its smallest radius above its largest
+ --> planted.toml:6:32
+  |
+6 | radius_m = { min = 6e-4, max = 4e-4 }
+  |                    ----        ^^^^ min must be <= max
+
+error: `model.dem.gravity_m_per_s2` is out of range
+ --> planted.toml:7:26
+  |
+7 | gravity_m_per_s2 = [0.0, -inf]
+  |                          ^^^^ must be a finite number
+
+error: unknown key `stifness_n_per_m` in `model.dem`
+ --> planted.toml:8:1
+  |
+8 | stifness_n_per_m = 5e4
+  | ^^^^^^^^^^^^^^^^ did you mean `stiffness_n_per_m`?
+
+error: `model.dem.restitution` and `model.dem.damping_n_s_per_m` exclude each other
+  --> planted.toml:10:1
+   |
+ 9 | restitution = 0.5
+   | -----------
+10 | damping_n_s_per_m = 1.5e3
+   | ^^^^^^^^^^^^^^^^^ keep one of them
+
+error: `model.dem.integrator` knows no "verlet"
+  --> planted.toml:11:14
+   |
+11 | integrator = "verlet"
+   |              ^^^^^^^^ did you mean "velocity-verlet"? It takes "semi-implicit-euler", "velocity-verlet", "implicit-dashpot"
+
+error: `model.dem.width_m` cannot be a string
+  --> planted.toml:12:11
+   |
+12 | width_m = "0.04"
+   |           ^^^^^^ must be a number > 0
+
+error: `record.every_days` is not for this dem experiment
+  --> planted.toml:15:14
+   |
+15 | every_days = 0.25
+   |              ^^^^ it takes frames, every_s, every_steps
+
+error: the dem model has no channel "energi"
+  --> planted.toml:16:22
+   |
+16 | channels = ["state", "energi"]
+   |                      ^^^^^^^^ did you mean "energy"?
+
+error: `model.dem.duration_s` is out of range
+  --> planted.toml:19:30
+   |
+19 | model.dem.duration_s = [1.0, 0.0]
+   |                              ^^^ must be a number > 0
+
+error: a check has nothing to compare with
+  --> planted.toml:21:1
+   |
+21 | [[checks]]
+   | ^^^^^^^^^^ needs `tolerance`, `relative_tolerance`, `standard_errors`, or `minimum` and `maximum`"#;
+
+#[test]
+fn all_planted_errors_are_rendered() {
+    let errors = parse(PLANTED, "planted.toml", &[]).unwrap_err();
+    assert_eq!(errors.to_string(), RENDERED);
+    assert_eq!(errors.len(), 12);
+}
+
+#[test]
+fn an_override_is_shown_beside_the_manifest() {
+    let manifest = "[model.dem]\ndamping_n_s_per_m = 0.1\n";
+    let set = Override { key: "model.dem.restitution".to_owned(), value: "0.9".to_owned() };
+    let errors = parse(manifest, "m.toml", &[set]).unwrap_err();
+    assert_eq!(
+        errors.to_string(),
+        "\
+error: `model.dem.restitution` and `model.dem.damping_n_s_per_m` exclude each other
+ --> --set:1:1
+  |
+1 | model.dem.restitution=0.9
+  | ^^^^^^^^^^^^^^^^^^^^^ keep one of them
+  |
+ ::: m.toml:2:1
+  |
+2 | damping_n_s_per_m = 0.1
+  | -----------------"
+    );
+}
+
+#[test]
+fn colour_is_asked_for() {
+    let errors = parse(PLANTED, "planted.toml", &[]).unwrap_err();
+    assert!(!errors.to_string().contains('\u{1b}'));
+    assert!(errors.render(true).contains('\u{1b}'));
+}
