@@ -2,5 +2,6 @@
 // The numbers here are derived and never recorded: they need no fixed bits across platforms, so std's maths will do.
 #![allow(clippy::disallowed_methods)]
 
+pub mod laws;
 pub mod plot;
 pub mod statistics;
