@@ -3,5 +3,21 @@
 //! Nothing here knows physics beyond the columns and messages that a model declares.
 
 pub mod channels;
+pub mod error;
+pub mod file;
 pub mod frame;
+pub mod provenance;
+pub mod reader;
+pub mod recorder;
 pub mod scenery;
+
+mod colour;
+mod container;
+mod descriptor;
+mod frames;
+mod header;
+mod playback;
+mod scene;
+mod sink;
+mod table;
+mod trail;

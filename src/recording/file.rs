@@ -1,0 +1,201 @@
+//! A recording's file: it grows under a partial name and takes its final name only when it is whole.
+
+use crate::error::RecordError;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+
+/// Tries to take a file that another process may be renaming under our hands.
+const LOCK_TRIALS: u32 = 8;
+
+/// `STEM.partial.mcap` while it is written; `STEM.mcap` after [`RecordingFile::commit`].
+///
+/// The file is locked while this value lives, so that two processes never write the same recording.
+pub struct RecordingFile {
+    output: BufWriter<File>,
+    partial: PathBuf,
+    destination: PathBuf,
+}
+
+/// Whether the final name was free.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Committed {
+    /// It was, and is now taken.
+    New,
+    /// A recording with the same bytes was there.
+    AlreadyThere,
+}
+
+impl RecordingFile {
+    /// Starts an empty partial file; what an earlier try left under its name is cut off.
+    ///
+    /// # Errors
+    /// A folder that can't be written, or another process at the same recording.
+    pub fn create(folder: &Path, stem: &str) -> Result<Self, RecordError> {
+        let partial = partial_path(folder, stem);
+        let file = locked(&partial)?;
+        file.set_len(0).map_err(|error| at(&partial, &error))?;
+        Ok(Self { output: BufWriter::new(file), destination: final_path(folder, stem), partial })
+    }
+
+    /// The name while it is written.
+    #[must_use]
+    pub fn partial_path(&self) -> &Path {
+        &self.partial
+    }
+
+    /// The name that it takes in the end.
+    #[must_use]
+    pub fn final_path(&self) -> &Path {
+        &self.destination
+    }
+
+    /// Brings all bytes to the disk; the file stays under its partial name (an orderly stop).
+    ///
+    /// # Errors
+    /// A disk that fails.
+    pub fn keep_partial(mut self) -> Result<PathBuf, RecordError> {
+        self.sync()?;
+        Ok(self.partial)
+    }
+
+    /// Brings all bytes to the disk and takes the final name, if that is free or holds the same bytes.
+    ///
+    /// # Errors
+    /// A disk that fails, or other bytes under the final name; the partial file then stays.
+    pub fn commit(mut self) -> Result<Committed, RecordError> {
+        self.sync()?;
+        let committed = match take_name(&self.partial, &self.destination) {
+            Ok(()) => Committed::New,
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                if !same_bytes(&self.partial, &self.destination)? {
+                    return Err(RecordError::Differs {
+                        existing: self.destination.clone(),
+                        partial: self.partial.clone(),
+                    });
+                }
+                fs::remove_file(&self.partial).map_err(|error| at(&self.partial, &error))?;
+                Committed::AlreadyThere
+            }
+            Err(error) => return Err(at(&self.destination, &error)),
+        };
+        sync_folder(&self.destination)?;
+        Ok(committed)
+    }
+
+    fn sync(&mut self) -> Result<(), RecordError> {
+        let synced = self.output.flush().and_then(|()| self.output.get_ref().sync_all());
+        synced.map_err(|error| at(&self.partial, &error))
+    }
+}
+
+impl Write for RecordingFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.output.write(bytes).map_err(|error| named(&self.partial, &error))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.output.flush().map_err(|error| named(&self.partial, &error))
+    }
+}
+
+/// Name of a recording that is not finished.
+#[must_use]
+pub fn partial_path(folder: &Path, stem: &str) -> PathBuf {
+    folder.join(format!("{stem}.partial.mcap"))
+}
+
+/// Name of a finished recording.
+#[must_use]
+pub fn final_path(folder: &Path, stem: &str) -> PathBuf {
+    folder.join(format!("{stem}.mcap"))
+}
+
+/// Opens and locks the partial file, and makes sure that it is still the one of that name: a process that committed
+/// between our opening and our lock has turned it into a finished recording.
+fn locked(partial: &Path) -> Result<File, RecordError> {
+    for _ in 0..LOCK_TRIALS {
+        let file = OpenOptions::new()
+            .create(true)
+            .truncate(false)
+            .read(true)
+            .write(true)
+            .open(partial)
+            .map_err(|error| at(partial, &error))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                return Err(RecordError::Locked { path: partial.to_owned() });
+            }
+            Err(TryLockError::Error(error)) => return Err(at(partial, &error)),
+        }
+        if is_still_named(&file, partial) {
+            return Ok(file);
+        }
+    }
+    Err(RecordError::Locked { path: partial.to_owned() })
+}
+
+#[cfg(unix)]
+fn is_still_named(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(opened), Ok(named)) => opened.dev() == named.dev() && opened.ino() == named.ino(),
+        _ => false,
+    }
+}
+
+#[cfg(not(unix))]
+fn is_still_named(_file: &File, path: &Path) -> bool {
+    path.exists()
+}
+
+/// Gives the file its final name only if that is free. File systems without hard links get a check and a rename.
+fn take_name(partial: &Path, destination: &Path) -> io::Result<()> {
+    match fs::hard_link(partial, destination) {
+        Ok(()) => fs::remove_file(partial),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(error),
+        Err(_) if destination.exists() => Err(io::ErrorKind::AlreadyExists.into()),
+        Err(_) => fs::rename(partial, destination),
+    }
+}
+
+fn same_bytes(left: &Path, right: &Path) -> Result<bool, RecordError> {
+    let open = |path: &Path| {
+        let file = File::open(path).map_err(|error| at(path, &error))?;
+        let length = file.metadata().map_err(|error| at(path, &error))?.len();
+        Ok::<_, RecordError>((BufReader::new(file).bytes(), length))
+    };
+    let ((mut left_bytes, left_length), (mut right_bytes, right_length)) =
+        (open(left)?, open(right)?);
+    if left_length != right_length {
+        return Ok(false);
+    }
+    loop {
+        match (left_bytes.next().transpose(), right_bytes.next().transpose()) {
+            (Ok(None), Ok(None)) => return Ok(true),
+            (Ok(one), Ok(other)) if one == other => {}
+            (Ok(_), Ok(_)) => return Ok(false),
+            (Err(error), _) => return Err(at(left, &error)),
+            (_, Err(error)) => return Err(at(right, &error)),
+        }
+    }
+}
+
+/// Makes the new name last. Only Unix opens folders.
+fn sync_folder(path: &Path) -> Result<(), RecordError> {
+    let folder = match path.parent() {
+        Some(folder) if cfg!(unix) && !folder.as_os_str().is_empty() => folder,
+        Some(_) if cfg!(unix) => Path::new("."),
+        _ => return Ok(()),
+    };
+    File::open(folder).and_then(|folder| folder.sync_all()).map_err(|error| at(folder, &error))
+}
+
+fn named(path: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+}
+
+fn at(path: &Path, error: &io::Error) -> RecordError {
+    RecordError::Io(named(path, error))
+}

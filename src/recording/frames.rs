@@ -1,0 +1,353 @@
+//! Frames of a recording, one after the other, in the memory of one chunk.
+
+use crate::channels::{self, Channel, FrameClock};
+use crate::container::{Broken, Fields, MAGIC, Prefix, Records, kind, metadata, unpack_chunk};
+use crate::error::{ReadError, ReadFault};
+use crate::frame::{Level, LogLine};
+use crate::provenance::{OUTCOME_RECORD, Outcome};
+use crate::table::StateTable;
+use foxglove::messages::{Log, PointCloud, log};
+use prost::Message as _;
+use prost::bytes::Bytes;
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A channel as the file declares it.
+#[derive(Debug, PartialEq, Eq)]
+struct Topic {
+    name: String,
+    schema: String,
+}
+
+/// One message as it stands in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedMessage {
+    topic: Arc<Topic>,
+    log_time_ns: u64,
+    payload: Bytes,
+}
+
+impl RecordedMessage {
+    /// Its topic, with the leading slash.
+    #[must_use]
+    pub fn topic(&self) -> &str {
+        &self.topic.name
+    }
+
+    /// When it plays, ns.
+    #[must_use]
+    pub fn log_time_ns(&self) -> u64 {
+        self.log_time_ns
+    }
+
+    /// Its protobuf bytes.
+    #[must_use]
+    pub fn payload(&self) -> &[u8] {
+        &self.payload
+    }
+}
+
+/// All that was recorded of one instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedFrame {
+    /// Index and simulated time of the frame.
+    pub clock: FrameClock,
+    state: Option<StateTable>,
+    log: Vec<LogLine>,
+    messages: Vec<RecordedMessage>,
+    path: Arc<Path>,
+    byte: u64,
+}
+
+impl RecordedFrame {
+    /// The exact state; `None` where the recording has none.
+    #[must_use]
+    pub fn state(&self) -> Option<&StateTable> {
+        self.state.as_ref()
+    }
+
+    /// The lines of the log.
+    #[must_use]
+    pub fn log_lines(&self) -> &[LogLine] {
+        &self.log
+    }
+
+    /// All messages, drawings included, in file order.
+    #[must_use]
+    pub fn messages(&self) -> &[RecordedMessage] {
+        &self.messages
+    }
+
+    /// The message of one channel; `None` where this recording or this frame has none.
+    ///
+    /// # Errors
+    /// Bytes that are no such message.
+    pub fn get<C: Channel>(&self) -> Result<Option<C>, ReadError> {
+        let found = self
+            .messages
+            .iter()
+            .find(|message| message.topic.name == C::TOPIC && message.topic.schema == C::SCHEMA);
+        let Some(message) = found else { return Ok(None) };
+        C::decode(message.payload.clone()).map(Some).map_err(|error| ReadError {
+            path: self.path.to_path_buf(),
+            intact_frames: self.clock.frame,
+            fault: ReadFault::Damaged {
+                byte: self.byte,
+                what: format!("frame {}, {}: {error}", self.clock.frame, C::TOPIC),
+            },
+        })
+    }
+}
+
+/// A frame's messages, not looked into yet.
+struct RawFrame {
+    messages: Vec<RecordedMessage>,
+}
+
+/// The frames of a recording in order. Every frame that comes is whole and bit-equal to what was recorded; where the file
+/// is torn or damaged the last item is an error that says what is lost.
+pub struct Frames {
+    records: Records<BufReader<File>>,
+    path: Arc<Path>,
+    state_columns: Arc<[String]>,
+    outcome: Option<Outcome>,
+    outcome_seen: bool,
+    schemas: BTreeMap<u16, String>,
+    topics: BTreeMap<u16, Arc<Topic>>,
+    waiting: VecDeque<RawFrame>,
+    delivered: u64,
+    last_log_time: Option<u64>,
+    /// Start of the record at hand.
+    byte: u64,
+    ended: bool,
+}
+
+impl Frames {
+    /// `records` stands at the start of the file.
+    pub(crate) fn new(
+        records: Records<BufReader<File>>,
+        path: Arc<Path>,
+        state_columns: Arc<[String]>,
+        outcome: Option<Outcome>,
+    ) -> Self {
+        Self {
+            records,
+            path,
+            state_columns,
+            outcome,
+            outcome_seen: false,
+            schemas: BTreeMap::new(),
+            topics: BTreeMap::new(),
+            waiting: VecDeque::new(),
+            delivered: 0,
+            last_log_time: None,
+            byte: 0,
+            ended: false,
+        }
+    }
+
+    /// The next frame, or `None` after the file's end was checked.
+    fn advance(&mut self) -> Result<Option<RecordedFrame>, Broken> {
+        if self.records.position() == 0 {
+            self.records.magic()?;
+        }
+        loop {
+            if let Some(raw) = self.waiting.pop_front() {
+                return self.decode(raw).map(Some);
+            }
+            if self.next_record()? {
+                return Ok(None);
+            }
+        }
+    }
+
+    /// Takes one record of the data section, or the whole rest after its end. True at the file's end.
+    fn next_record(&mut self) -> Result<bool, Broken> {
+        self.byte = self.records.position();
+        let checksum = self.records.checksum();
+        let prefix = self.records.prefix()?;
+        let mut body = Vec::new();
+        match prefix.kind {
+            kind::CHUNK => {
+                self.records.body(prefix, &mut body)?;
+                let unpacked = unpack_chunk(&body)?;
+                drop(body);
+                self.group(unpacked)?;
+            }
+            kind::METADATA => {
+                self.records.body(prefix, &mut body)?;
+                let (name, entries) = metadata(&body)?;
+                if name == OUTCOME_RECORD {
+                    self.outcome_seen = true;
+                    if Outcome::from_metadata(&entries) != self.outcome {
+                        return Err(damaged("the outcome is not the one that the index leads to"));
+                    }
+                }
+            }
+            kind::MESSAGE | kind::FOOTER => {
+                return Err(damaged("a record stands where no recording has one"));
+            }
+            kind::DATA_END => {
+                self.records.body(prefix, &mut body)?;
+                if Fields(&body).u32()? != checksum {
+                    return Err(damaged("what is outside of the chunks does not fit its checksum"));
+                }
+                self.summary()?;
+                return Ok(true);
+            }
+            _ => self.records.skip(prefix)?,
+        }
+        Ok(false)
+    }
+
+    /// Checks all that follows the data: viewers go by it.
+    fn summary(&mut self) -> Result<(), Broken> {
+        self.records.restart_checksum();
+        loop {
+            self.byte = self.records.position();
+            let prefix = self.records.prefix()?;
+            if prefix.kind != kind::FOOTER {
+                self.records.skip(prefix)?;
+                continue;
+            }
+            if prefix != (Prefix { kind: kind::FOOTER, length: 20 }) {
+                return Err(damaged("the footer has a wrong length"));
+            }
+            let _starts: [u8; 16] = self.records.array()?;
+            let checksum = self.records.checksum();
+            if u32::from_le_bytes(self.records.array()?) != checksum {
+                return Err(damaged("the summary does not fit its checksum"));
+            }
+            if self.records.array()? != MAGIC || !self.records.at_end() {
+                return Err(damaged("the last bytes are not those of an MCAP file"));
+            }
+            if !self.outcome_seen {
+                return Err(damaged("the recording has no outcome"));
+            }
+            return Ok(());
+        }
+    }
+
+    /// Groups a chunk's messages into frames: chunks end where a frame ends, and a frame begins with its clock.
+    fn group(&mut self, unpacked: Vec<u8>) -> Result<(), Broken> {
+        let unpacked = Bytes::from(unpacked);
+        let mut rest = Fields(&unpacked);
+        while !rest.0.is_empty() {
+            let (kind, length) = (rest.u8()?, rest.u64()?);
+            let length = usize::try_from(length).map_err(|_| damaged("a record is too long"))?;
+            let mut fields = Fields(rest.bytes(length)?);
+            match kind {
+                kind::SCHEMA => {
+                    let (id, name) = (fields.u16()?, fields.string()?.to_owned());
+                    self.schemas.insert(id, name);
+                }
+                kind::CHANNEL => self.declare(&mut fields)?,
+                kind::MESSAGE => {
+                    let (channel, _sequence) = (fields.u16()?, fields.u32()?);
+                    let (log_time_ns, _publish_time) = (fields.u64()?, fields.u64()?);
+                    let topic = self.topics.get(&channel).cloned();
+                    let topic = topic.ok_or_else(|| damaged("a message has no channel"))?;
+                    let payload = unpacked.slice_ref(fields.0);
+                    self.join(RecordedMessage { topic, log_time_ns, payload })?;
+                }
+                _ => return Err(damaged("a chunk holds a record that is none of its own")),
+            }
+        }
+        Ok(())
+    }
+
+    fn declare(&mut self, fields: &mut Fields<'_>) -> Result<(), Broken> {
+        let (id, schema) = (fields.u16()?, fields.u16()?);
+        let name = fields.string()?.to_owned();
+        let schema = self.schemas.get(&schema).cloned();
+        let schema = schema.ok_or_else(|| damaged("a channel has no schema"))?;
+        self.topics.insert(id, Arc::new(Topic { name, schema }));
+        Ok(())
+    }
+
+    fn join(&mut self, message: RecordedMessage) -> Result<(), Broken> {
+        if message.topic() == FrameClock::TOPIC {
+            if self.last_log_time.is_some_and(|last| message.log_time_ns <= last) {
+                return Err(damaged("the frames are not in order"));
+            }
+            self.last_log_time = Some(message.log_time_ns);
+            self.waiting.push_back(RawFrame { messages: vec![message] });
+            return Ok(());
+        }
+        let frame = self.waiting.back_mut().ok_or_else(|| damaged("a frame has no clock"))?;
+        if Some(message.log_time_ns) != self.last_log_time {
+            return Err(damaged("a message is outside of its frame"));
+        }
+        let single = message.topic() != channels::LOG;
+        if single && frame.messages.iter().any(|earlier| earlier.topic == message.topic) {
+            return Err(damaged("a frame has two messages of one topic"));
+        }
+        frame.messages.push(message);
+        Ok(())
+    }
+
+    fn decode(&mut self, raw: RawFrame) -> Result<RecordedFrame, Broken> {
+        let undecodable = |error| Broken::Damaged(format!("a message is no protobuf ({error})"));
+        let mut clock = FrameClock::default();
+        let mut state = None;
+        let mut log = Vec::new();
+        for message in &raw.messages {
+            let payload = message.payload.clone();
+            match message.topic() {
+                FrameClock::TOPIC => clock = FrameClock::decode(payload).map_err(undecodable)?,
+                channels::STATE => {
+                    let cloud = PointCloud::decode(payload).map_err(undecodable)?;
+                    let table = StateTable::from_point_cloud(&cloud, &self.state_columns);
+                    state = Some(table.map_err(damaged)?);
+                }
+                channels::LOG => {
+                    log.push(log_line(Log::decode(payload).map_err(undecodable)?));
+                }
+                _ => {}
+            }
+        }
+        if clock.frame != self.delivered {
+            return Err(damaged("the frames are not in order"));
+        }
+        self.delivered += 1;
+        let (path, byte) = (Arc::clone(&self.path), self.byte);
+        Ok(RecordedFrame { clock, state, log, messages: raw.messages, path, byte })
+    }
+}
+
+impl Iterator for Frames {
+    type Item = Result<RecordedFrame, ReadError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        match self.advance() {
+            Ok(Some(frame)) => Some(Ok(frame)),
+            Ok(None) => {
+                self.ended = true;
+                None
+            }
+            Err(broken) => {
+                self.ended = true;
+                Some(Err(ReadError::new(&self.path, self.delivered, self.byte, broken)))
+            }
+        }
+    }
+}
+
+fn damaged(what: &str) -> Broken {
+    Broken::Damaged(what.to_owned())
+}
+
+fn log_line(message: Log) -> LogLine {
+    let level = match message.level() {
+        log::Level::Error | log::Level::Fatal => Level::Error,
+        log::Level::Warning => Level::Warning,
+        log::Level::Info | log::Level::Debug | log::Level::Unknown => Level::Info,
+    };
+    LogLine { level, text: message.message }
+}

@@ -1,0 +1,144 @@
+//! What is fixed for a recording, and which channels it has.
+
+use crate::channels::{self, Channel as _, ChannelDeclaration, FrameClock, SCHEMA_VERSION};
+use crate::error::RecordError;
+use crate::frame::StateColumn;
+use crate::playback::{log_time_ns, simulated_per_second};
+use crate::provenance::Provenance;
+use crate::scenery::Scenery;
+
+/// Compression of the chunks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compression {
+    /// zstd, level 1.
+    Zstd,
+    /// lz4.
+    Lz4,
+    /// None.
+    None,
+}
+
+/// Which channels are recorded. `/frame` and `/log` always are; `/walls` and `/legend` are with any drawing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Selection {
+    /// All that the model has, but those that are recorded only when named.
+    All,
+    /// These topics, without the leading slash.
+    Named(Vec<String>),
+}
+
+/// All that is fixed for a recording.
+#[derive(Clone, Debug)]
+pub struct Header {
+    /// Canonical manifest of the run, embedded as it is.
+    pub manifest: String,
+    /// The run's content key.
+    pub content_key: String,
+    /// Name of the model.
+    pub model: &'static str,
+    /// Version of the model's physics.
+    pub physics_version: u32,
+    /// Version of the program.
+    pub program_version: String,
+    /// "s", "d", or "" for dimensionless time.
+    pub time_unit: &'static str,
+    /// The columns of a particle's row in the state.
+    pub state_columns: &'static [StateColumn],
+    /// The model's channels, in file order.
+    pub channels: &'static [ChannelDeclaration],
+    /// Which channels are recorded.
+    pub selection: Selection,
+    /// The drawing's fixed part.
+    pub scenery: Scenery,
+    /// Frames a second of playback, above 0 and up to 50.
+    pub playback_rate: f64,
+    /// Compression of the chunks.
+    pub compression: Compression,
+    /// Number of frames, where it is known beforehand.
+    pub frames_expected: Option<u64>,
+    /// Simulated time of the whole run in `time_unit`, where it is known beforehand.
+    pub model_time: Option<f64>,
+}
+
+impl Header {
+    /// All topics that a recording of this model can hold, in file order.
+    #[must_use]
+    pub fn topics(&self) -> Vec<&'static str> {
+        let mut topics = vec![FrameClock::TOPIC, channels::STATE];
+        topics.extend(self.channels.iter().map(|channel| channel.topic));
+        topics.push(channels::DISCS);
+        topics.extend(self.scenery.arrows.then_some(channels::VELOCITY));
+        topics.extend(self.scenery.force_range_top.map(|_| channels::CONTACTS));
+        topics.extend(self.scenery.trail.then_some(channels::TRAIL));
+        topics.extend([channels::WALLS, channels::LEGEND, channels::LOG]);
+        topics
+    }
+
+    /// Whether a topic, with its leading slash, is recorded.
+    #[must_use]
+    pub fn wants(&self, topic: &str) -> bool {
+        if !self.topics().contains(&topic) {
+            return false;
+        }
+        match &self.selection {
+            Selection::All => {
+                !self.channels.iter().any(|channel| channel.topic == topic && channel.opt_in)
+            }
+            Selection::Named(names) => {
+                let named = |topic: &str| names.iter().any(|name| topic[1..] == **name);
+                let drawings =
+                    [channels::DISCS, channels::VELOCITY, channels::CONTACTS, channels::TRAIL];
+                match topic {
+                    topic if topic == FrameClock::TOPIC || topic == channels::LOG => true,
+                    channels::WALLS | channels::LEGEND => {
+                        named(topic) || drawings.into_iter().any(named)
+                    }
+                    _ => named(topic),
+                }
+            }
+        }
+    }
+
+    /// What one second of playback stands for, such as "75 ms"; `None` where that is not known beforehand.
+    #[must_use]
+    pub fn simulated_per_second(&self) -> Option<String> {
+        simulated_per_second(
+            self.model_time,
+            self.time_unit,
+            self.frames_expected,
+            self.playback_rate,
+        )
+    }
+
+    pub(crate) fn provenance(&self) -> Provenance {
+        Provenance {
+            program_version: self.program_version.clone(),
+            model: self.model.to_owned(),
+            physics_version: self.physics_version,
+            schema_version: SCHEMA_VERSION,
+            content_key: self.content_key.clone(),
+            time_unit: self.time_unit.to_owned(),
+            playback_rate: self.playback_rate,
+            state_columns: self.state_columns.iter().map(|column| column.name.to_owned()).collect(),
+            state_units: self.state_columns.iter().map(|column| column.unit.to_owned()).collect(),
+            outcome: None,
+        }
+    }
+
+    /// Refuses a selection or a playback rate that can't be recorded.
+    pub(crate) fn check(&self) -> Result<(), RecordError> {
+        let known = self.topics();
+        if let Selection::Named(names) = &self.selection {
+            for name in names {
+                if !known.iter().any(|topic| topic[1..] == **name) {
+                    let known = known.iter().map(|topic| &topic[1..]).collect();
+                    return Err(RecordError::UnknownTopic { name: name.clone(), known });
+                }
+            }
+        }
+        if log_time_ns(0, self.playback_rate).is_none() {
+            return Err(RecordError::Playback { frame: 0, rate: self.playback_rate });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,106 @@
+//! Who wrote a recording and how the run ended: two metadata records, each defined once for writer and reader.
+
+use std::collections::BTreeMap;
+
+/// Name of the attachment that holds the canonical manifest.
+pub const MANIFEST_ATTACHMENT: &str = "manifest.toml";
+/// Name of the metadata record at the start.
+pub(crate) const PROVENANCE_RECORD: &str = "kinetoscope";
+/// Name of the metadata record at the end.
+pub(crate) const OUTCOME_RECORD: &str = "kinetoscope.outcome";
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It reached its end.
+    Complete,
+    /// Physics went wrong, in words.
+    Fault(String),
+    /// It was stopped in order and can be continued.
+    Interrupted,
+}
+
+impl Outcome {
+    pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
+        let (outcome, detail) = match self {
+            Self::Complete => ("complete", ""),
+            Self::Fault(detail) => ("fault", detail.as_str()),
+            Self::Interrupted => ("interrupted", ""),
+        };
+        BTreeMap::from([
+            ("outcome".to_owned(), outcome.to_owned()),
+            ("outcome_detail".to_owned(), detail.to_owned()),
+        ])
+    }
+
+    pub(crate) fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
+        match metadata.get("outcome")?.as_str() {
+            "complete" => Some(Self::Complete),
+            "fault" => Some(Self::Fault(metadata.get("outcome_detail")?.clone())),
+            "interrupted" => Some(Self::Interrupted),
+            _ => None,
+        }
+    }
+}
+
+/// Who wrote a recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Provenance {
+    /// Version of the program.
+    pub program_version: String,
+    /// Name of the model.
+    pub model: String,
+    /// Version of the model's physics.
+    pub physics_version: u32,
+    /// Version of the recording's layout.
+    pub schema_version: u32,
+    /// The run's content key.
+    pub content_key: String,
+    /// "s", "d", or "" for dimensionless time.
+    pub time_unit: String,
+    /// Frames a second of playback.
+    pub playback_rate: f64,
+    /// Names of the state's columns.
+    pub state_columns: Vec<String>,
+    /// Units of the state's columns; empty for dimensionless ones.
+    pub state_units: Vec<String>,
+    /// How the run ended; `None` for a recording without its end.
+    pub outcome: Option<Outcome>,
+}
+
+impl Provenance {
+    pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
+        BTreeMap::from([
+            ("program".to_owned(), PROVENANCE_RECORD.to_owned()),
+            ("program_version".to_owned(), self.program_version.clone()),
+            ("model".to_owned(), self.model.clone()),
+            ("physics_version".to_owned(), self.physics_version.to_string()),
+            ("schema_version".to_owned(), self.schema_version.to_string()),
+            ("content_key".to_owned(), self.content_key.clone()),
+            ("time_unit".to_owned(), self.time_unit.clone()),
+            ("playback_rate".to_owned(), self.playback_rate.to_string()),
+            ("state_columns".to_owned(), self.state_columns.join(",")),
+            ("state_units".to_owned(), self.state_units.join(",")),
+        ])
+    }
+
+    /// `None` where a value is missing or is no number.
+    pub(crate) fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
+        Some(Self {
+            program_version: metadata.get("program_version")?.clone(),
+            model: metadata.get("model")?.clone(),
+            physics_version: metadata.get("physics_version")?.parse().ok()?,
+            schema_version: metadata.get("schema_version")?.parse().ok()?,
+            content_key: metadata.get("content_key")?.clone(),
+            time_unit: metadata.get("time_unit")?.clone(),
+            playback_rate: metadata.get("playback_rate")?.parse().ok()?,
+            state_columns: words(metadata.get("state_columns")?),
+            state_units: words(metadata.get("state_units")?),
+            outcome: None,
+        })
+    }
+}
+
+fn words(list: &str) -> Vec<String> {
+    list.split(',').map(str::to_owned).collect()
+}

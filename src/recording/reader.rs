@@ -1,0 +1,180 @@
+//! A recording on disk: its manifest, who wrote it, its frames. Nothing that the file says is believed unchecked.
+
+pub use crate::frames::{Frames, RecordedFrame, RecordedMessage};
+pub use crate::provenance::{Outcome, Provenance};
+pub use crate::table::StateTable;
+
+use crate::channels::SCHEMA_VERSION;
+use crate::container::{Broken, Fields, MAGIC, PREFIX, Records, attachment, kind, metadata};
+use crate::error::{ReadError, ReadFault};
+use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
+use std::fs::File;
+use std::io::{BufReader, Seek, SeekFrom};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Bytes of the footer with the magic behind it.
+const TAIL: u64 = PREFIX + 20 + MAGIC.len() as u64;
+
+/// A recording, opened.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    path: Arc<Path>,
+    manifest: String,
+    provenance: Provenance,
+    state_columns: Arc<[String]>,
+}
+
+impl Recording {
+    /// Reads the manifest and the provenance, and how the run ended where the file has its end.
+    ///
+    /// # Errors
+    /// A file that can't be read, is no recording of ours, or is damaged at its start.
+    pub fn open(path: &Path) -> Result<Self, ReadError> {
+        let (mut records, end) = open_records(path)?;
+        let head = read_head(&mut records)
+            .map_err(|broken| ReadError::new(path, 0, records.position(), broken))?;
+        let fault = |fault| ReadError { path: path.to_path_buf(), intact_frames: 0, fault };
+        let Some((manifest, mut provenance)) = head else { return Err(fault(ReadFault::Foreign)) };
+        if provenance.schema_version != SCHEMA_VERSION {
+            return Err(fault(ReadFault::OtherSchema { found: provenance.schema_version }));
+        }
+        // Where the end can't be read, the frames say what is wrong with it.
+        provenance.outcome = read_outcome(path, end).unwrap_or(None);
+        let state_columns = provenance.state_columns.clone().into();
+        Ok(Self { path: path.into(), manifest, provenance, state_columns })
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The canonical manifest of the run.
+    #[must_use]
+    pub fn manifest(&self) -> &str {
+        &self.manifest
+    }
+
+    /// Who wrote the recording, and how the run ended.
+    #[must_use]
+    pub fn provenance(&self) -> &Provenance {
+        &self.provenance
+    }
+
+    /// Names of the state's columns.
+    #[must_use]
+    pub fn state_columns(&self) -> &[String] {
+        &self.state_columns
+    }
+
+    /// The frames from the start. Only when the iterator came to its end without an error is the whole file intact.
+    ///
+    /// # Errors
+    /// A file that can't be opened.
+    pub fn frames(&self) -> Result<Frames, ReadError> {
+        let (records, _) = open_records(&self.path)?;
+        let (path, columns) = (Arc::clone(&self.path), Arc::clone(&self.state_columns));
+        Ok(Frames::new(records, path, columns, self.provenance.outcome.clone()))
+    }
+}
+
+impl ReadError {
+    pub(crate) fn new(path: &Path, intact_frames: u64, byte: u64, broken: Broken) -> Self {
+        let fault = match broken {
+            Broken::Io(source) => ReadFault::Io(source),
+            Broken::Torn => ReadFault::Torn { byte },
+            Broken::Damaged(what) => ReadFault::Damaged { byte, what },
+            Broken::NotMcap => ReadFault::NotMcap,
+        };
+        Self { path: path.to_path_buf(), intact_frames, fault }
+    }
+}
+
+fn open_records(path: &Path) -> Result<(Records<BufReader<File>>, u64), ReadError> {
+    let open = || {
+        let file = File::open(path)?;
+        let end = file.metadata()?.len();
+        Ok((Records::new(BufReader::new(file), 0, end), end))
+    };
+    open().map_err(|source| ReadError::new(path, 0, 0, Broken::Io(source)))
+}
+
+/// The manifest and the provenance, which stand before the first frame; `None` where they do not.
+fn read_head(
+    records: &mut Records<BufReader<File>>,
+) -> Result<Option<(String, Provenance)>, Broken> {
+    records.magic()?;
+    let (mut manifest, mut provenance) = (None, None);
+    let mut body = Vec::new();
+    while manifest.is_none() || provenance.is_none() {
+        let prefix = records.prefix()?;
+        match prefix.kind {
+            kind::ATTACHMENT => {
+                records.body(prefix, &mut body)?;
+                let (name, content) = attachment(&body)?;
+                if name == MANIFEST_ATTACHMENT {
+                    let text = String::from_utf8(content.to_vec());
+                    manifest =
+                        Some(text.map_err(|_| {
+                            Broken::Damaged("the manifest is not UTF-8".to_owned())
+                        })?);
+                }
+            }
+            kind::METADATA => {
+                records.body(prefix, &mut body)?;
+                let (name, entries) = metadata(&body)?;
+                if name == PROVENANCE_RECORD {
+                    let read = Provenance::from_metadata(&entries);
+                    provenance = Some(read.ok_or_else(|| {
+                        Broken::Damaged("the provenance is incomplete".to_owned())
+                    })?);
+                }
+            }
+            kind::HEADER => records.skip(prefix)?,
+            _ => return Ok(None),
+        }
+    }
+    Ok(manifest.zip(provenance))
+}
+
+/// The outcome by way of the footer and the summary's index; `None` where the file has no footer.
+fn read_outcome(path: &Path, end: u64) -> Result<Option<Outcome>, Broken> {
+    let mut file = File::open(path)?;
+    let Some(tail) = end.checked_sub(TAIL) else { return Ok(None) };
+    file.seek(SeekFrom::Start(tail))?;
+    let mut footer = Records::new(&mut file, tail, end);
+    if footer.prefix()?.kind != kind::FOOTER {
+        return Ok(None);
+    }
+    let summary_start = u64::from_le_bytes(footer.array()?);
+    if summary_start > tail {
+        return Ok(None);
+    }
+    file.seek(SeekFrom::Start(summary_start))?;
+    let mut summary = Records::new(BufReader::new(&mut file), summary_start, tail);
+    let mut body = Vec::new();
+    let mut place = None;
+    while summary.position() < tail {
+        let prefix = summary.prefix()?;
+        if prefix.kind == kind::METADATA_INDEX {
+            summary.body(prefix, &mut body)?;
+            let mut fields = Fields(&body);
+            let (offset, _length) = (fields.u64()?, fields.u64()?);
+            if fields.string()? == OUTCOME_RECORD {
+                place = Some(offset);
+            }
+        } else {
+            summary.skip(prefix)?;
+        }
+    }
+    let Some(place) = place.filter(|&place| place < summary_start) else { return Ok(None) };
+    file.seek(SeekFrom::Start(place))?;
+    let mut record = Records::new(&mut file, place, summary_start);
+    let prefix = record.prefix()?;
+    record.body(prefix, &mut body)?;
+    let (name, entries) = metadata(&body)?;
+    Ok(Outcome::from_metadata(&entries)
+        .filter(|_| prefix.kind == kind::METADATA && name == OUTCOME_RECORD))
+}

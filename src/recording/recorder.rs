@@ -1,0 +1,382 @@
+//! Frames in, one MCAP file out. Nothing in the bytes depends on the clock, the host, the threads, the path or the user.
+
+pub use crate::header::{Compression, Header, Selection};
+pub use crate::provenance::Outcome;
+
+use crate::channels::{self, Channel as _, ChannelDeclaration, FrameClock};
+use crate::descriptor::file_descriptor_set;
+use crate::error::RecordError;
+use crate::frame::{Frame, Level, LogLine};
+use crate::playback::log_time_ns;
+use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
+use crate::scene::{FRAME_ID, Stage};
+use crate::sink::CountingSink;
+use crate::trail::Trail;
+use foxglove::Encode as _;
+use foxglove::messages::packed_element_field::NumericType;
+use foxglove::messages::{
+    Log, PackedElementField, PointCloud, Pose, Quaternion, SceneUpdate, Timestamp, Vector3, log,
+};
+use mcap::records::{MessageHeader, Metadata};
+use prost::Message;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// A chunk is closed at the first frame end where it holds this many bytes of messages.
+const CHUNK_PAYLOAD: u64 = 1 << 20;
+
+/// Simulated time of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clock {
+    /// Steps or events since the start.
+    pub count: u64,
+    /// Time since the start, in the header's unit.
+    pub time: f64,
+}
+
+/// Writes one recording. Dropped before [`Recorder::finish`] it leaves whole chunks of whole frames, and no footer.
+pub struct Recorder<W: Write> {
+    header: Header,
+    stage: Stage,
+    trail: Trail,
+    // Empty only while being dropped.
+    writer: Option<mcap::Writer<CountingSink<W>>>,
+    // In file order.
+    recorded: Vec<&'static str>,
+    channel_ids: BTreeMap<&'static str, u16>,
+    frames: u64,
+    payload_in_chunk: u64,
+    buffer: Vec<u8>,
+    written: Arc<AtomicU64>,
+}
+
+impl<W: Write> Recorder<W> {
+    /// Starts a recording: the manifest and the provenance go to the sink.
+    ///
+    /// # Errors
+    /// A header that can't be recorded, or a sink that fails.
+    pub fn create(sink: W, header: &Header) -> Result<Self, RecordError> {
+        header.check()?;
+        let stage = Stage::new(&header.scenery, header.state_columns)?;
+        let written = Arc::new(AtomicU64::new(0));
+        let sink = CountingSink::new(sink, Arc::clone(&written));
+        let mut writer = write_options(header.compression).create(sink)?;
+        writer.attach(&mcap::Attachment {
+            log_time: 0,
+            create_time: 0,
+            name: MANIFEST_ATTACHMENT.to_owned(),
+            media_type: "application/toml".to_owned(),
+            data: Cow::Borrowed(header.manifest.as_bytes()),
+        })?;
+        writer.write_metadata(&Metadata {
+            name: PROVENANCE_RECORD.to_owned(),
+            metadata: header.provenance().to_metadata(),
+        })?;
+        Ok(Self {
+            header: header.clone(),
+            stage,
+            trail: Trail::new(),
+            writer: Some(writer),
+            recorded: header.topics().into_iter().filter(|topic| header.wants(topic)).collect(),
+            channel_ids: BTreeMap::new(),
+            frames: 0,
+            payload_in_chunk: 0,
+            buffer: Vec::new(),
+            written,
+        })
+    }
+
+    /// Whether a topic, with its leading slash, is recorded.
+    #[must_use]
+    pub fn wants(&self, topic: &str) -> bool {
+        self.recorded.contains(&topic)
+    }
+
+    /// Frames written so far.
+    #[must_use]
+    pub fn frames_written(&self) -> u64 {
+        self.frames
+    }
+
+    /// Bytes that went to the sink so far; those of an open chunk are not among them.
+    #[must_use]
+    pub fn bytes_written(&self) -> u64 {
+        self.written.load(Ordering::Relaxed)
+    }
+
+    /// Writes the next frame: `/frame` first, then the state, the model's channels, the drawing and the log.
+    ///
+    /// # Errors
+    /// A frame that breaks the model's declaration, which is left out as a whole, or a sink that fails.
+    pub fn write(&mut self, clock: Clock, frame: &Frame) -> Result<(), RecordError> {
+        let log_time = self.log_time()?;
+        self.check_frame(frame)?;
+        self.add_channels()?;
+        let time =
+            Timestamp::new((log_time / 1_000_000_000) as u32, (log_time % 1_000_000_000) as u32);
+        let frame_clock = FrameClock {
+            frame: self.frames,
+            step_or_event_count: clock.count,
+            time: clock.time,
+            time_unit: self.header.time_unit.to_owned(),
+        };
+        self.message(FrameClock::TOPIC, log_time, &frame_clock)?;
+        if self.wants(channels::STATE) {
+            self.message(channels::STATE, log_time, &self.point_cloud(frame.state(), time))?;
+        }
+        for channel in self.header.channels {
+            let message = frame.messages().iter().find(|message| message.topic == channel.topic);
+            if let Some(message) = message.filter(|_| self.wants(channel.topic)) {
+                self.payload(channel.topic, log_time, &message.payload)?;
+            }
+        }
+        self.draw(frame, log_time, time)?;
+        self.write_log(frame.log_lines(), log_time, time)?;
+        self.frames += 1;
+        if self.payload_in_chunk >= CHUNK_PAYLOAD {
+            self.payload_in_chunk = 0;
+            self.writer()?.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Ends the recording with its outcome and gives the sink back. Not syncing it is the caller's choice.
+    ///
+    /// # Errors
+    /// A sink that fails; the recording is then torn.
+    pub fn finish(mut self, outcome: &Outcome) -> Result<W, RecordError> {
+        let writer = self.writer()?;
+        writer.write_metadata(&Metadata {
+            name: OUTCOME_RECORD.to_owned(),
+            metadata: outcome.to_metadata(),
+        })?;
+        writer.finish()?;
+        match self.writer.take() {
+            Some(writer) => Ok(writer.into_inner().into_inner()),
+            None => Err(RecordError::Container("the recording is closed".to_owned())),
+        }
+    }
+
+    fn writer(&mut self) -> Result<&mut mcap::Writer<CountingSink<W>>, RecordError> {
+        let closed = || RecordError::Container("the recording is closed".to_owned());
+        self.writer.as_mut().ok_or_else(closed)
+    }
+
+    fn log_time(&self) -> Result<u64, RecordError> {
+        let rate = self.header.playback_rate;
+        log_time_ns(self.frames, rate).ok_or(RecordError::Playback { frame: self.frames, rate })
+    }
+
+    fn check_frame(&self, frame: &Frame) -> Result<(), RecordError> {
+        let defect = |what: String| {
+            Err(RecordError::Declaration(format!("model {}: {what}", self.header.model)))
+        };
+        let columns = self.header.state_columns.len();
+        if !frame.state().len().is_multiple_of(columns) {
+            return defect(format!("{} values do not fill rows of {columns}", frame.state().len()));
+        }
+        for (index, message) in frame.messages().iter().enumerate() {
+            if !self.header.channels.iter().any(|channel| channel.topic == message.topic) {
+                return defect(format!("{} is not among its channels", message.topic));
+            }
+            if frame.messages()[..index].iter().any(|earlier| earlier.topic == message.topic) {
+                return defect(format!("{} has two messages in one frame", message.topic));
+            }
+        }
+        Ok(())
+    }
+
+    /// Declares all channels at the first frame: a record between a channel and its first message would make mcap 0.26 write
+    /// an empty chunk with times (0, 0), and with it a wrong time range.
+    fn add_channels(&mut self) -> Result<(), RecordError> {
+        if self.frames > 0 {
+            return Ok(());
+        }
+        for topic in self.recorded.clone() {
+            let schema = schema_of(topic, self.header.channels)?;
+            let writer = self.writer()?;
+            let schema_id = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
+            let id = writer.add_channel(schema_id, topic, "protobuf", &BTreeMap::new())?;
+            self.channel_ids.insert(topic, id);
+        }
+        Ok(())
+    }
+
+    fn draw(&mut self, frame: &Frame, log_time: u64, time: Timestamp) -> Result<(), RecordError> {
+        if self.wants(channels::DISCS) {
+            self.message(channels::DISCS, log_time, &self.stage.discs(frame.state(), time))?;
+        }
+        if self.wants(channels::VELOCITY) {
+            self.message(channels::VELOCITY, log_time, &self.stage.velocity(frame.state(), time))?;
+        }
+        if self.wants(channels::CONTACTS) {
+            self.message(
+                channels::CONTACTS,
+                log_time,
+                &self.stage.contacts(frame.contacts(), time),
+            )?;
+        }
+        if self.wants(channels::TRAIL) {
+            if let Some(position) = self.stage.position(frame.state(), 0) {
+                self.trail.push(self.frames, position);
+            }
+            self.message(channels::TRAIL, log_time, &self.stage.trail(self.trail.path(), time))?;
+        }
+        if self.frames == 0 && self.wants(channels::WALLS) {
+            self.message(channels::WALLS, log_time, &self.stage.walls(time))?;
+        }
+        if self.frames == 0 && self.wants(channels::LEGEND) {
+            self.message(channels::LEGEND, log_time, &self.stage.legend(time))?;
+        }
+        Ok(())
+    }
+
+    fn write_log(
+        &mut self,
+        lines: &[LogLine],
+        log_time: u64,
+        time: Timestamp,
+    ) -> Result<(), RecordError> {
+        let scale = self.header.simulated_per_second().filter(|_| self.frames == 0);
+        let scale = scale.map(|simulated| LogLine {
+            level: Level::Info,
+            text: format!("1 s of playback = {simulated} simulated"),
+        });
+        for line in scale.iter().chain(lines) {
+            let message = Log {
+                timestamp: Some(time),
+                level: log_level(line.level).into(),
+                message: line.text.clone(),
+                name: self.header.model.to_owned(),
+                ..Log::default()
+            };
+            self.message(channels::LOG, log_time, &message)?;
+        }
+        Ok(())
+    }
+
+    /// The exact state: FLOAT64 fields, row by row in the order of the particles' ids.
+    fn point_cloud(&self, state: &[f64], time: Timestamp) -> PointCloud {
+        let columns = self.header.state_columns;
+        let fields = columns.iter().zip(0_u32..).map(|(column, index)| PackedElementField {
+            name: column.name.to_owned(),
+            offset: 8 * index,
+            r#type: NumericType::Float64.into(),
+        });
+        let data: Vec<u8> = state.iter().flat_map(|value| value.to_le_bytes()).collect();
+        PointCloud {
+            timestamp: Some(time),
+            frame_id: FRAME_ID.to_owned(),
+            pose: Some(Pose {
+                position: Some(Vector3 { x: 0.0, y: 0.0, z: 0.0 }),
+                orientation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
+            }),
+            point_stride: 8 * columns.len() as u32,
+            fields: fields.collect(),
+            data: data.into(),
+        }
+    }
+
+    fn message(
+        &mut self,
+        topic: &'static str,
+        log_time: u64,
+        message: &impl Message,
+    ) -> Result<(), RecordError> {
+        let mut buffer = std::mem::take(&mut self.buffer);
+        buffer.clear();
+        // Encoding into a growing vector can't run out of space.
+        message.encode_raw(&mut buffer);
+        let written = self.payload(topic, log_time, &buffer);
+        self.buffer = buffer;
+        written
+    }
+
+    fn payload(
+        &mut self,
+        topic: &'static str,
+        log_time: u64,
+        payload: &[u8],
+    ) -> Result<(), RecordError> {
+        let Some(&channel_id) = self.channel_ids.get(topic) else {
+            return Err(RecordError::Container(format!("{topic} has no channel")));
+        };
+        let header = MessageHeader {
+            channel_id,
+            // The frame's index; protobuf and MCAP have 32 bits for it, and readers go by `/frame`.
+            sequence: self.frames as u32,
+            log_time,
+            publish_time: log_time,
+        };
+        self.writer()?.write_to_known_channel(&header, payload)?;
+        self.payload_in_chunk += payload.len() as u64;
+        Ok(())
+    }
+}
+
+impl<W: Write> Drop for Recorder<W> {
+    fn drop(&mut self) {
+        // mcap's own drop would close the recording, with a frame cut short and errors swallowed.
+        if let Some(writer) = self.writer.take() {
+            drop(writer.into_inner());
+        }
+    }
+}
+
+/// Every option, so that no default of a release or of this machine gets into the bytes.
+fn write_options(compression: Compression) -> mcap::WriteOptions {
+    mcap::WriteOptions::new()
+        .profile("")
+        .library("kinetoscope")
+        .compression(match compression {
+            Compression::Zstd => Some(mcap::Compression::Zstd),
+            Compression::Lz4 => Some(mcap::Compression::Lz4),
+            Compression::None => None,
+        })
+        .compression_level(1)
+        .compression_threads(0)
+        .chunk_size(None)
+        .use_chunks(true)
+        // Chunks are packed in memory and go out whole: the sink only ever grows at its end.
+        .disable_seeking(true)
+        .emit_summary_records(true)
+        .emit_summary_offsets(true)
+        .emit_message_indexes(true)
+        .calculate_chunk_crcs(true)
+        .calculate_data_section_crc(true)
+        .calculate_summary_section_crc(true)
+        .calculate_attachment_crcs(true)
+}
+
+fn schema_of(
+    topic: &str,
+    declared: &[ChannelDeclaration],
+) -> Result<foxglove::Schema, RecordError> {
+    if topic == FrameClock::TOPIC {
+        return own_schema(&ChannelDeclaration::of::<FrameClock>());
+    }
+    if let Some(channel) = declared.iter().find(|channel| channel.topic == topic) {
+        return own_schema(channel);
+    }
+    let schema = match topic {
+        channels::STATE => PointCloud::get_schema(),
+        channels::LOG => Log::get_schema(),
+        _ => SceneUpdate::get_schema(),
+    };
+    schema.ok_or_else(|| RecordError::Declaration(format!("{topic} has no schema")))
+}
+
+fn own_schema(channel: &ChannelDeclaration) -> Result<foxglove::Schema, RecordError> {
+    Ok(foxglove::Schema::new(channel.schema, "protobuf", file_descriptor_set(channel)?))
+}
+
+fn log_level(level: Level) -> log::Level {
+    match level {
+        Level::Info => log::Level::Info,
+        Level::Warning => log::Level::Warning,
+        Level::Error => log::Level::Error,
+    }
+}

@@ -1,0 +1,318 @@
+//! The state as Foxglove scenes: discs to scale, arrows, force chains, container and colour bar.
+//!
+//! Drawings are rounded and thinned; the exact state is on `/state` alone.
+
+use crate::colour::{self, ColourMap};
+use crate::error::RecordError;
+use crate::frame::{ContactLine, StateColumn};
+use crate::playback::three_digits;
+use crate::scenery::{DrawnRadius, Scenery, Wall};
+use foxglove::messages::{
+    Color, CubePrimitive, CylinderPrimitive, LinePrimitive, Point3, Pose, Quaternion, SceneEntity,
+    SceneUpdate, TextPrimitive, Timestamp, Vector3, line_primitive,
+};
+
+/// The one frame of reference of a recording.
+pub(crate) const FRAME_ID: &str = "world";
+/// Discs drawn at most; of more, every k-th.
+const DRAWN_AT_MOST: usize = 10_000;
+/// Drawing coordinates are multiples of a power of two of about this share of the container: they pack well.
+const GRID_OVER_CONTAINER: f64 = 1.0 / 4096.0;
+/// Thickness of the drawing's layers over the container's height: discs, then arrows, then force chains above them.
+const LAYER_OVER_HEIGHT: f64 = 0.002;
+/// Length of the arrow at the top speed over the container's height.
+const ARROW_OVER_HEIGHT: f64 = 0.1;
+/// Line widths of weak, middling and strong contact forces, px.
+const FORCE_WIDTHS_PX: [f64; 3] = [0.8, 1.8, 3.4];
+/// Corners of a circular wall.
+const CIRCLE_CORNERS: usize = 128;
+/// Cubes of the colour bar.
+const LEGEND_CUBES: usize = 40;
+
+/// Which columns of the state are drawn.
+#[derive(Clone, Debug)]
+struct DrawnColumns {
+    width: usize,
+    position: [usize; 2],
+    velocity: Vec<usize>,
+    radius: Option<usize>,
+}
+
+impl DrawnColumns {
+    fn new(columns: &[StateColumn], radius: DrawnRadius) -> Result<Self, RecordError> {
+        let find = |name: &str| columns.iter().position(|column| column.name == name);
+        let need = |name: &str| {
+            find(name).ok_or_else(|| {
+                RecordError::Declaration(format!("the drawing needs a state column \"{name}\""))
+            })
+        };
+        Ok(Self {
+            width: columns.len(),
+            position: [need("x")?, need("y")?],
+            velocity: ["vx", "vy", "vz"].into_iter().filter_map(find).collect(),
+            radius: match radius {
+                DrawnRadius::Column => Some(need("radius")?),
+                DrawnRadius::Fixed(_) => None,
+            },
+        })
+    }
+}
+
+/// The fixed part of the drawing, and how rows of the state become scenes.
+#[derive(Clone, Debug)]
+pub(crate) struct Stage {
+    scenery: Scenery,
+    columns: DrawnColumns,
+    colours: ColourMap,
+    grid: f64,
+    height: f64,
+}
+
+impl Stage {
+    pub(crate) fn new(scenery: &Scenery, columns: &[StateColumn]) -> Result<Self, RecordError> {
+        let [low, high] = scenery.view;
+        let (width, height) = (high[0] - low[0], high[1] - low[1]);
+        Ok(Self {
+            columns: DrawnColumns::new(columns, scenery.drawn_radius)?,
+            colours: ColourMap::new(),
+            grid: power_of_two_below(
+                GRID_OVER_CONTAINER * if width > height { width } else { height },
+            ),
+            height,
+            scenery: scenery.clone(),
+        })
+    }
+
+    /// All discs as flat cylinders of one entity, coloured by speed.
+    pub(crate) fn discs(&self, state: &[f64], time: Timestamp) -> SceneUpdate {
+        let cylinders = self
+            .drawn_rows(state)
+            .map(|row| {
+                let radius = match (self.columns.radius, self.scenery.drawn_radius) {
+                    (Some(column), _) => row[column],
+                    (None, DrawnRadius::Fixed(radius)) => radius,
+                    (None, DrawnRadius::Column) => 0.0,
+                };
+                let share = self.speed(row) / self.scenery.speed_range_top;
+                cylinder(self.point(row), radius, self.layer(1.0), self.colours.at(share))
+            })
+            .collect();
+        update(SceneEntity { cylinders, ..entity("discs", time) })
+    }
+
+    /// Velocities as lines from the discs' centres, all in one line list.
+    pub(crate) fn velocity(&self, state: &[f64], time: Timestamp) -> SceneUpdate {
+        let scale = ARROW_OVER_HEIGHT * self.height / self.scenery.speed_range_top;
+        let mut points = Vec::new();
+        if let [vx, vy, ..] = self.columns.velocity[..] {
+            for row in self.drawn_rows(state) {
+                let [x, y] = self.columns.position.map(|column| row[column]);
+                points.push(self.point(row));
+                points.push(self.rounded([x + scale * row[vx], y + scale * row[vy]]));
+            }
+        }
+        let lines = line_list(points, 1.0, self.layer(2.0), colour::DARK_GREY);
+        update(SceneEntity { lines, ..entity("velocity", time) })
+    }
+
+    /// Contact forces as line lists of three widths. Without contacts the entity is empty, which removes the last ones.
+    pub(crate) fn contacts(&self, contacts: &[ContactLine], time: Timestamp) -> SceneUpdate {
+        let top = self.scenery.force_range_top.unwrap_or(f64::INFINITY);
+        let mut points: [Vec<Point3>; 3] = Default::default();
+        for contact in contacts {
+            if contact.from.iter().chain(&contact.to).all(|coordinate| coordinate.is_finite()) {
+                let class = (contact.force.abs() / top * 3.0) as usize;
+                points[class.min(2)].extend([self.rounded(contact.from), self.rounded(contact.to)]);
+            }
+        }
+        let lines = points
+            .into_iter()
+            .zip(FORCE_WIDTHS_PX)
+            .flat_map(|(points, width)| {
+                line_list(points, width, self.layer(3.0), colour::NEARLY_BLACK)
+            })
+            .collect();
+        update(SceneEntity { lines, ..entity("contacts", time) })
+    }
+
+    /// The path so far as one line below the discs.
+    pub(crate) fn trail(
+        &self,
+        path: impl Iterator<Item = [f64; 2]>,
+        time: Timestamp,
+    ) -> SceneUpdate {
+        let points: Vec<Point3> = path.map(|point| self.rounded(point)).collect();
+        let strip =
+            line(line_primitive::Type::LineStrip, points, 1.5, -self.layer(1.0), colour::SKY);
+        update(SceneEntity { lines: vec![strip], ..entity("trail", time) })
+    }
+
+    /// The container, and bodies at rest.
+    pub(crate) fn walls(&self, time: Timestamp) -> SceneUpdate {
+        let mut walls = entity("walls", time);
+        for wall in &self.scenery.walls {
+            let corners = match *wall {
+                Wall::Rectangle { min, max } => {
+                    [min, [max[0], min[1]], max, [min[0], max[1]]].map(exact).to_vec()
+                }
+                Wall::Circle { centre, radius } => (0..CIRCLE_CORNERS)
+                    .map(|corner| {
+                        let angle = std::f64::consts::TAU * corner as f64 / CIRCLE_CORNERS as f64;
+                        exact([
+                            centre[0] + radius * libm::cos(angle),
+                            centre[1] + radius * libm::sin(angle),
+                        ])
+                    })
+                    .collect(),
+                Wall::Body { centre, radius } => {
+                    walls.cylinders.push(cylinder(
+                        exact(centre),
+                        radius,
+                        self.layer(1.0),
+                        colour::YELLOW,
+                    ));
+                    continue;
+                }
+            };
+            walls.lines.push(line(line_primitive::Type::LineLoop, corners, 3.5, 0.0, colour::GREY));
+        }
+        update(walls)
+    }
+
+    /// The colour bar below the container: the 3D panel has none of its own.
+    pub(crate) fn legend(&self, time: Timestamp) -> SceneUpdate {
+        let [low, high] = self.scenery.view;
+        let centre = (low[0] + high[0]) / 2.0;
+        let (width, y) = (self.height / 2.0, low[1] - 0.07 * self.height);
+        let cube_width = width / LEGEND_CUBES as f64;
+        let cubes = (0..LEGEND_CUBES)
+            .map(|cube| {
+                let share = (cube as f64 + 0.5) / LEGEND_CUBES as f64;
+                CubePrimitive {
+                    pose: Some(pose([centre + (share - 0.5) * width, y, 0.0])),
+                    size: Some(Vector3 {
+                        x: cube_width,
+                        y: 0.03 * self.height,
+                        z: self.layer(1.0),
+                    }),
+                    color: Some(self.colours.at(share)),
+                }
+            })
+            .collect();
+        let unit = self.scenery.speed_unit;
+        let text = |speed: f64, side: f64| TextPrimitive {
+            pose: Some(pose([centre + side * (width / 2.0 + 0.11 * self.height), y, 0.0])),
+            billboard: true,
+            font_size: 12.0,
+            scale_invariant: true,
+            color: Some(colour::WHITE),
+            text: format!("{} {unit}", three_digits(speed)).trim_end().to_owned(),
+        };
+        let texts = vec![text(0.0, -1.0), text(self.scenery.speed_range_top, 1.0)];
+        update(SceneEntity { cubes, texts, ..entity("legend", time) })
+    }
+
+    /// Position of a particle, as drawn.
+    pub(crate) fn position(&self, state: &[f64], particle: usize) -> Option<[f64; 2]> {
+        let row = state.chunks_exact(self.columns.width).nth(particle)?;
+        let position = self.columns.position.map(|column| row[column]);
+        position.iter().all(|coordinate| coordinate.is_finite()).then_some(position)
+    }
+
+    /// Every k-th row, k so that at most [`DRAWN_AT_MOST`] are drawn; rows that blew up are left out.
+    fn drawn_rows<'a>(&'a self, state: &'a [f64]) -> impl Iterator<Item = &'a [f64]> {
+        let rows = state.len() / self.columns.width;
+        let every = rows.div_ceil(DRAWN_AT_MOST).max(1);
+        state.chunks_exact(self.columns.width).step_by(every).filter(|row| {
+            let drawn = self.columns.position.iter().chain(&self.columns.velocity);
+            drawn.into_iter().all(|&column| row[column].is_finite())
+        })
+    }
+
+    fn speed(&self, row: &[f64]) -> f64 {
+        self.columns.velocity.iter().map(|&column| row[column] * row[column]).sum::<f64>().sqrt()
+    }
+
+    fn layer(&self, layers: f64) -> f64 {
+        layers * LAYER_OVER_HEIGHT * self.height
+    }
+
+    fn point(&self, row: &[f64]) -> Point3 {
+        self.rounded(self.columns.position.map(|column| row[column]))
+    }
+
+    fn rounded(&self, point: [f64; 2]) -> Point3 {
+        // Adding zero turns -0.0 into 0.0, which protobuf does not store.
+        exact(point.map(|coordinate| (coordinate / self.grid).round() * self.grid + 0.0))
+    }
+}
+
+/// The largest power of two that is not above a positive number.
+fn power_of_two_below(value: f64) -> f64 {
+    f64::from_bits(value.to_bits() & 0x7ff0_0000_0000_0000)
+}
+
+fn exact(point: [f64; 2]) -> Point3 {
+    Point3 { x: point[0], y: point[1], z: 0.0 }
+}
+
+fn pose(position: [f64; 3]) -> Pose {
+    let [x, y, z] = position;
+    Pose {
+        position: Some(Vector3 { x, y, z }),
+        orientation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
+    }
+}
+
+/// A disc: `size` is the diameter, and unset scales would make it invisible.
+fn cylinder(centre: Point3, radius: f64, thickness: f64, color: Color) -> CylinderPrimitive {
+    CylinderPrimitive {
+        pose: Some(pose([centre.x, centre.y, 0.0])),
+        size: Some(Vector3 { x: 2.0 * radius, y: 2.0 * radius, z: thickness }),
+        bottom_scale: 1.0,
+        top_scale: 1.0,
+        color: Some(color),
+    }
+}
+
+/// Separate segments, or nothing where there is no point.
+fn line_list(points: Vec<Point3>, width_px: f64, z: f64, color: Color) -> Vec<LinePrimitive> {
+    if points.is_empty() {
+        return Vec::new();
+    }
+    vec![line(line_primitive::Type::LineList, points, width_px, z, color)]
+}
+
+/// A line whose points lie at height `z`; the height stands once in the pose, so that points cost two coordinates.
+fn line(
+    kind: line_primitive::Type,
+    points: Vec<Point3>,
+    width_px: f64,
+    z: f64,
+    color: Color,
+) -> LinePrimitive {
+    LinePrimitive {
+        r#type: kind.into(),
+        pose: Some(pose([0.0, 0.0, z])),
+        thickness: width_px,
+        scale_invariant: true,
+        points,
+        color: Some(color),
+        colors: Vec::new(),
+        indices: Vec::new(),
+    }
+}
+
+/// An empty entity: the same id replaces what the last frame drew.
+fn entity(id: &str, time: Timestamp) -> SceneEntity {
+    SceneEntity {
+        timestamp: Some(time),
+        frame_id: FRAME_ID.to_owned(),
+        id: id.to_owned(),
+        ..SceneEntity::default()
+    }
+}
+
+fn update(entity: SceneEntity) -> SceneUpdate {
+    SceneUpdate { deletions: Vec::new(), entities: vec![entity] }
+}
