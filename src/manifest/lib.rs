@@ -1,7 +1,32 @@
 //! The manifest of an experiment: what to run, and what must hold afterwards.
 //!
-//! Past this package every value is in range by its type.
+//! Past this package every value is in range by its type. In reading order: [`parse`] makes an [`Experiment`] with
+//! all its [`Run`]s out of a TOML text, or [`Diagnostics`] with everything that is wrong with it.
+
+mod experiment;
+
+mod diagnostics;
+mod keys;
+mod tree;
+mod value;
 
 pub mod model;
 pub mod quantity;
 pub mod record;
+
+mod checks;
+mod sweep;
+
+mod canonical;
+mod schema;
+mod sidecar;
+mod starter;
+
+pub use canonical::{ContentKey, RunManifest, content_key, parse_run};
+pub use checks::{Bound, Check, parse_checks};
+pub use diagnostics::Diagnostics;
+pub use experiment::{Experiment, Override, Run, parse};
+pub use schema::json_schema;
+pub use sidecar::{ExperimentRecord, RunRecord};
+pub use starter::starter;
+pub use sweep::{Axis, Coordinate};

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 macro_rules! quantity {
-    ($(#[$doc:meta])* $name:ident, $range:literal, |$x:ident| $holds:expr) => {
+    ($(#[$doc:meta])* $name:ident, $range:literal, [$($bound:ident: $limit:literal),*], |$x:ident| $holds:expr) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
         #[serde(transparent)]
@@ -12,6 +12,9 @@ macro_rules! quantity {
         impl $name {
             /// The range in words, as error messages and the schema state it.
             pub const RANGE: &'static str = $range;
+
+            /// The range as JSON Schema keywords with their limits.
+            pub(crate) const BOUNDS: &'static [(&'static str, f64)] = &[$((stringify!($bound), $limit)),*];
 
             /// The value, or `None` if it is not a finite number in the range. Minus zero becomes zero.
             #[must_use]
@@ -43,21 +46,41 @@ macro_rules! quantity {
 
 quantity!(
     /// A finite number of either sign.
-    Finite, "a finite number", |x| x.is_finite()
+    Finite, "a finite number", [], |x| x.is_finite()
 );
 quantity!(
     /// A finite number above zero.
-    Positive, "a number > 0", |x| x > 0.0
+    Positive, "a number > 0", [exclusiveMinimum: 0.0], |x| x > 0.0
 );
 quantity!(
     /// A finite number of at least zero.
-    NonNegative, "a number >= 0", |x| x >= 0.0
+    NonNegative, "a number >= 0", [minimum: 0.0], |x| x >= 0.0
 );
 quantity!(
     /// A share above zero and of at most one, such as a coefficient of restitution.
-    Share, "a number in (0, 1]", |x| x > 0.0 && x <= 1.0
+    Share, "a number in (0, 1]", [exclusiveMinimum: 0.0, maximum: 1.0], |x| x > 0.0 && x <= 1.0
 );
 quantity!(
     /// The side of a packing box, by the input limits of the source document.
-    BoxSide, "a number in [10, 100000]", |x| x >= 10.0 && x <= 100_000.0
+    BoxSide, "a number in [10, 100000]", [minimum: 10.0, maximum: 100_000.0], |x| x >= 10.0 && x <= 100_000.0
 );
+quantity!(
+    /// Frames a second of playback: viewers warn above 60.
+    PlaybackRate, "a number in (0, 50]", [exclusiveMinimum: 0.0, maximum: 50.0], |x| x > 0.0 && x <= 50.0
+);
+quantity!(
+    /// A time step of the orbit, days: the source document asks for less than one.
+    StepBelowOneDay, "a number in (0, 1)", [exclusiveMinimum: 0.0, exclusiveMaximum: 1.0], |x| x > 0.0 && x < 1.0
+);
+
+impl From<PlaybackRate> for Positive {
+    fn from(rate: PlaybackRate) -> Self {
+        Self(rate.0)
+    }
+}
+
+impl From<StepBelowOneDay> for Positive {
+    fn from(step: StepBelowOneDay) -> Self {
+        Self(step.0)
+    }
+}

@@ -1,6 +1,11 @@
 //! `[record]`: what of a run is kept.
 
-use crate::quantity::Positive;
+use crate::diagnostics::{Diagnostic, nearest};
+use crate::keys::{Keys, Reader};
+use crate::model::{ModelConfig, Propagation, RunLength};
+use crate::quantity::{PlaybackRate, Positive};
+use crate::tree::Value;
+use crate::value::words;
 use std::num::NonZeroU64;
 
 /// What is recorded, how often, and how it plays.
@@ -38,4 +43,216 @@ pub enum Compression {
     Lz4,
     /// None.
     None,
+}
+
+words!(pub Compression { Zstd = "zstd", Lz4 = "lz4", None = "none" });
+
+/// The channels that each model can be asked for, without the leading slash; `/frame` is always recorded.
+pub const CHANNELS: [(&str, &[&str]); 4] = [
+    (
+        "dem",
+        &[
+            "state",
+            "discs",
+            "walls",
+            "legend",
+            "velocity",
+            "contacts",
+            "energy",
+            "energy_share",
+            "contact_count",
+            "temperature",
+            "log",
+        ],
+    ),
+    (
+        "gas",
+        &[
+            "state",
+            "discs",
+            "walls",
+            "legend",
+            "velocity",
+            "pressure",
+            "temperature",
+            "energy",
+            "collisions",
+            "speeds",
+            "log",
+        ],
+    ),
+    (
+        "packing",
+        &[
+            "state",
+            "discs",
+            "walls",
+            "legend",
+            "velocity",
+            "temperature",
+            "collisions",
+            "pressure",
+            "per_collision",
+            "log",
+        ],
+    ),
+    (
+        "orbit",
+        &["state", "discs", "walls", "legend", "velocity", "trail", "energy", "orbit", "log"],
+    ),
+];
+
+/// The keys of which at most one says when frames are taken.
+const INTERVALS: &[&str] =
+    &["frames", "every_s", "every_days", "every_time", "every_steps", "every_collisions"];
+
+impl Default for RecordConfig {
+    /// 200 intervals, all channels but per-collision series, 25 frames a second of playback.
+    fn default() -> Self {
+        Self {
+            interval: RecordInterval::Frames(const { NonZeroU64::new(200).expect("not zero") }),
+            channels: None,
+            playback_rate: const { Positive::literal(25.0) },
+            compression: Compression::Zstd,
+        }
+    }
+}
+
+impl RecordConfig {
+    /// The keys of `[record]`, in the order of the canonical manifest. The model names the key of a time interval.
+    pub(crate) fn keys(&mut self, model: &ModelConfig, keys: &mut impl Keys) {
+        self.interval_keys(model, keys);
+        self.channels = keys.optional("channels", "", "Topics wanted, without the leading slash; by default all that the model has, but per-collision series.", self.channels.take());
+        // The default is in both ranges.
+        if let Some(rate) = keys.optional(
+            "playback_rate",
+            "1/s",
+            "Frames a second of playback.",
+            PlaybackRate::new(self.playback_rate.get()),
+        ) {
+            self.playback_rate = rate.into();
+        }
+        keys.key(
+            "compression",
+            "",
+            "Compression of the recording's chunks.",
+            &mut self.compression,
+        );
+    }
+
+    fn interval_keys(&mut self, model: &ModelConfig, keys: &mut impl Keys) {
+        let (mut frames, mut time, mut steps, mut collisions) = (None, None, None, None);
+        match self.interval {
+            RecordInterval::Frames(number) => frames = Some(number),
+            RecordInterval::EveryTime(interval) => time = Some(interval),
+            RecordInterval::EverySteps(number) => steps = Some(number),
+            RecordInterval::EveryCollisions(number) => collisions = Some(number),
+        }
+        let of = |key: &str| time.filter(|_| time_key(model) == key);
+        let (every_s, every_days, every_time) = (of("every_s"), of("every_days"), of("every_time"));
+        keys.exclusive(INTERVALS);
+        if let Some(number) = keys.optional(
+            "frames",
+            "1",
+            "Number of intervals: one state more is recorded, the start and the end included.",
+            frames,
+        ) {
+            self.interval = RecordInterval::Frames(number);
+        }
+        if let Some(interval) =
+            keys.optional("every_s", "s", "Simulated time between frames (dem, gas).", every_s)
+        {
+            self.interval = RecordInterval::EveryTime(interval);
+        }
+        if let Some(interval) =
+            keys.optional("every_days", "d", "Simulated time between frames (orbit).", every_days)
+        {
+            self.interval = RecordInterval::EveryTime(interval);
+        }
+        if let Some(interval) = keys.optional(
+            "every_time",
+            "1",
+            "Simulated time between frames (packing that runs for a `duration`).",
+            every_time,
+        ) {
+            self.interval = RecordInterval::EveryTime(interval);
+        }
+        if let Some(number) = keys.optional(
+            "every_steps",
+            "1",
+            "Steps between frames (dem, orbit, and gas that is not propagated exactly).",
+            steps,
+        ) {
+            self.interval = RecordInterval::EverySteps(number);
+        }
+        if let Some(number) = keys.optional(
+            "every_collisions",
+            "1",
+            "Collisions between frames (packing).",
+            collisions,
+        ) {
+            self.interval = RecordInterval::EveryCollisions(number);
+        }
+    }
+
+    /// The rules between `[record]` and the model.
+    pub(crate) fn check(&self, model: &ModelConfig, table: &mut Reader<'_>) {
+        let allowed = intervals(model);
+        for key in INTERVALS {
+            if table.has(key) && !allowed.contains(key) {
+                let title = format!("`record.{key}` is not for this {} experiment", model.name());
+                let label = format!("it takes {}", allowed.join(", "));
+                table.refuse(&[key], &title, &label);
+            }
+        }
+        check_channels(model, table);
+    }
+}
+
+/// The key of an interval of simulated time.
+fn time_key(model: &ModelConfig) -> &'static str {
+    match model {
+        ModelConfig::Dem(_) | ModelConfig::Gas(_) => "every_s",
+        ModelConfig::Orbit(_) => "every_days",
+        ModelConfig::Packing(_) => "every_time",
+    }
+}
+
+/// The interval keys that make sense for a model.
+fn intervals(model: &ModelConfig) -> Vec<&'static str> {
+    let more: &[&str] = match model {
+        ModelConfig::Dem(_) | ModelConfig::Orbit(_) => &[time_key(model), "every_steps"],
+        ModelConfig::Gas(gas) if gas.propagation == Propagation::Exact => &[time_key(model)],
+        ModelConfig::Gas(_) => &[time_key(model), "every_steps"],
+        ModelConfig::Packing(packing) => match packing.length {
+            RunLength::EventsPerDisc(_) => &["every_collisions"],
+            RunLength::Duration(_) => &[time_key(model), "every_collisions"],
+        },
+    };
+    [&["frames"], more].concat()
+}
+
+/// Every channel must be one of the model's, and stand once.
+fn check_channels(model: &ModelConfig, table: &mut Reader<'_>) {
+    let known =
+        CHANNELS.iter().find(|(name, _)| *name == model.name()).map_or(&[][..], |(_, known)| known);
+    let Some(Value::Array(elements)) = table.node("channels").map(|node| &node.value) else {
+        return;
+    };
+    let mut seen = Vec::new();
+    for element in elements.iter() {
+        let Value::Text(channel) = &element.value else { continue };
+        if seen.contains(&channel) {
+            let title = format!("channel \"{channel}\" stands twice");
+            table.report(Diagnostic::new(title).at(element.span, "once is enough"));
+        } else if !known.contains(&&**channel) {
+            let label = match nearest(channel, known.iter().copied()) {
+                Some(meant) => format!("did you mean \"{meant}\"?"),
+                None => format!("channels: {}", known.join(", ")),
+            };
+            let title = format!("the {} model has no channel \"{channel}\"", model.name());
+            table.report(Diagnostic::new(title).at(element.span, label));
+        }
+        seen.push(channel);
+    }
 }

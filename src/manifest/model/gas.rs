@@ -1,7 +1,12 @@
 //! `[model.gas]`: point particles in a circular container.
 
 use super::Placement;
+use crate::diagnostics::Diagnostic;
+use crate::keys::{Keys, Reader};
 use crate::quantity::{Finite, NonNegative, Positive};
+use crate::tree::Node;
+use crate::value::{TomlValue, words};
+use serde_json::Value as Json;
 use std::num::NonZeroU32;
 
 /// All physics of a gas run.
@@ -103,6 +108,179 @@ impl Default for GasConfig {
             propagation: Propagation::Exact,
             placement: Placement::Random,
             duration_s: const { Positive::literal(0.1) },
+        }
+    }
+}
+
+words!(pub SpeedDistribution { Uniform = "uniform", Maxwell = "maxwell", Equal = "equal" });
+words!(pub TemperatureDefinition { MeanSpeed = "mean-speed", MeanSquare = "mean-square" });
+words!(pub BoltzmannConstant { Codata1986 = "codata-1986", Si2019 = "si-2019" });
+
+/// The words for [`Propagation`], whose time step is a key of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scheme {
+    Exact,
+    Stepped,
+    Literal,
+}
+words!(Scheme { Exact = "exact", Stepped = "stepped", Literal = "literal" });
+
+impl Propagation {
+    fn scheme(self) -> Scheme {
+        match self {
+            Self::Exact => Scheme::Exact,
+            Self::Stepped { .. } => Scheme::Stepped,
+            Self::Literal { .. } => Scheme::Literal,
+        }
+    }
+
+    /// The time step, s, of the stepped ways of moving.
+    #[must_use]
+    pub fn time_step_s(self) -> Option<Positive> {
+        match self {
+            Self::Exact => None,
+            Self::Stepped { time_step_s } | Self::Literal { time_step_s } => Some(time_step_s),
+        }
+    }
+}
+
+/// A placement as the gas has it: points need no lattice.
+struct GasPlacement(Placement);
+
+impl TomlValue for GasPlacement {
+    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+        let words = [("random", Placement::Random)];
+        super::read_placement(node, name, &words, Placement::Given, super::GIVEN_SI, errors)
+            .map(Self)
+    }
+
+    fn write(&self) -> String {
+        self.0.write()
+    }
+
+    fn schema() -> Json {
+        super::placement_schema(&["random"], super::GIVEN_SI)
+    }
+}
+
+impl GasConfig {
+    /// The keys of `[model.gas]`, in the order of the canonical manifest.
+    pub(crate) fn keys(&mut self, keys: &mut impl Keys) {
+        keys.key(
+            "particles",
+            "1",
+            "Number of particles N; with a given placement it follows from that.",
+            &mut self.particles,
+        );
+        keys.key("mass_kg", "kg", "Mass m of a particle.", &mut self.mass_kg);
+        keys.key("radius_m", "m", "Radius r of the container.", &mut self.radius_m);
+        keys.key("centre_m", "m", "Centre c of the container, [x, y].", &mut self.centre_m);
+        keys.key(
+            "speed_distribution",
+            "",
+            "The law that speeds are drawn from; directions are uniform.",
+            &mut self.speed_distribution,
+        );
+        self.speed_scale_keys(keys);
+        keys.key("temperature_definition", "", "The mean that the temperature is defined by: mean-speed is N k T = N m <v>^2 / 2, mean-square is N k T = N m <v^2> / 2.", &mut self.temperature_definition);
+        keys.key(
+            "boltzmann_constant",
+            "",
+            "codata-1986 is 1.380658e-23 J/K, si-2019 is 1.380649e-23 J/K.",
+            &mut self.boltzmann_constant,
+        );
+        self.propagation_keys(keys);
+        let mut placement = GasPlacement(self.placement.clone());
+        keys.key("placement", "", "How particles are placed at the start. A given start keeps its velocities unless `temperature_k` stands beside it.", &mut placement);
+        self.placement = placement.0;
+        keys.key("duration_s", "s", "Simulated time.", &mut self.duration_s);
+    }
+
+    fn speed_scale_keys(&mut self, keys: &mut impl Keys) {
+        let (temperature, max_speed) = match self.speed_scale {
+            SpeedScale::Temperature(temperature) => (Some(temperature), None),
+            SpeedScale::MaxSpeed(max_speed) => (None, Some(max_speed)),
+            SpeedScale::Given => (None, None),
+        };
+        keys.exclusive(&["temperature_k", "max_speed_m_per_s"]);
+        if let Some(temperature) = keys.optional(
+            "temperature_k",
+            "K",
+            "All velocities are rescaled at the start to exactly this temperature.",
+            temperature,
+        ) {
+            self.speed_scale = SpeedScale::Temperature(temperature);
+        }
+        if let Some(max_speed) = keys.optional("max_speed_m_per_s", "m/s", "Upper bound of uniform speeds, or the speed itself for equal ones, in place of `temperature_k`; nothing is rescaled.", max_speed) {
+            self.speed_scale = SpeedScale::MaxSpeed(max_speed);
+        }
+    }
+
+    fn propagation_keys(&mut self, keys: &mut impl Keys) {
+        let mut scheme = self.propagation.scheme();
+        keys.key("propagation", "", "How particles are moved: exact is the closed form, stepped the source document's steps mended, literal the same as printed.", &mut scheme);
+        let step = keys.optional(
+            "time_step_s",
+            "s",
+            "Time step of `stepped` and `literal`.",
+            self.propagation.time_step_s(),
+        );
+        self.propagation = match (scheme, step) {
+            (Scheme::Stepped, Some(time_step_s)) => Propagation::Stepped { time_step_s },
+            (Scheme::Literal, Some(time_step_s)) => Propagation::Literal { time_step_s },
+            // A scheme without its time step is refused by `check`, which sees the key.
+            (Scheme::Exact, _) | (_, None) => Propagation::Exact,
+        };
+    }
+
+    /// The rules between the keys.
+    pub(crate) fn check(&mut self, table: &mut Reader<'_>) {
+        self.check_start(table);
+        let scheme = table.text("propagation").unwrap_or("exact");
+        match (scheme, table.has("time_step_s")) {
+            ("exact", true) => table.refuse(
+                &["propagation", "time_step_s"],
+                "exact propagation takes no time step",
+                "remove it, or set propagation to \"stepped\" or \"literal\"",
+            ),
+            ("stepped" | "literal", false) => {
+                let title = format!("propagation \"{scheme}\" needs a time step");
+                table.refuse(&["propagation"], &title, "add `time_step_s`");
+            }
+            _ => {}
+        }
+        let steps = match self.propagation.time_step_s() {
+            Some(step) => self.duration_s.get() / step.get(),
+            None => f64::INFINITY,
+        };
+        super::at_least_one_step(steps, table, &["time_step_s", "duration_s"]);
+    }
+
+    fn check_start(&mut self, table: &mut Reader<'_>) {
+        if self.speed_distribution == SpeedDistribution::Maxwell
+            && let SpeedScale::MaxSpeed(_) = self.speed_scale
+        {
+            table.refuse(
+                &["speed_distribution", "max_speed_m_per_s"],
+                "Maxwell's speeds have no upper bound",
+                "give `temperature_k` in place of `max_speed_m_per_s`",
+            );
+        }
+        match &self.placement {
+            Placement::Random | Placement::Lattice => {}
+            Placement::Given(state) => {
+                self.particles = state.count(table, "particles", self.particles);
+                if table.has("max_speed_m_per_s") {
+                    table.refuse(
+                        &["placement", "max_speed_m_per_s"],
+                        "a given start has its own speeds",
+                        "remove `max_speed_m_per_s`; `temperature_k` rescales a given start",
+                    );
+                }
+                if !table.has("temperature_k") {
+                    self.speed_scale = SpeedScale::Given;
+                }
+            }
         }
     }
 }

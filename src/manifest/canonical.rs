@@ -1,0 +1,90 @@
+//! The canonical manifest of one run and its content key.
+
+use crate::diagnostics::Diagnostics;
+use crate::experiment::{Head, read_document};
+use crate::keys::Writer;
+use crate::model::ModelConfig;
+use crate::record::RecordConfig;
+use sha2::{Digest, Sha256};
+use std::fmt;
+
+/// All that decides a run's recording: nothing is left to a default.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunManifest {
+    /// Seed of all random streams, shared by all runs of an experiment.
+    pub seed: u64,
+    /// Number of the replicate, from 0.
+    pub replicate: u32,
+    /// The physics.
+    pub model: ModelConfig,
+    /// What is kept of it.
+    pub record: RecordConfig,
+}
+
+impl RunManifest {
+    /// The TOML text of the run: every key, in a fixed order, numbers in their shortest exact form. Equal runs have
+    /// equal texts, [`parse_run`] gives the run back, and the text is itself a manifest of one run.
+    #[must_use]
+    pub fn canonical(&self) -> String {
+        let mut writer = Writer::default();
+        Head::of_run(self).keys(&mut writer);
+        writer.header(&format!("model.{}", self.model.name()));
+        self.model.clone().keys(&mut writer);
+        writer.header("record");
+        self.record.clone().keys(&self.model, &mut writer);
+        writer.text
+    }
+}
+
+/// Reads the canonical text of a run, or any manifest of exactly one run.
+///
+/// # Errors
+/// Everything that is wrong with the text.
+pub fn parse_run(text: &str) -> Result<RunManifest, Diagnostics> {
+    let (document, diagnostics) = read_document(text, "run manifest", &[]);
+    let mut runs = document.runs;
+    if diagnostics.is_empty() && runs.len() != 1 {
+        let title = format!("one run is needed, this is an experiment of {}", runs.len());
+        return Err(diagnostics.with(vec![crate::diagnostics::Diagnostic::new(title)]));
+    }
+    match runs.pop() {
+        Some(run) if diagnostics.is_empty() => Ok(run.manifest),
+        _ => Err(diagnostics),
+    }
+}
+
+/// What a recording's content follows from: SHA-256 of the canonical manifest and of the versions that interpret it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ContentKey(String);
+
+impl ContentKey {
+    /// The first eight characters, as in file names.
+    #[must_use]
+    pub fn short(&self) -> &str {
+        &self.0[..8]
+    }
+
+    /// The key that a text of 64 hexadecimal digits in lower case stands for.
+    #[must_use]
+    pub fn from_hex(text: &str) -> Option<Self> {
+        let hex = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
+        (text.len() == 64 && text.bytes().all(hex)).then(|| Self(text.to_owned()))
+    }
+}
+
+impl fmt::Display for ContentKey {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.0)
+    }
+}
+
+/// The content key of a run: of its canonical manifest, the version of the model's physics and that of the recording's schema.
+#[must_use]
+pub fn content_key(canonical: &str, physics_version: u32, schema_version: u32) -> ContentKey {
+    let mut hash = Sha256::new();
+    // The versions have a fixed length and come first, so that no two inputs run into the same bytes.
+    hash.update(physics_version.to_le_bytes());
+    hash.update(schema_version.to_le_bytes());
+    hash.update(canonical.as_bytes());
+    ContentKey(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}

@@ -1,0 +1,314 @@
+//! `[[checks]]`: what analysis must find.
+
+use crate::diagnostics::{Diagnostic, Diagnostics, nearest};
+use crate::experiment::parse_toml;
+use crate::keys::{Keys, Reader, Writer};
+use crate::quantity::{Finite, NonNegative};
+use crate::sweep::{Axis, Coordinate, text};
+use crate::tree::{Entry, Node, Value};
+use crate::value::{quoted, refuse};
+
+/// What a metric must be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// Name of the metric, such as `pressure_vs_temperature.measured.slope`.
+    pub metric: String,
+    /// Where in the sweep: pairs of a key and its value, in the form of [`Coordinate`]. Empty is everywhere.
+    pub at: Vec<(String, String)>,
+    /// What the metric is compared with.
+    pub bound: Bound,
+}
+
+/// What a metric is compared with. Without an expected value it is the metric's own value by theory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// |value - expected| <= tolerance, in the metric's unit.
+    Near {
+        /// The value expected; `None` is the theory's.
+        expected: Option<f64>,
+        /// Largest deviation allowed.
+        tolerance: f64,
+    },
+    /// |value - expected| <= relative_tolerance |expected|.
+    NearRelative {
+        /// The value expected; `None` is the theory's.
+        expected: Option<f64>,
+        /// Largest deviation allowed, as a share of the expected value.
+        relative_tolerance: f64,
+    },
+    /// |value - expected| <= standard_errors times the metric's standard error.
+    WithinStandardErrors {
+        /// The value expected; `None` is the theory's.
+        expected: Option<f64>,
+        /// Largest deviation allowed, in standard errors.
+        standard_errors: f64,
+    },
+    /// minimum <= value <= maximum; at least one of the two is there.
+    Range {
+        /// Smallest value allowed.
+        minimum: Option<f64>,
+        /// Largest value allowed.
+        maximum: Option<f64>,
+    },
+}
+
+impl Check {
+    /// Whether the check is about a run or group with these coordinates. A key may be written by its last part alone.
+    #[must_use]
+    pub fn selects(&self, coordinates: &[Coordinate]) -> bool {
+        self.at.iter().all(|(key, value)| {
+            coordinates.iter().any(|place| names(key, &place.key) && place.value == *value)
+        })
+    }
+}
+
+fn names(written: &str, key: &str) -> bool {
+    written == key || key.rsplit('.').next() == Some(written)
+}
+
+/// Reads a file that holds `[[checks]]` alone.
+///
+/// # Errors
+/// Everything that is wrong with it, each error with its place.
+pub fn parse_checks(source: &str, origin: &str) -> Result<Vec<Check>, Diagnostics> {
+    let mut diagnostics = Diagnostics::default();
+    let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
+    let mut errors = syntax.errors;
+    let checks = root.take("checks");
+    let read =
+        checks.as_ref().map_or_else(Vec::new, |checks| read(&checks.node, None, &mut errors));
+    let mut reader = Reader::new("", &root, &mut errors);
+    reader.also_known(&["checks"]);
+    reader.finish();
+    if checks.is_none() && errors.is_empty() {
+        errors.push(Diagnostic::new("no [[checks]] in this file"));
+    }
+    let diagnostics = diagnostics.with(errors);
+    if diagnostics.is_empty() { Ok(read) } else { Err(diagnostics) }
+}
+
+/// The keys of one check, as they stand in its table.
+#[derive(Default)]
+pub(crate) struct CheckKeys {
+    metric: String,
+    expected: Option<Finite>,
+    tolerance: Option<NonNegative>,
+    relative_tolerance: Option<NonNegative>,
+    standard_errors: Option<NonNegative>,
+    minimum: Option<Finite>,
+    maximum: Option<Finite>,
+}
+
+/// The ways to bound a metric, of which a check has exactly one; `minimum` and `maximum` may stand together.
+const BOUNDS: &[&str] =
+    &["tolerance", "relative_tolerance", "standard_errors", "minimum", "maximum"];
+
+impl CheckKeys {
+    /// The keys of `[[checks]]`, save the table `where`.
+    pub(crate) fn keys(&mut self, keys: &mut impl Keys) {
+        keys.key("metric", "", "Name of the metric, as in metrics.json.", &mut self.metric);
+        self.expected = keys.optional(
+            "expected",
+            "of the metric",
+            "The value expected; by default the theory's.",
+            self.expected,
+        );
+        keys.exclusive(&["tolerance", "relative_tolerance", "standard_errors"]);
+        self.tolerance = keys.optional(
+            "tolerance",
+            "of the metric",
+            "Largest deviation allowed.",
+            self.tolerance,
+        );
+        self.relative_tolerance = keys.optional(
+            "relative_tolerance",
+            "1",
+            "Largest deviation allowed, as a share of the expected value.",
+            self.relative_tolerance,
+        );
+        self.standard_errors = keys.optional(
+            "standard_errors",
+            "1",
+            "Largest deviation allowed, in standard errors of the metric.",
+            self.standard_errors,
+        );
+        self.minimum =
+            keys.optional("minimum", "of the metric", "Smallest value allowed.", self.minimum);
+        self.maximum =
+            keys.optional("maximum", "of the metric", "Largest value allowed.", self.maximum);
+    }
+
+    fn of(check: &Check) -> Self {
+        let metric = check.metric.clone();
+        let keys = Self { metric, ..Self::default() };
+        let finite = |x: Option<f64>| x.and_then(Finite::new);
+        match check.bound {
+            Bound::Near { expected, tolerance } => {
+                Self { expected: finite(expected), tolerance: NonNegative::new(tolerance), ..keys }
+            }
+            Bound::NearRelative { expected, relative_tolerance } => Self {
+                expected: finite(expected),
+                relative_tolerance: NonNegative::new(relative_tolerance),
+                ..keys
+            },
+            Bound::WithinStandardErrors { expected, standard_errors } => Self {
+                expected: finite(expected),
+                standard_errors: NonNegative::new(standard_errors),
+                ..keys
+            },
+            Bound::Range { minimum, maximum } => {
+                Self { minimum: finite(minimum), maximum: finite(maximum), ..keys }
+            }
+        }
+    }
+
+    fn bound(&self) -> Option<Bound> {
+        let expected = self.expected.map(Finite::get);
+        if let Some(tolerance) = self.tolerance {
+            return Some(Bound::Near { expected, tolerance: tolerance.get() });
+        }
+        if let Some(relative) = self.relative_tolerance {
+            return Some(Bound::NearRelative { expected, relative_tolerance: relative.get() });
+        }
+        if let Some(errors) = self.standard_errors {
+            return Some(Bound::WithinStandardErrors { expected, standard_errors: errors.get() });
+        }
+        let (minimum, maximum) = (self.minimum.map(Finite::get), self.maximum.map(Finite::get));
+        (minimum.is_some() || maximum.is_some()).then_some(Bound::Range { minimum, maximum })
+    }
+}
+
+/// Reads all checks. With the sweep's axes at hand, `where` must name them.
+pub(crate) fn read(node: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>) -> Vec<Check> {
+    let Value::Array(elements) = &node.value else {
+        refuse(node, "checks", "tables [[checks]]", errors);
+        return Vec::new();
+    };
+    elements.iter().filter_map(|element| read_one(element, axes, errors)).collect()
+}
+
+fn read_one(element: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>) -> Option<Check> {
+    let Some(table) = element.table() else {
+        refuse(element, "checks", "a table", errors);
+        return None;
+    };
+    let at = table.get("where").map_or_else(Vec::new, |place| read_where(place, axes, errors));
+    let mut reader = Reader::new("checks", table, errors);
+    reader.also_known(&["where"]);
+    let mut keys = CheckKeys::default();
+    keys.keys(&mut reader);
+    if !reader.has("metric") {
+        reader.report(Diagnostic::new("a check has no metric").at(element.span, "needs `metric`"));
+    } else if keys.metric.trim().is_empty() {
+        reader.refuse(&["metric"], "a check has no metric", "must not be empty");
+    }
+    if !BOUNDS.iter().any(|key| reader.has(key)) {
+        let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, or `minimum` and `maximum`";
+        reader
+            .report(Diagnostic::new("a check has nothing to compare with").at(element.span, label));
+    }
+    let range = ["minimum", "maximum"].iter().any(|key| reader.has(key));
+    if range
+        && ["expected", "tolerance", "relative_tolerance", "standard_errors"]
+            .iter()
+            .any(|key| reader.has(key))
+    {
+        let keys = [
+            "expected",
+            "tolerance",
+            "relative_tolerance",
+            "standard_errors",
+            "minimum",
+            "maximum",
+        ];
+        reader.refuse(&keys, "a range excludes `expected` and its tolerance", "write two checks");
+    }
+    if let (Some(minimum), Some(maximum)) = (keys.minimum, keys.maximum)
+        && minimum > maximum
+    {
+        reader.refuse(
+            &["minimum", "maximum"],
+            "the smallest value is above the largest",
+            "must be minimum <= maximum",
+        );
+    }
+    reader.finish();
+    let bound = keys.bound()?;
+    Some(Check { metric: keys.metric, at, bound })
+}
+
+fn read_where(
+    place: &Entry,
+    axes: Option<&[Axis]>,
+    errors: &mut Vec<Diagnostic>,
+) -> Vec<(String, String)> {
+    let mut at = Vec::new();
+    match place.node.table() {
+        Some(table) => {
+            for entry in &table.entries {
+                read_place(&entry.key, entry, axes, &mut at, errors);
+            }
+        }
+        None => refuse(&place.node, "checks.where", "a table of swept keys and values", errors),
+    }
+    at
+}
+
+/// One key of `where`; dotted keys without quotes come as nested tables.
+fn read_place(
+    key: &str,
+    entry: &Entry,
+    axes: Option<&[Axis]>,
+    at: &mut Vec<(String, String)>,
+    errors: &mut Vec<Diagnostic>,
+) {
+    if let Some(table) = entry.node.table() {
+        for inner in &table.entries {
+            read_place(&format!("{key}.{}", inner.key), inner, axes, at, errors);
+        }
+        return;
+    }
+    let value = text(&entry.node, 0);
+    let Some(axes) = axes else {
+        at.push((key.to_owned(), value));
+        return;
+    };
+    let swept = || {
+        axes.iter().flat_map(|axis| {
+            axis.keys.iter().enumerate().map(move |(column, key)| (axis, column, key))
+        })
+    };
+    let Some((axis, column, full)) = swept().find(|(_, _, full)| names(key, full)) else {
+        let label = match nearest(key, swept().map(|(_, _, key)| key.as_str())) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => "`where` takes keys of [sweep], or `variant`".to_owned(),
+        };
+        errors.push(Diagnostic::new(format!("`{key}` is not swept")).at(entry.key_span, label));
+        return;
+    };
+    if !axis.values.iter().any(|values| values[column] == value) {
+        let known: Vec<&str> =
+            axis.values.iter().map(|values| values[column].as_str()).take(20).collect();
+        let title = format!("the sweep has no point `{key}` = {value}");
+        errors.push(
+            Diagnostic::new(title).at(entry.node.span, format!("values: {}", known.join(", "))),
+        );
+    }
+    at.push((full.clone(), value));
+}
+
+/// Writes checks in the form in which [`parse_checks`] reads them.
+pub(crate) fn write(checks: &[Check], writer: &mut Writer) {
+    for check in checks {
+        writer.text.push_str("\n[[checks]]\n");
+        CheckKeys::of(check).keys(writer);
+        if !check.at.is_empty() {
+            let pairs: Vec<String> = check
+                .at
+                .iter()
+                .map(|(key, value)| format!("{} = {}", quoted(key), quoted(value)))
+                .collect();
+            writer.text.push_str(&format!("where = {{ {} }}\n", pairs.join(", ")));
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! What is wrong with a manifest: all of it at once, each at its line with the text underlined.
+
+use crate::tree::Span;
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use std::fmt;
+
+/// Everything that is wrong with a manifest; never empty where it is returned as an error.
+#[derive(Clone, Debug, Default)]
+pub struct Diagnostics {
+    sources: Vec<Source>,
+    found: Vec<Diagnostic>,
+}
+
+#[derive(Clone, Debug)]
+struct Source {
+    name: String,
+    text: String,
+}
+
+/// One error: what is wrong, where, and what would be right.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Diagnostic {
+    title: String,
+    marks: Vec<(Span, String)>,
+}
+
+impl Diagnostic {
+    /// An error without a place, such as a table that is missing.
+    pub(crate) fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), marks: Vec::new() }
+    }
+
+    /// An error between several places. The last one to be written is the one to change; the others are shown beside it.
+    pub(crate) fn between(title: impl Into<String>, mut places: Vec<Span>, label: &str) -> Self {
+        places.sort();
+        let mut error = Self::new(title);
+        if let Some(last) = places.pop() {
+            error = error.at(last, label);
+        }
+        places.into_iter().fold(error, |error, place| error.at(place, ""))
+    }
+
+    /// Underlines a place. The first one is where the error is, further ones belong to it.
+    pub(crate) fn at(mut self, span: Span, label: impl Into<String>) -> Self {
+        self.marks.push((span, label.into()));
+        self
+    }
+
+    /// Whether the error begins in the manifest itself, at a byte that satisfies a condition.
+    pub(crate) fn starts_in(&self, holds: impl Fn(usize) -> bool) -> bool {
+        self.place().is_some_and(|place| place.source == 0 && holds(place.start))
+    }
+
+    fn place(&self) -> Option<Span> {
+        self.marks.first().map(|(span, _)| *span)
+    }
+}
+
+impl Diagnostics {
+    /// Adds a text that errors can point into and returns its number.
+    pub(crate) fn source(&mut self, name: &str, text: &str) -> usize {
+        self.sources.push(Source { name: name.to_owned(), text: text.to_owned() });
+        self.sources.len() - 1
+    }
+
+    /// The errors in the order of the text, each once.
+    pub(crate) fn with(mut self, found: Vec<Diagnostic>) -> Self {
+        let mut seen = std::collections::HashSet::new();
+        self.found = found.into_iter().filter(|error| seen.insert(error.clone())).collect();
+        self.found.sort_by_key(Diagnostic::place);
+        self
+    }
+
+    /// Number of errors.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.found.len()
+    }
+
+    /// Whether nothing is wrong.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.found.is_empty()
+    }
+
+    /// All errors as a text for people, with terminal colours if wanted.
+    #[must_use]
+    pub fn render(&self, color: bool) -> String {
+        let renderer = if color { Renderer::styled() } else { Renderer::plain() };
+        let rendered: Vec<String> =
+            self.found.iter().map(|error| self.render_one(error, &renderer)).collect();
+        rendered.join("\n\n")
+    }
+
+    fn render_one(&self, error: &Diagnostic, renderer: &Renderer) -> String {
+        let title = Level::ERROR.primary_title(&*error.title);
+        let Some(place) = error.place() else {
+            let origin = self.sources.first().map_or("manifest", |source| &*source.name);
+            let title = Level::ERROR.primary_title(format!("{origin}: {}", error.title));
+            return renderer.render(&[Group::with_title(title)]);
+        };
+        let mut group = Group::with_title(title);
+        let mut sources = vec![place.source];
+        for (span, _) in &error.marks {
+            if !sources.contains(&span.source) {
+                sources.push(span.source);
+            }
+        }
+        for number in sources {
+            group = group.element(self.snippet(number, error));
+        }
+        renderer.render(&[group])
+    }
+
+    /// The lines of one text that an error's marks touch.
+    fn snippet<'a>(
+        &'a self,
+        number: usize,
+        error: &'a Diagnostic,
+    ) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
+        let source = &self.sources[number];
+        let marks: Vec<_> = error.marks.iter().filter(|(span, _)| span.source == number).collect();
+        let first = marks.iter().map(|(span, _)| span.start).min().unwrap_or(0);
+        let last = marks.iter().map(|(span, _)| span.end).max().unwrap_or(0);
+        // Only the lines in question: a manifest may hold a million positions.
+        let first = whole(&source.text, first);
+        let last = whole(&source.text, last);
+        let begin = source.text[..first].rfind('\n').map_or(0, |newline| newline + 1);
+        let end = source.text[last..].find('\n').map_or(source.text.len(), |length| last + length);
+        let line = 1 + source.text[..begin].matches('\n').count();
+        let mut snippet =
+            Snippet::source(&source.text[begin..end]).line_start(line).path(&*source.name);
+        for (span, label) in marks {
+            let kind = if Some(*span) == error.place() {
+                AnnotationKind::Primary
+            } else {
+                AnnotationKind::Context
+            };
+            let range =
+                whole(&source.text, span.start) - begin..whole(&source.text, span.end) - begin;
+            snippet = snippet.annotation(kind.span(range).label(&**label));
+        }
+        snippet
+    }
+}
+
+/// The nearest character boundary at or before a byte of the text.
+fn whole(text: &str, byte: usize) -> usize {
+    text.floor_char_boundary(byte)
+}
+
+impl fmt::Display for Diagnostics {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for Diagnostics {}
+
+/// The known name that a user most likely meant.
+pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|name| (strsim::damerau_levenshtein(word, name), name))
+        .filter(|(distance, name)| *distance <= 1 + name.chars().count() / 3)
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, name)| name)
+}

@@ -1,0 +1,444 @@
+//! From the text of a manifest to an experiment with all its runs.
+
+use crate::canonical::{ContentKey, RunManifest};
+use crate::checks::{self, Check};
+use crate::diagnostics::{Diagnostic, Diagnostics};
+use crate::keys::{Keys, Reader};
+use crate::model::{ModelConfig, no_model};
+use crate::record::RecordConfig;
+use crate::sweep::{self, Axis, Coordinate, Points, overlap};
+use crate::tree::{self, Entry, Node, Span, Table, Value};
+use crate::value::{ReplicateCount, quoted, refuse};
+use toml::de::{DeTable, DeValue};
+
+/// An experiment: everything that a manifest asks for, checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Experiment {
+    /// Name of the experiment and of its folder: letters, digits, `_` and `-`.
+    pub name: String,
+    /// What it is about, in the user's words; may be empty.
+    pub description: String,
+    /// Seed of all random streams.
+    pub seed: u64,
+    /// Number of replicates at each point of the sweep.
+    pub replicates: u32,
+    /// The sweep's axes in the order of the file; empty without a sweep.
+    pub axes: Vec<Axis>,
+    /// All runs: the first axis varies slowest, replicates fastest.
+    pub runs: Vec<Run>,
+    /// What analysis must find.
+    pub checks: Vec<Check>,
+}
+
+/// One run of an experiment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// Where the run lies in the sweep: one for each swept key, or `variant`.
+    pub coordinates: Vec<Coordinate>,
+    /// Number of the replicate, from 0.
+    pub replicate: u32,
+    /// All that decides what is recorded.
+    pub manifest: RunManifest,
+}
+
+/// A value from the command line, `--set key=value`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Override {
+    /// The dotted key, such as `model.gas.particles`.
+    pub key: String,
+    /// The value in TOML; a bare word counts as a string.
+    pub value: String,
+}
+
+/// Most runs of one experiment.
+const MOST_RUNS: usize = 1_000_000;
+/// Past so many errors no further point of a sweep is looked at.
+const ENOUGH_ERRORS: usize = 200;
+/// Longest file stem before its content key; file systems stop at 255 bytes.
+const LONGEST_STEM: usize = 160;
+
+/// Reads a manifest. `origin` is the file's name, for messages and for the default of `name`.
+///
+/// # Errors
+/// Everything that is wrong with the manifest and the overrides, each error with its place.
+pub fn parse(
+    source: &str,
+    origin: &str,
+    overrides: &[Override],
+) -> Result<Experiment, Diagnostics> {
+    let (document, diagnostics) = read_document(source, origin, overrides);
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
+    }
+    let stem = std::path::Path::new(origin).file_stem().map(|stem| stem.to_string_lossy());
+    let name = document.head.name.or_else(|| stem.map(String::from)).unwrap_or_default();
+    if !is_name(&name) {
+        let title = format!(
+            "no name: the file's own, {}, is no name; add name = \"...\" of at most 80 letters, digits, _ and -",
+            quoted(&name)
+        );
+        return Err(diagnostics.with(vec![Diagnostic::new(title)]));
+    }
+    Ok(Experiment {
+        name,
+        description: document.head.description.unwrap_or_default(),
+        seed: document.head.seed,
+        replicates: document.head.replicates.map_or(1, |count| count.0),
+        axes: document.axes,
+        runs: document.runs,
+        checks: document.checks,
+    })
+}
+
+impl Experiment {
+    /// The name of the model that all runs share.
+    #[must_use]
+    pub fn model(&self) -> &'static str {
+        self.runs.first().map_or("", |run| run.manifest.model.name())
+    }
+}
+
+impl Run {
+    /// The name of the run's files without their endings: `NAME[__key=value...][__rNNN]__KEY8`, where `key` is the last
+    /// part of a swept key. Where that would be too long for a file system, the coordinates give way to the whole key.
+    #[must_use]
+    pub fn file_stem(&self, name: &str, key: &ContentKey, replicates: u32) -> String {
+        let mut stem = name.to_owned();
+        for coordinate in &self.coordinates {
+            let last = coordinate.key.rsplit('.').next().unwrap_or_default();
+            stem.push_str(&format!("__{}={}", safe(last), safe(&coordinate.value)));
+        }
+        if replicates > 1 {
+            stem.push_str(&format!("__r{:03}", self.replicate));
+        }
+        if stem.len() > LONGEST_STEM {
+            return format!("{name}__{key}");
+        }
+        format!("{stem}__{}", key.short())
+    }
+}
+
+/// The text with every character replaced that some file system or shell takes amiss.
+fn safe(text: &str) -> String {
+    let keep = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '+' | '.');
+    text.chars().map(|c| if keep(c) { c } else { '-' }).collect()
+}
+
+/// The keys before the first table.
+#[derive(Default)]
+pub(crate) struct Head {
+    pub(crate) name: Option<String>,
+    pub(crate) description: Option<String>,
+    pub(crate) seed: u64,
+    pub(crate) replicates: Option<ReplicateCount>,
+    pub(crate) replicate: Option<u32>,
+}
+
+impl Head {
+    /// The head of a canonical manifest: no name and no description, which decide nothing.
+    pub(crate) fn of_run(run: &RunManifest) -> Self {
+        Self { seed: run.seed, replicate: Some(run.replicate), ..Self::default() }
+    }
+
+    /// The keys before the first table.
+    pub(crate) fn keys(&mut self, keys: &mut impl Keys) {
+        self.name = keys.optional(
+            "name",
+            "",
+            "Name of the experiment and of its folder, [A-Za-z0-9_-]+; by default the file's stem.",
+            self.name.take(),
+        );
+        self.description = keys.optional(
+            "description",
+            "",
+            "What the experiment asks, in a sentence.",
+            self.description.take(),
+        );
+        keys.key("seed", "1", "Seed of all random streams.", &mut self.seed);
+        keys.exclusive(&["replicates", "replicate"]);
+        self.replicates = keys.optional("replicates", "1", "Number of runs at each point of the sweep, each with its own random streams; by default 1.", self.replicates);
+        self.replicate = keys.optional(
+            "replicate",
+            "1",
+            "In place of `replicates`: this one alone, counted from 0.",
+            self.replicate,
+        );
+    }
+
+    fn check(&self, table: &mut Reader<'_>) {
+        if self.name.as_ref().is_some_and(|name| !is_name(name)) {
+            let label = "must be 1 to 80 letters, digits, _ and -: it names a folder";
+            table.refuse(&["name"], "`name` is not fit for a folder", label);
+        }
+    }
+
+    /// The numbers of the replicates to run.
+    fn replicate_numbers(&self) -> std::ops::Range<u32> {
+        match (self.replicate, self.replicates) {
+            (Some(number), _) => number..number.saturating_add(1),
+            (None, Some(count)) => 0..count.0,
+            (None, None) => 0..1,
+        }
+    }
+}
+
+fn is_name(name: &str) -> bool {
+    let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+    (1..=80).contains(&name.len()) && name.chars().all(fits)
+}
+
+/// What a manifest's text says; to be trusted only if there were no errors.
+#[derive(Default)]
+pub(crate) struct Document {
+    head: Head,
+    axes: Vec<Axis>,
+    pub(crate) runs: Vec<Run>,
+    checks: Vec<Check>,
+}
+
+/// Reads a manifest and everything that is wrong with it.
+pub(crate) fn read_document(
+    source: &str,
+    origin: &str,
+    overrides: &[Override],
+) -> (Document, Diagnostics) {
+    let mut diagnostics = Diagnostics::default();
+    let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
+    let mut errors = Vec::new();
+    let set = read_overrides(overrides, &mut diagnostics, &mut errors);
+    let document = read_root(&mut root, set, &mut errors);
+    if !syntax.hides_tables {
+        errors.retain(|error| !syntax.explains(source, error));
+        errors.extend(syntax.errors);
+    } else {
+        errors = syntax.errors;
+    }
+    (document, diagnostics.with(errors))
+}
+
+/// What the TOML parser itself refused.
+pub(crate) struct SyntaxErrors {
+    pub(crate) errors: Vec<Diagnostic>,
+    lines: Vec<std::ops::Range<usize>>,
+    /// A `[table]` header could not be read, so that the keys below it stand in the wrong table.
+    hides_tables: bool,
+}
+
+impl SyntaxErrors {
+    /// Whether an error only follows from a line that could not be read.
+    fn explains(&self, source: &str, error: &Diagnostic) -> bool {
+        error.starts_in(|start| {
+            self.lines.iter().any(|line| line.contains(&start.min(source.len())))
+        })
+    }
+}
+
+/// Parses a TOML text into a tree, as far as it can be read.
+pub(crate) fn parse_toml(
+    source: &str,
+    origin: &str,
+    diagnostics: &mut Diagnostics,
+) -> (Table, SyntaxErrors) {
+    let number = diagnostics.source(origin, source);
+    let (parsed, refused) = DeTable::parse_recoverable(source);
+    let mut syntax = SyntaxErrors { errors: Vec::new(), lines: Vec::new(), hides_tables: false };
+    for error in refused {
+        let range = error.span().unwrap_or(0..0);
+        let start = source.floor_char_boundary(range.start);
+        let begin = source[..start].rfind('\n').map_or(0, |newline| newline + 1);
+        let end = source[start..].find('\n').map_or(source.len(), |length| start + length);
+        syntax.hides_tables |= source[begin..end].trim_start().starts_with('[');
+        syntax.lines.push(begin..end + 1);
+        let span = Span { source: number, start: range.start, end: range.end };
+        syntax.errors.push(Diagnostic::new("this is not TOML").at(span, error.message()));
+    }
+    (tree::table(parsed.get_ref(), number, 0), syntax)
+}
+
+/// A checked `--set`.
+struct Set {
+    key: String,
+    key_span: Span,
+    node: Node,
+}
+
+fn read_overrides(
+    overrides: &[Override],
+    diagnostics: &mut Diagnostics,
+    errors: &mut Vec<Diagnostic>,
+) -> Vec<Set> {
+    let mut sets: Vec<Set> = Vec::new();
+    for Override { key, value } in overrides {
+        let text = format!("{key}={value}");
+        let source = diagnostics.source("--set", &text);
+        let key_span = Span { source, start: 0, end: key.len() };
+        let value_at = key.len() + 1;
+        let value_span = Span { source, start: value_at, end: text.len() };
+        let (parsed, refused) = DeValue::parse_recoverable(value);
+        let node = if refused.is_empty() && !value.trim().is_empty() {
+            tree::node(parsed.get_ref(), &parsed.span(), source, value_at)
+        } else if is_name(value) {
+            Node { span: value_span, value: Value::Text(value.clone()) }
+        } else {
+            let error = Diagnostic::new(format!("the value of `{key}` is not TOML"));
+            errors.push(error.at(value_span, "text with spaces or signs needs quotes"));
+            continue;
+        };
+        if let Some(first) = sets.iter().find(|set| set.key == *key) {
+            let error = Diagnostic::new(format!("`{key}` is set twice"));
+            errors.push(error.at(key_span, "set it once").at(first.key_span, ""));
+        }
+        sets.push(Set { key: key.clone(), key_span, node });
+    }
+    sets
+}
+
+fn read_root(root: &mut Table, sets: Vec<Set>, errors: &mut Vec<Diagnostic>) -> Document {
+    let sweep = root.take("sweep");
+    let axes = sweep.as_ref().map_or_else(Vec::new, |sweep| sweep::read(sweep, errors));
+    for Set { key, key_span, node } in sets {
+        if let Some(setting) = axes
+            .iter()
+            .flat_map(|axis| axis.settings.iter().flatten())
+            .find(|setting| overlap(&setting.key, &key))
+        {
+            let error = Diagnostic::new(format!("`{key}` is swept and cannot be set besides"));
+            errors.push(
+                error.at(key_span, "set on the command line").at(setting.key_span, "swept here"),
+            );
+        } else if ["sweep", "checks"].iter().any(|table| overlap(table, &key)) {
+            let label = "change the manifest instead";
+            errors.push(Diagnostic::new(format!("`{key}` cannot be set")).at(key_span, label));
+        } else {
+            set(root, &key, key_span, &node, errors);
+        }
+    }
+    let checks = root.take("checks");
+    let model = root.take("model");
+    let record = root.take("record");
+    let mut head = Head::default();
+    let mut reader = Reader::new("", root, errors);
+    head.keys(&mut reader);
+    head.check(&mut reader);
+    reader.also_known(&["model", "record", "sweep", "checks"]);
+    reader.finish();
+    let runs = expand(&head, model, record, &axes, errors);
+    let axes: Vec<Axis> = axes.into_iter().map(|points| points.axis).collect();
+    let checks =
+        checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(&axes), errors));
+    Document { head, axes, runs, checks }
+}
+
+/// Puts a value from the command line or from a sweep in its place.
+fn set(root: &mut Table, key: &str, key_span: Span, node: &Node, errors: &mut Vec<Diagnostic>) {
+    if let Err(no_table) = root.set(key, key_span, node.clone()) {
+        let title = format!("unknown key `{key}`: `{no_table}` is no table here");
+        errors.push(Diagnostic::new(title).at(key_span, "it has no keys of its own"));
+    }
+}
+
+/// Every combination of the axes' points, each read as if its values stood in the tables.
+fn expand(
+    head: &Head,
+    model: Option<Entry>,
+    record: Option<Entry>,
+    axes: &[Points],
+    errors: &mut Vec<Diagnostic>,
+) -> Vec<Run> {
+    let replicates = head.replicate_numbers();
+    let points =
+        axes.iter().try_fold(1_usize, |product, axis| product.checked_mul(axis.settings.len()));
+    let Some(points) = points.filter(|points| points.saturating_mul(replicates.len()) <= MOST_RUNS)
+    else {
+        let factors: Vec<String> =
+            axes.iter().map(|axis| axis.settings.len().to_string()).collect();
+        let title = format!(
+            "the sweep has more than {MOST_RUNS} runs: {} points and {} replicates",
+            factors.join(" x "),
+            replicates.len()
+        );
+        errors.push(Diagnostic::new(title));
+        return Vec::new();
+    };
+    let base = Table { entries: [model, record].into_iter().flatten().collect() };
+    let mut runs = Vec::with_capacity(points * replicates.len());
+    for point in 0..points {
+        let mut root = base.clone();
+        let mut coordinates = Vec::new();
+        for (axis, index) in axes.iter().zip(indices(point, axes)) {
+            for setting in &axis.settings[index] {
+                set(&mut root, &setting.key, setting.key_span, &setting.node, errors);
+            }
+            let values = axis.axis.keys.iter().zip(&axis.axis.values[index]);
+            coordinates.extend(
+                values.map(|(key, value)| Coordinate { key: key.clone(), value: value.clone() }),
+            );
+        }
+        if let Some((model, record)) = read_physics(&root, errors) {
+            runs.extend(replicates.clone().map(|replicate| Run {
+                coordinates: coordinates.clone(),
+                replicate,
+                manifest: RunManifest {
+                    seed: head.seed,
+                    replicate,
+                    model: model.clone(),
+                    record: record.clone(),
+                },
+            }));
+        }
+        if errors.len() > ENOUGH_ERRORS {
+            break;
+        }
+    }
+    runs
+}
+
+/// The index on each axis of a point's number: the last axis varies fastest.
+fn indices(point: usize, axes: &[Points]) -> Vec<usize> {
+    let mut rest = point;
+    let mut indices: Vec<usize> = axes
+        .iter()
+        .rev()
+        .map(|axis| {
+            let length = axis.settings.len();
+            let index = rest % length;
+            rest /= length;
+            index
+        })
+        .collect();
+    indices.reverse();
+    indices
+}
+
+/// Reads the tables `[model]` and `[record]`.
+fn read_physics(root: &Table, errors: &mut Vec<Diagnostic>) -> Option<(ModelConfig, RecordConfig)> {
+    let empty = Table::default();
+    let model = match root.get("model") {
+        None => {
+            errors.push(no_model());
+            None
+        }
+        Some(entry) => match entry.node.table() {
+            Some(models) => ModelConfig::read(models, errors),
+            None => {
+                refuse(&entry.node, "model", "a table [model.<NAME>]", errors);
+                None
+            }
+        },
+    };
+    let table = match root.get("record") {
+        None => &empty,
+        Some(entry) => entry.node.table().unwrap_or_else(|| {
+            refuse(&entry.node, "record", "a table", errors);
+            &empty
+        }),
+    };
+    // Without a model the errors in [record] cannot all be known: those that can be are shown by any model.
+    let model = model?;
+    let mut record = RecordConfig::default();
+    let mut reader = Reader::new("record", table, errors);
+    record.keys(&model, &mut reader);
+    record.check(&model, &mut reader);
+    reader.finish();
+    Some((model, record))
+}

@@ -1,0 +1,400 @@
+//! `[sweep]`: one run for each combination of values.
+
+use crate::diagnostics::{Diagnostic, nearest};
+use crate::keys::{Keys, Reader};
+use crate::quantity::Finite;
+use crate::schema;
+use crate::tree::{Entry, Node, Span, Table, Value};
+use crate::value::{TomlValue, refuse, shortest, words};
+use std::num::NonZeroU32;
+
+/// One direction of a sweep. Paired keys share an axis; named variants are the axis `variant`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Axis {
+    /// The dotted keys that change along the axis.
+    pub keys: Vec<String>,
+    /// For each point of the axis the value of each key, in the form of [`Coordinate::value`].
+    pub values: Vec<Vec<String>>,
+}
+
+/// Where a run lies on one axis of its sweep.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Coordinate {
+    /// The dotted key, or `variant`.
+    pub key: String,
+    /// The value in its shortest exact form; for long arrays and tables `value-K`, K counting from 1.
+    pub value: String,
+}
+
+/// The key of the axis that `[[sweep.variants]]` make.
+pub(crate) const VARIANT: &str = "variant";
+
+/// An axis as it is read: what each of its points sets.
+#[derive(Clone, Debug)]
+pub(crate) struct Points {
+    pub(crate) axis: Axis,
+    pub(crate) settings: Vec<Vec<Setting>>,
+    place: Span,
+}
+
+/// A key and the value that a point of a sweep gives it.
+#[derive(Clone, Debug)]
+pub(crate) struct Setting {
+    pub(crate) key: String,
+    pub(crate) key_span: Span,
+    pub(crate) node: Node,
+}
+
+/// Longest value that is written out in a file name.
+const LONGEST_VALUE: usize = 40;
+/// Most points of one axis.
+const MOST_POINTS: u32 = 1_000_000;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Spacing {
+    Linear,
+    Log,
+}
+words!(Spacing { Linear = "linear", Log = "log" });
+
+/// Reads the table `[sweep]` into its axes, in the order of the file.
+pub(crate) fn read(sweep: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Points> {
+    let Some(table) = sweep.node.table() else {
+        refuse(&sweep.node, "sweep", "a table", errors);
+        return Vec::new();
+    };
+    let mut axes = Vec::new();
+    let mut found = Vec::new();
+    for entry in &table.entries {
+        match &*entry.key {
+            "zip" => {}
+            "variants" => axes.extend(variants(&entry.node, errors)),
+            key => collect(key, entry, &mut found, errors),
+        }
+    }
+    for (key, entry) in found {
+        if !key.starts_with("model.") && !key.starts_with("record.") {
+            let label = "keys of [model.*] and [record] can be swept, by their full name";
+            let title = format!("`{key}` cannot be swept");
+            errors.push(Diagnostic::new(title).at(entry.key_span, label));
+            continue;
+        }
+        axes.extend(axis(&key, entry, errors));
+    }
+    if let Some(zip) = table.get("zip") {
+        pair(&zip.node, &mut axes, errors);
+    }
+    axes.sort_by_key(|points| points.place);
+    refuse_keys_twice(&axes, errors);
+    axes
+}
+
+/// Walks dotted keys without quotes, which TOML reads as nested tables, down to the axis.
+fn collect<'a>(
+    key: &str,
+    entry: &'a Entry,
+    found: &mut Vec<(String, &'a Entry)>,
+    errors: &mut Vec<Diagnostic>,
+) {
+    match entry.node.table() {
+        Some(table) if !is_range(table) => {
+            if table.entries.is_empty() {
+                let title = format!("the axis `{key}` is empty");
+                errors.push(Diagnostic::new(title).at(entry.key_span, "needs a list or a range"));
+            }
+            for inner in &table.entries {
+                collect(&format!("{key}.{}", inner.key), inner, found, errors);
+            }
+        }
+        _ => found.push((key.to_owned(), entry)),
+    }
+}
+
+fn is_range(table: &Table) -> bool {
+    ["from", "to", "count", "spacing"].iter().any(|key| table.get(key).is_some())
+}
+
+/// One axis: a list of values or a range.
+fn axis(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Points> {
+    let nodes = match &entry.node.value {
+        Value::Array(elements) => elements.to_vec(),
+        Value::Table(table) => range(key, &entry.node, table, errors)?,
+        _ => {
+            let expected = "a list [...] or a range { from, to, count, spacing }";
+            refuse(&entry.node, &format!("sweep.{key}"), expected, errors);
+            return None;
+        }
+    };
+    if nodes.is_empty() {
+        let title = format!("the axis `{key}` is empty");
+        errors.push(Diagnostic::new(title).at(entry.node.span, "needs at least one value"));
+        return None;
+    }
+    let mut values: Vec<Vec<String>> = Vec::with_capacity(nodes.len());
+    let mut seen = std::collections::HashSet::with_capacity(nodes.len());
+    for (index, node) in nodes.iter().enumerate() {
+        let value = text(node, index);
+        if !seen.insert(value.clone()) {
+            let title = format!("{value} stands twice on the axis `{key}`");
+            errors.push(
+                Diagnostic::new(title)
+                    .at(node.span, "each value once; for repetitions use `replicates`"),
+            );
+        }
+        values.push(vec![value]);
+    }
+    let settings = nodes
+        .into_iter()
+        .map(|node| vec![Setting { key: key.to_owned(), key_span: entry.key_span, node }])
+        .collect();
+    let axis = Axis { keys: vec![key.to_owned()], values };
+    Some(Points { axis, settings, place: entry.key_span })
+}
+
+/// A range `{ from, to, count, spacing }` as its values, the bounds included.
+fn range(key: &str, node: &Node, table: &Table, errors: &mut Vec<Diagnostic>) -> Option<Vec<Node>> {
+    let mut reader = Reader::new(&format!("sweep.{key}"), table, errors);
+    let from: Option<Finite> = reader.required("from", node.span);
+    let to: Option<Finite> = reader.required("to", node.span);
+    let count: Option<NonZeroU32> = reader.required("count", node.span);
+    let mut spacing = Spacing::Linear;
+    reader.key("spacing", "", "", &mut spacing);
+    let (from, to) = (from.map(Finite::get), to.map(Finite::get));
+    let mut sound = reader.is_sound();
+    if let Some(count) = count
+        && !(2..=MOST_POINTS).contains(&count.get())
+    {
+        reader.refuse(
+            &["count"],
+            "the count of a range is out of range",
+            "must be from 2 to 1000000",
+        );
+        sound = false;
+    }
+    if let (Spacing::Log, Some(from), Some(to)) = (spacing, from, to)
+        && (from <= 0.0 || to <= 0.0)
+    {
+        reader.refuse(&["from", "to"], "a logarithmic range needs bounds > 0", "must be > 0");
+        sound = false;
+    }
+    reader.finish();
+    if !sound {
+        // The first value is known all the same: it shows whether key and value fit.
+        return from.and_then(|_| table.get("from")).map(|entry| vec![entry.node.clone()]);
+    }
+    let (from, to, count) = (from?, to?, count?);
+    let whole = schema::is_whole(key);
+    let points = (0..count.get()).map(|index| {
+        let value = between(from, to, index, count.get() - 1, spacing);
+        let value = if whole { value.round() } else { value };
+        Node { span: node.span, value: Value::Float(value) }
+    });
+    Some(points.collect())
+}
+
+/// Point `index` of a range from point 0 to point `last`; the ends are exact.
+fn between(from: f64, to: f64, index: u32, last: u32, spacing: Spacing) -> f64 {
+    if index == 0 {
+        return from;
+    }
+    if index == last {
+        return to;
+    }
+    // Weighted ends, so that 0.1 to 0.5 passes through 0.3 and decades through powers of ten.
+    let mean = |from: f64, to: f64| {
+        (from * f64::from(last - index) + to * f64::from(index)) / f64::from(last)
+    };
+    match spacing {
+        Spacing::Linear => mean(from, to),
+        Spacing::Log => libm::exp10(mean(libm::log10(from), libm::log10(to))),
+    }
+}
+
+/// `[[sweep.variants]]`: sets of keys with a name.
+fn variants(node: &Node, errors: &mut Vec<Diagnostic>) -> Option<Points> {
+    let Value::Array(elements) = &node.value else {
+        refuse(node, "sweep.variants", "tables [[sweep.variants]]", errors);
+        return None;
+    };
+    let mut axis = Axis { keys: vec![VARIANT.to_owned()], values: Vec::new() };
+    let mut settings = Vec::new();
+    for element in elements.iter() {
+        let Some(table) = element.table() else {
+            refuse(element, "sweep.variants", "a table with a name", errors);
+            continue;
+        };
+        let Some(name) = table.get("name") else {
+            let error = Diagnostic::new("a variant has no name");
+            errors.push(error.at(element.span, "needs `name`"));
+            continue;
+        };
+        let Some(text) = String::read(&name.node, "sweep.variants.name", errors) else { continue };
+        if text.trim().is_empty() || axis.values.iter().any(|values| values[0] == text) {
+            let title = format!("the variant name \"{text}\" is empty or stands twice");
+            errors.push(
+                Diagnostic::new(title).at(name.node.span, "each variant needs a name of its own"),
+            );
+        }
+        axis.values.push(vec![text]);
+        let mut set = Vec::new();
+        for entry in table.entries.iter().filter(|entry| entry.key != "name") {
+            variant_settings(&entry.key, entry, &mut set, errors);
+        }
+        settings.push(set);
+    }
+    let place = elements.first().map_or(node.span, |first| first.span);
+    (!settings.is_empty()).then_some(Points { axis, settings, place })
+}
+
+/// The keys that a variant sets: dotted ones without quotes are walked down for as long as they name tables.
+fn variant_settings(
+    key: &str,
+    entry: &Entry,
+    set: &mut Vec<Setting>,
+    errors: &mut Vec<Diagnostic>,
+) {
+    let depth = key.split('.').count();
+    let inner = match (key.split('.').next(), entry.node.table()) {
+        (Some("model"), Some(table)) if depth < 3 => Some(table),
+        (Some("record"), Some(table)) if depth < 2 => Some(table),
+        (Some("model" | "record"), _) => None,
+        _ => {
+            let title = format!("unknown key `{key}` in `sweep.variants`");
+            let label =
+                "a variant has a `name` and keys of [model.*] and [record], by their full name";
+            errors.push(Diagnostic::new(title).at(entry.key_span, label));
+            return;
+        }
+    };
+    match inner {
+        Some(table) => {
+            for inner in &table.entries {
+                variant_settings(&format!("{key}.{}", inner.key), inner, set, errors);
+            }
+        }
+        None => set.push(Setting {
+            key: key.to_owned(),
+            key_span: entry.key_span,
+            node: entry.node.clone(),
+        }),
+    }
+}
+
+/// `zip = [["k1", "k2"]]`: makes one axis of several.
+fn pair(zip: &Node, axes: &mut Vec<Points>, errors: &mut Vec<Diagnostic>) {
+    let Value::Array(groups) = &zip.value else {
+        refuse(zip, "sweep.zip", "a list of lists of swept keys", errors);
+        return;
+    };
+    for group in groups.iter() {
+        let Some(keys) = Vec::<String>::read(group, "sweep.zip", errors) else { continue };
+        let mut joined: Option<Points> = None;
+        for key in keys {
+            let Some(index) = axes.iter().position(|points| points.axis.keys == [key.as_str()])
+            else {
+                let swept = axes.iter().flat_map(|points| &points.axis.keys).map(String::as_str);
+                let label = match nearest(&key, swept) {
+                    Some(meant) => format!("did you mean \"{meant}\"?"),
+                    None => {
+                        "each name must be an axis of [sweep], and stand in one group".to_owned()
+                    }
+                };
+                let title = format!("`{key}` is not an axis to be paired");
+                errors.push(Diagnostic::new(title).at(group.span, label));
+                continue;
+            };
+            let other = axes.remove(index);
+            joined = match joined {
+                None => Some(other),
+                Some(points) => join(points, other, group, errors),
+            };
+        }
+        axes.extend(joined);
+    }
+}
+
+/// Pairs two axes of equal length, point by point.
+fn join(
+    mut axis: Points,
+    other: Points,
+    group: &Node,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<Points> {
+    if axis.settings.len() != other.settings.len() {
+        let title = format!(
+            "paired axes differ in length: `{}` has {} values, `{}` has {}",
+            axis.axis.keys.join("`, `"),
+            axis.settings.len(),
+            other.axis.keys.join("`, `"),
+            other.settings.len()
+        );
+        errors.push(Diagnostic::new(title).at(group.span, "paired axes must have equal lengths"));
+        return Some(axis);
+    }
+    if other.place < axis.place {
+        axis.place = other.place;
+    }
+    axis.axis.keys.extend(other.axis.keys);
+    for (values, more) in axis.axis.values.iter_mut().zip(other.axis.values) {
+        values.extend(more);
+    }
+    for (settings, more) in axis.settings.iter_mut().zip(other.settings) {
+        settings.extend(more);
+    }
+    Some(axis)
+}
+
+/// Whether one dotted key is the other, or a table that holds it.
+pub(crate) fn overlap(one: &str, other: &str) -> bool {
+    let (short, long) = if one.len() < other.len() { (one, other) } else { (other, one) };
+    long.strip_prefix(short).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// A key may be set by one axis only.
+fn refuse_keys_twice(axes: &[Points], errors: &mut Vec<Diagnostic>) {
+    let mut seen: Vec<(&str, usize, Span)> = Vec::new();
+    for (number, points) in axes.iter().enumerate() {
+        let mut own: Vec<(&str, usize, Span)> = Vec::new();
+        for setting in points.settings.iter().flatten() {
+            if own.iter().any(|(key, ..)| *key == setting.key) {
+                continue;
+            }
+            own.push((&setting.key, number, setting.key_span));
+            if let Some((_, _, first)) = seen.iter().find(|(key, ..)| overlap(key, &setting.key)) {
+                let title = format!("`{}` is swept twice", setting.key);
+                let error = Diagnostic::new(title).at(setting.key_span, "one axis for each key");
+                errors.push(error.at(*first, ""));
+            }
+        }
+        seen.extend(own);
+    }
+}
+
+/// A value as it stands in file names and in the `where` of checks.
+pub(crate) fn text(node: &Node, index: usize) -> String {
+    let text = plain(node);
+    if text.is_empty() || text.len() > LONGEST_VALUE {
+        format!("value-{}", index + 1)
+    } else {
+        text
+    }
+}
+
+fn plain(node: &Node) -> String {
+    match &node.value {
+        Value::Text(text) => text.clone(),
+        Value::Integer(integer) => integer.to_string(),
+        Value::Float(number) => {
+            let text = shortest(number + 0.0);
+            text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+        }
+        Value::Boolean => "boolean".to_owned(),
+        Value::Datetime => "date".to_owned(),
+        Value::Array(elements) => elements.iter().map(plain).collect::<Vec<_>>().join("_"),
+        Value::Table(table) => {
+            let entries = table.entries.iter();
+            let parts = entries.map(|entry| format!("{}_{}", entry.key, plain(&entry.node)));
+            parts.collect::<Vec<_>>().join("_")
+        }
+    }
+}

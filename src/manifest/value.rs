@@ -1,0 +1,285 @@
+//! How one value is read from TOML, written as canonical TOML and described in the schema: side by side for each type.
+
+use crate::diagnostics::{Diagnostic, nearest};
+use crate::quantity::{
+    BoxSide, Finite, NonNegative, PlaybackRate, Positive, Share, StepBelowOneDay,
+};
+use crate::tree::{Node, Value};
+use serde_json::{Value as Json, json};
+use std::fmt;
+use std::num::{NonZeroU32, NonZeroU64};
+
+/// A type of the manifest's values.
+pub(crate) trait TomlValue: Sized {
+    /// Reads the value of the key `name`, or reports why it cannot be.
+    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self>;
+
+    /// The canonical TOML text: equal values have equal texts, and reading it gives the value back.
+    fn write(&self) -> String;
+
+    /// Type and range as JSON Schema keywords.
+    fn schema() -> Json;
+}
+
+/// Reports a value that is not what the key takes. `expected` reads after "must be".
+pub(crate) fn refuse(node: &Node, name: &str, expected: &str, errors: &mut Vec<Diagnostic>) {
+    let title = match node.value {
+        Value::Integer(_) | Value::Float(_) => format!("`{name}` is out of range"),
+        _ => format!("`{name}` cannot be {}", node.what()),
+    };
+    errors.push(Diagnostic::new(title).at(node.span, format!("must be {expected}")));
+}
+
+/// The number, integer or not. May be infinite or no number at all.
+pub(crate) fn number(node: &Node) -> Option<f64> {
+    match node.value {
+        Value::Integer(integer) => Some(integer as f64),
+        Value::Float(number) => Some(number),
+        _ => None,
+    }
+}
+
+/// The whole number, also where it is written as `1e3` or `20.0`.
+pub(crate) fn whole_number(node: &Node) -> Option<i128> {
+    /// From here on not every whole number is an f64: `1e16` may stand for another.
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    match node.value {
+        Value::Integer(integer) => Some(integer),
+        Value::Float(x) if x.fract() == 0.0 && x.abs() <= EXACT => Some(x as i128),
+        _ => None,
+    }
+}
+
+/// A finite number in the shortest decimal form that reads back to the same bits, with an exponent where it is long.
+pub(crate) fn shortest(x: f64) -> String {
+    // Debug and not Display: 1e-26, not 0.00000000000000000000000001. Pinned by a test.
+    format!("{x:?}")
+}
+
+/// A TOML basic string.
+pub(crate) fn quoted(text: &str) -> String {
+    let mut quoted = String::with_capacity(text.len() + 2);
+    quoted.push('"');
+    for character in text.chars() {
+        match character {
+            '"' => quoted.push_str("\\\""),
+            '\\' => quoted.push_str("\\\\"),
+            '\n' => quoted.push_str("\\n"),
+            control if control.is_control() => {
+                quoted.push_str(&format!("\\u{:04X}", u32::from(control)));
+            }
+            other => quoted.push(other),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+macro_rules! number_values {
+    ($($name:ident),*) => {$(
+        impl TomlValue for $name {
+            fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+                let value = number(node).and_then(Self::new);
+                if value.is_none() {
+                    refuse(node, name, Self::RANGE, errors);
+                }
+                value
+            }
+
+            fn write(&self) -> String {
+                shortest(self.get())
+            }
+
+            fn schema() -> Json {
+                let mut schema = json!({ "type": "number" });
+                for (keyword, limit) in Self::BOUNDS {
+                    schema[*keyword] = json!(limit);
+                }
+                schema
+            }
+        }
+    )*};
+}
+number_values!(Finite, Positive, NonNegative, Share, BoxSide, PlaybackRate, StepBelowOneDay);
+
+/// How many replicates an experiment may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ReplicateCount(pub(crate) u32);
+
+impl TryFrom<i128> for ReplicateCount {
+    type Error = ();
+
+    fn try_from(count: i128) -> Result<Self, ()> {
+        match u32::try_from(count) {
+            Ok(count @ 1..=1_000_000) => Ok(Self(count)),
+            _ => Err(()),
+        }
+    }
+}
+
+impl fmt::Display for ReplicateCount {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(formatter)
+    }
+}
+
+macro_rules! whole_values {
+    ($($name:ty: $minimum:literal..=$maximum:literal, through $bits:ty);* $(;)?) => {$(
+        impl TomlValue for $name {
+            fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+                let value = whole_number(node)
+                    .filter(|whole| ($minimum..=$maximum).contains(whole))
+                    .and_then(|whole| <$bits>::try_from(whole).ok())
+                    .and_then(|whole| Self::try_from(whole).ok());
+                if value.is_none() {
+                    refuse(node, name, concat!("a whole number from ", $minimum, " to ", $maximum), errors);
+                }
+                value
+            }
+
+            fn write(&self) -> String {
+                self.to_string()
+            }
+
+            fn schema() -> Json {
+                json!({ "type": "integer", "minimum": $minimum as u64, "maximum": $maximum as u64 })
+            }
+        }
+    )*};
+}
+whole_values!(
+    u32: 0..=4_294_967_295, through u32;
+    u64: 0..=18_446_744_073_709_551_615, through u64;
+    NonZeroU32: 1..=4_294_967_295, through u32;
+    NonZeroU64: 1..=18_446_744_073_709_551_615, through u64;
+    ReplicateCount: 1..=1_000_000, through i128;
+);
+
+impl TomlValue for String {
+    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+        if let Value::Text(text) = &node.value {
+            return Some(text.clone());
+        }
+        refuse(node, name, "a string", errors);
+        None
+    }
+
+    fn write(&self) -> String {
+        quoted(self)
+    }
+
+    fn schema() -> Json {
+        json!({ "type": "string" })
+    }
+}
+
+impl<T: TomlValue, const N: usize> TomlValue for [T; N] {
+    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+        let Value::Array(elements) = &node.value else {
+            refuse(node, name, &format!("an array of {N} numbers"), errors);
+            return None;
+        };
+        if elements.len() != N {
+            let title = format!("`{name}` has {} elements", elements.len());
+            let label = format!("must be an array of {N} numbers");
+            errors.push(Diagnostic::new(title).at(node.span, label));
+            return None;
+        }
+        Vec::read(node, name, errors)?.try_into().ok()
+    }
+
+    fn write(&self) -> String {
+        list(self)
+    }
+
+    fn schema() -> Json {
+        json!({ "type": "array", "items": T::schema(), "minItems": N, "maxItems": N })
+    }
+}
+
+impl<T: TomlValue> TomlValue for Vec<T> {
+    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+        let Value::Array(elements) = &node.value else {
+            refuse(node, name, "an array", errors);
+            return None;
+        };
+        // Every element is read before the first bad one counts: all errors at once.
+        let read: Vec<_> = elements.iter().map(|element| T::read(element, name, errors)).collect();
+        read.into_iter().collect()
+    }
+
+    fn write(&self) -> String {
+        list(self)
+    }
+
+    fn schema() -> Json {
+        json!({ "type": "array", "items": T::schema() })
+    }
+}
+
+fn list<T: TomlValue>(elements: &[T]) -> String {
+    let elements: Vec<String> = elements.iter().map(TomlValue::write).collect();
+    format!("[{}]", elements.join(", "))
+}
+
+/// Reads one of a fixed set of words and reports any other with the nearest of them. `besides` is what else the key takes.
+pub(crate) fn word<T: Clone>(
+    node: &Node,
+    name: &str,
+    words: &[(&str, T)],
+    besides: &str,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<T> {
+    let known: Vec<String> = words.iter().map(|(word, _)| format!("\"{word}\"")).collect();
+    let known = known.join(", ") + besides;
+    let Value::Text(text) = &node.value else {
+        refuse(node, name, &format!("one of {known}"), errors);
+        return None;
+    };
+    if let Some((_, value)) = words.iter().find(|(word, _)| word == text) {
+        return Some(value.clone());
+    }
+    let label = match nearest(text, words.iter().map(|(word, _)| *word)) {
+        Some(meant) => format!("did you mean \"{meant}\"? It takes {known}"),
+        None => format!("it takes {known}"),
+    };
+    errors
+        .push(Diagnostic::new(format!("`{name}` knows no {}", quoted(text))).at(node.span, label));
+    None
+}
+
+/// Words of a manifest for the variants of an enum: the one place where both stand.
+macro_rules! words {
+    ($visibility:vis $type:ident { $($variant:ident = $word:literal),+ $(,)? }) => {
+        impl $type {
+            const WORDS: &'static [(&'static str, Self)] = &[$(($word, Self::$variant)),+];
+
+            /// The word that stands for it in a manifest.
+            #[must_use]
+            $visibility fn word(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $word),+
+                }
+            }
+        }
+
+        impl $crate::value::TomlValue for $type {
+            fn read(
+                node: &$crate::tree::Node,
+                name: &str,
+                errors: &mut Vec<$crate::diagnostics::Diagnostic>,
+            ) -> Option<Self> {
+                $crate::value::word(node, name, Self::WORDS, "", errors)
+            }
+
+            fn write(&self) -> String {
+                $crate::value::quoted(self.word())
+            }
+
+            fn schema() -> serde_json::Value {
+                serde_json::json!({ "enum": [$($word),+] })
+            }
+        }
+    };
+}
+pub(crate) use words;
