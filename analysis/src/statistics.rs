@@ -17,6 +17,12 @@ impl Estimate {
     }
 }
 
+impl From<f64> for Estimate {
+    fn from(value: f64) -> Self {
+        Self::bare(value)
+    }
+}
+
 /// A compensated sum: the error does not grow with the number of terms (Neumaier 1974).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sum {
