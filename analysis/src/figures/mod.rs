@@ -4,6 +4,7 @@ pub mod dem;
 pub mod gas;
 pub mod orbit;
 pub mod packing;
+pub mod sweep;
 
 use crate::plot::{Axis, Chart, Curve, Plot, Point, Style, thinned};
 

@@ -5,7 +5,7 @@ use crate::statistics::{Estimate, mean_of_independent};
 /// Follows a falling disc from frame to frame and gathers e = sqrt(E after / E before) of its rebounds, E the energy above
 /// first touch.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rebounds {
+pub(super) struct Rebounds {
     gravity: f64,
     least_energy: f64,
     falling: Option<(f64, f64)>,
@@ -19,7 +19,7 @@ const LEAST_HEIGHT_OVER_SAG: f64 = 1e4;
 impl Rebounds {
     /// A disc under a gravity (m/s^2, downwards) on a floor where it sinks in by `sag` (m) when at rest.
     #[must_use]
-    pub fn new(gravity: f64, sag: f64) -> Self {
+    pub(super) fn new(gravity: f64, sag: f64) -> Self {
         Self {
             gravity,
             least_energy: LEAST_HEIGHT_OVER_SAG * gravity * sag,
@@ -29,7 +29,7 @@ impl Rebounds {
     }
 
     /// The next frame: time (s), height of the lowest point over the floor (m), vertical velocity (m/s).
-    pub fn see(&mut self, time: f64, gap: f64, velocity: f64) {
+    pub(super) fn see(&mut self, time: f64, gap: f64, velocity: f64) {
         if gap < 0.0 {
             return;
         }
@@ -47,7 +47,7 @@ impl Rebounds {
 
     /// Mean over the rebounds seen, its error from their scatter.
     #[must_use]
-    pub fn restitution(&self) -> Option<Estimate> {
+    pub(super) fn restitution(&self) -> Option<Estimate> {
         mean_of_independent(&self.restitutions)
     }
 }

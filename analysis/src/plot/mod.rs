@@ -40,6 +40,17 @@ impl Plot {
         }
     }
 
+    /// Says in the title which run it is about.
+    pub fn add_to_title(&mut self, run: &str) {
+        let title = match self {
+            Self::Chart(chart) => &mut chart.title,
+            Self::Picture(picture) => &mut picture.title,
+        };
+        if !run.is_empty() {
+            *title = format!("{title}: {run}");
+        }
+    }
+
     /// The plot as an SVG document; `None` where there is nothing to show.
     ///
     /// # Errors

@@ -118,8 +118,29 @@ impl Picture {
                 sheet.draw(&disc).map_err(failure)?;
             }
             self.draw_container(sheet, &view)?;
+            let below = (middle, fine(height - SIDE / 2));
+            let style = text_style(14, HPos::Center, VPos::Center);
+            sheet.draw(&Text::new(self.size_text(), below, style)).map_err(failure)?;
             self.draw_colour_bar(sheet, height, fastest)
         })
+    }
+
+    /// The container's size in words.
+    fn size_text(&self) -> String {
+        let unit = if self.length_unit.is_empty() {
+            String::new()
+        } else {
+            format!(" {}", self.length_unit)
+        };
+        match self.container {
+            Container::Rectangle(low, high) => {
+                let sides = [0, 1].map(|axis| short_number(high[axis] - low[axis]));
+                format!("box of {}{unit} × {}{unit}", sides[0], sides[1])
+            }
+            Container::Circle(_, radius) => {
+                format!("circle of radius {}{unit}", short_number(radius))
+            }
+        }
     }
 
     fn draw_container(&self, sheet: &Sheet<'_>, view: &View) -> Result<(), DrawingError> {
