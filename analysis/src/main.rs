@@ -1,3 +1,7 @@
 //! `analyze-recordings`: arguments to exit code, nothing else.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    ExitCode::from(kinetoscope_analysis::command::main() as u8)
+}

@@ -1,0 +1,192 @@
+//! Checks against metrics: what must hold, and whether it does.
+
+use crate::coordinates;
+use crate::metrics::{Metric, Place};
+use kinetoscope_manifest::{Bound, Check};
+
+/// What became of a check at one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// Whether it holds.
+    pub holds: bool,
+    /// One line: the metric, where, what was measured, what was expected, and the tolerance.
+    pub text: String,
+}
+
+/// Judges a check at every place that it is about: fits and means over replicates where there are any, else each run. A check
+/// that finds no metric fails.
+#[must_use]
+pub fn judge(check: &Check, metrics: &[Metric]) -> Vec<Verdict> {
+    let named: Vec<&Metric> = metrics.iter().filter(|metric| metric.name == check.metric).collect();
+    let selected: Vec<&Metric> =
+        named.iter().copied().filter(|metric| check.selects(metric.coordinates())).collect();
+    let is_mean = |metric: &Metric| matches!(metric.place, Place::Sweep(_));
+    let judged: Vec<&Metric> = selected
+        .iter()
+        .copied()
+        .filter(|metric| match &metric.place {
+            Place::Sweep(_) => true,
+            Place::Run(run) => {
+                let whole = run.outcome == "complete" || run.outcome.starts_with("fault");
+                let replaced = selected.iter().any(|other| {
+                    is_mean(other) && other.coordinates() == run.coordinates.as_slice()
+                });
+                whole && !replaced
+            }
+        })
+        .collect();
+    if judged.is_empty() {
+        return vec![missing(check, &named, metrics)];
+    }
+    judged.into_iter().map(|metric| compare(check, metric)).collect()
+}
+
+fn missing(check: &Check, named: &[&Metric], metrics: &[Metric]) -> Verdict {
+    let place = check.at.iter().map(|(key, value)| format!("{key} = {value}"));
+    let place = place.collect::<Vec<_>>().join(", ");
+    let why = if !named.is_empty() {
+        let place =
+            if place.is_empty() { "of a finished run".to_owned() } else { format!("at {place}") };
+        format!("there is none {place}")
+    } else {
+        let known = metrics.iter().map(|metric| metric.name.as_str());
+        let near = known
+            .map(|name| (strsim::damerau_levenshtein(name, &check.metric), name))
+            .filter(|(distance, _)| *distance <= 1 + check.metric.len() / 4)
+            .min();
+        match near {
+            Some((_, name)) => format!("there is no such metric; did you mean {name}?"),
+            None => "there is no such metric; metrics.csv lists all that there are".to_owned(),
+        }
+    };
+    Verdict { holds: false, text: format!("{}: {why}", check.metric) }
+}
+
+fn compare(check: &Check, metric: &Metric) -> Verdict {
+    let measured = metric.value;
+    let expected_or_theory = |expected: Option<f64>| expected.or(metric.theory);
+    let (holds, expectation) = match check.bound {
+        Bound::Near { expected, tolerance } => within(measured, expected_or_theory(expected), tolerance),
+        Bound::NearRelative { expected, relative_tolerance } => {
+            let expected = expected_or_theory(expected);
+            let tolerance = expected.map_or(0.0, |expected| relative_tolerance * expected.abs());
+            let (holds, text) = within(measured, expected, tolerance);
+            (holds, format!("{text} ({relative_tolerance} of it)"))
+        }
+        Bound::WithinStandardErrors { expected, standard_errors } => match metric.standard_error {
+            Some(error) => {
+                let (holds, text) =
+                    within(measured, expected_or_theory(expected), standard_errors * error);
+                (holds, format!("{text} ({standard_errors} standard errors)"))
+            }
+            None => (false, "a standard error, which this metric does not have: record more frames or replicates".to_owned()),
+        },
+        Bound::Range { minimum, maximum } => {
+            let above = minimum.is_none_or(|minimum| measured >= minimum);
+            let below = maximum.is_none_or(|maximum| measured <= maximum);
+            let text = match (minimum, maximum) {
+                (Some(minimum), Some(maximum)) => format!("{minimum:e} to {maximum:e}"),
+                (Some(minimum), None) => format!("at least {minimum:e}"),
+                (None, Some(maximum)) => format!("at most {maximum:e}"),
+                (None, None) => "anything".to_owned(),
+            };
+            (above && below && !measured.is_nan(), text)
+        }
+    };
+    let unit = if metric.unit.is_empty() || metric.unit == "1" {
+        String::new()
+    } else {
+        format!(" {}", metric.unit)
+    };
+    let text = format!(
+        "{}{}: measured {measured:e}{unit}, expected {expectation}",
+        metric.name,
+        place_text(metric)
+    );
+    Verdict { holds, text }
+}
+
+fn within(measured: f64, expected: Option<f64>, tolerance: f64) -> (bool, String) {
+    match expected {
+        Some(expected) => {
+            // Not a number is within nothing.
+            let holds = (measured - expected).abs() <= tolerance;
+            (holds, format!("{expected:e} ± {tolerance:e}"))
+        }
+        None => {
+            (false, "theory's value, which this metric does not have: give `expected`".to_owned())
+        }
+    }
+}
+
+fn place_text(metric: &Metric) -> String {
+    let mut place = coordinates::text(metric.coordinates());
+    if let Place::Run(run) = &metric.place
+        && run.replicate > 0
+    {
+        let separator = if place.is_empty() { "" } else { ", " };
+        place = format!("{place}{separator}replicate = {}", run.replicate);
+    }
+    if place.is_empty() { place } else { format!(" at {place}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::SweepPlace;
+
+    fn metric(value: f64, standard_error: Option<f64>, theory: Option<f64>) -> Metric {
+        Metric {
+            name: "slope".to_owned(),
+            value,
+            unit: "m".to_owned(),
+            standard_error,
+            theory,
+            source: String::new(),
+            place: Place::Sweep(SweepPlace { along: None, coordinates: Vec::new(), replicates: 1 }),
+        }
+    }
+
+    fn holds(bound: Bound, metric: &Metric) -> bool {
+        let check = Check { metric: "slope".to_owned(), at: Vec::new(), bound };
+        let verdicts = judge(&check, std::slice::from_ref(metric));
+        assert_eq!(verdicts.len(), 1);
+        verdicts[0].holds
+    }
+
+    #[test]
+    fn each_bound_holds_up_to_its_edge_and_not_beyond() {
+        let found = metric(10.5, Some(0.25), Some(10.0));
+        let near = |tolerance| Bound::Near { expected: Some(10.0), tolerance };
+        assert!(holds(near(0.5), &found) && !holds(near(0.4), &found));
+        let relative =
+            |relative_tolerance| Bound::NearRelative { expected: None, relative_tolerance };
+        assert!(holds(relative(0.05), &found) && !holds(relative(0.04), &found));
+        let errors =
+            |standard_errors| Bound::WithinStandardErrors { expected: None, standard_errors };
+        assert!(holds(errors(2.0), &found) && !holds(errors(1.9), &found));
+        let range = |minimum, maximum| Bound::Range { minimum, maximum };
+        assert!(holds(range(Some(10.5), Some(10.5)), &found));
+        assert!(!holds(range(None, Some(10.4)), &found) && !holds(range(Some(10.6), None), &found));
+    }
+
+    #[test]
+    fn what_can_not_be_judged_fails() {
+        let bare = metric(10.0, None, None);
+        assert!(!holds(Bound::Near { expected: None, tolerance: 1.0 }, &bare));
+        assert!(!holds(
+            Bound::WithinStandardErrors { expected: Some(10.0), standard_errors: 9.0 },
+            &bare
+        ));
+        let broken = metric(f64::NAN, None, None);
+        assert!(!holds(Bound::Range { minimum: None, maximum: Some(1.0) }, &broken));
+        assert!(!holds(Bound::Near { expected: Some(0.0), tolerance: 1e300 }, &broken));
+        let check = Check {
+            metric: "slop".to_owned(),
+            at: Vec::new(),
+            bound: Bound::Range { minimum: None, maximum: Some(1.0) },
+        };
+        let verdicts = judge(&check, &[bare]);
+        assert!(!verdicts[0].holds && verdicts[0].text.contains("did you mean slope"));
+    }
+}

@@ -1,0 +1,138 @@
+//! The command line of `analyze-recordings`, and its exit codes.
+
+use crate::input;
+use crate::report::{Report, analyse};
+use crate::table::{Terminal, Tone};
+use clap::Parser;
+use kinetoscope_manifest::{Check, parse_checks};
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+
+/// Derives numbers with errors, plots and verdicts from recordings alone.
+///
+/// Writes metrics.json, metrics.csv and a plot a file beside the recordings. Exit codes: 0 done; 2 bad arguments or checks
+/// file; 3 a check failed or its metric is missing; 5 some input is unreadable, the rest was analysed; 75 the output can't be
+/// written, try again.
+#[derive(Debug, Parser)]
+#[command(name = "analyze-recordings", version)]
+struct Arguments {
+    /// TOML file with [[checks]], judged beside those of the experiment.
+    #[arg(long, value_name = "FILE")]
+    checks: Option<PathBuf>,
+    /// Folder for the results; by default they go beside the recordings.
+    #[arg(long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Recordings, and folders of recordings.
+    #[arg(required = true, value_name = "PATH")]
+    paths: Vec<PathBuf>,
+}
+
+/// How the command ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// Done; all checks hold.
+    Done = 0,
+    /// Bad arguments or checks file.
+    Usage = 2,
+    /// A check failed, or its metric is missing.
+    CheckFailed = 3,
+    /// Some input is unreadable; the rest was analysed.
+    Unreadable = 5,
+    /// The output can't be written; the same command may succeed later.
+    Retry = 75,
+}
+
+/// Width of a table that goes to a file or a pipe.
+const PLAIN_WIDTH: usize = 100;
+
+/// Reads the command line, analyses and reports.
+#[must_use]
+pub fn main() -> Exit {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Where even the message can't be printed, the exit code still says it.
+            let _ = error.print();
+            return if error.use_stderr() { Exit::Usage } else { Exit::Done };
+        }
+    };
+    match run(&arguments) {
+        Ok(exit) => exit,
+        Err((exit, message)) => {
+            eprintln!("error: {}", message.trim_end());
+            exit
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
+    let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks);
+    let checks = checks.map_err(|message| (Exit::Usage, message))?;
+    let sources =
+        input::sources(&arguments.paths).map_err(|input::BadPath(why)| (Exit::Usage, why))?;
+    let terminal = terminal();
+    let several = sources.len() > 1;
+    let mut reports: Vec<(PathBuf, Report)> = Vec::new();
+    for source in sources {
+        let folder = match &arguments.output {
+            Some(output) if several => output.join(&source.name),
+            Some(output) => output.clone(),
+            None => source.folder.clone(),
+        };
+        let report = analyse(source, &checks);
+        print(&report.text(terminal));
+        reports.push((folder, report));
+    }
+    for (folder, report) in &reports {
+        if report.runs.is_empty() {
+            continue;
+        }
+        let written = report.write(folder).map_err(|error| (Exit::Retry, error.to_string()))?;
+        let plots = written.len() - 2;
+        let line = format!(
+            "written: metrics.json, metrics.csv and {plots} {} (*.svg) in {}",
+            if plots == 1 { "plot" } else { "plots" },
+            folder.display()
+        );
+        print(&format!("{}\n", terminal.wrapped(&line, 2)));
+    }
+    Ok(conclude(&reports, terminal))
+}
+
+/// The gravest of what happened, and a last word on it.
+fn conclude(reports: &[(PathBuf, Report)], terminal: Terminal) -> Exit {
+    let verdicts = || reports.iter().flat_map(|(_, report)| &report.verdicts);
+    let failed = verdicts().filter(|verdict| !verdict.holds).count();
+    let unreadable: usize = reports.iter().map(|(_, report)| report.unreadable.len()).sum();
+    if unreadable > 0 {
+        let line = format!("{unreadable} unreadable: see above");
+        eprintln!("{}", terminal.paint(Tone::Bad, &line));
+    }
+    if failed > 0 {
+        let line = format!("{failed} of {} checks failed", verdicts().count());
+        eprintln!("{}", terminal.paint(Tone::Bad, &line));
+        return Exit::CheckFailed;
+    }
+    if unreadable > 0 { Exit::Unreadable } else { Exit::Done }
+}
+
+fn read_checks(path: &std::path::Path) -> Result<Vec<Check>, String> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| format!("the checks file {} can't be read: {error}", path.display()))?;
+    parse_checks(&text, &path.display().to_string()).map_err(|diagnostics| diagnostics.to_string())
+}
+
+fn terminal() -> Terminal {
+    let interactive = std::io::stdout().is_terminal();
+    let size = terminal_size::terminal_size().filter(|_| interactive);
+    let columns = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    let width = size.map(|(width, _)| usize::from(width.0)).or(columns).unwrap_or(PLAIN_WIDTH);
+    let colours = interactive && std::env::var_os("NO_COLOR").is_none();
+    Terminal { width: width.max(40), colours }
+}
+
+/// Prints; a reader that went away (`| head`) is no error.
+fn print(text: &str) {
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+}

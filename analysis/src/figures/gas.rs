@@ -1,0 +1,73 @@
+//! Plots of a gas run: pressure over time, speeds beside their laws, particles at the end.
+
+use super::{Figures, chart, count_text, curve};
+use crate::laws::gas as law;
+use crate::observables::gas::GasRun;
+use crate::plot::{Axis, Container, Picture, Plot, Style, short_number};
+use kinetoscope_recording::channels::GasSpeeds;
+
+/// All plots of a run.
+#[must_use]
+pub fn figures(run: &GasRun) -> Figures {
+    let mut figures = Figures::default();
+    if run.pressure_series.len() > 1 {
+        figures.plots.push(pressure(run));
+    }
+    if let Some(histogram) = &run.histogram {
+        figures.plots.push(speeds(histogram));
+    }
+    if !run.snapshot.bodies.is_empty() {
+        figures.plots.push(Plot::Picture(state(run)));
+    }
+    figures
+}
+
+fn pressure(run: &GasRun) -> Plot {
+    let ends = [run.pressure_series.first(), run.pressure_series.last()];
+    let level = |value: f64| ends.into_iter().flatten().map(move |(time, _)| (*time, value));
+    let mut curves =
+        vec![curve("measured since the start", Style::Line, 0, run.pressure_series.clone())];
+    if let Some(square) = run.mean_square() {
+        let exact = law::pressure_n_per_m(&run.config, square);
+        curves.push(curve("N m <v²> / (2A)", Style::Theory, 1, level(exact)));
+    }
+    if let Some(pressure) = &run.pressure {
+        let formula = pressure.mean_speed_formula_n_per_m;
+        curves.push(curve("N m <v>² / (2A), formula (12)", Style::Theory, 2, level(formula)));
+    }
+    let (x, y) = (Axis::linear("time", "s"), Axis::linear("pressure", "N/m"));
+    chart("pressure_over_time", "Pressure on the wall", x, y, curves)
+}
+
+fn speeds(histogram: &GasSpeeds) -> Plot {
+    let against = |values: &[f64]| -> Vec<(f64, f64)> {
+        histogram.speed_m_per_s.iter().copied().zip(values.iter().copied()).collect()
+    };
+    let mut curves = vec![curve("measured", Style::Data, 0, against(&histogram.density))];
+    // Zeros stand for a law that is a single speed: there is no density to draw.
+    if histogram.initial_law.iter().any(|density| *density > 0.0) {
+        let law = against(&histogram.initial_law);
+        curves.push(curve("law of the start", Style::Theory, 1, law));
+    }
+    curves.push(curve("Maxwell, same <v²>", Style::Theory, 2, against(&histogram.maxwell)));
+    let (x, y) = (Axis::linear("speed", "m/s"), Axis::linear("density", "s/m"));
+    chart("speed_histogram", "Speeds at the end", x, y, curves)
+}
+
+fn state(run: &GasRun) -> Picture {
+    let radius = run.config.radius_m.get();
+    let count = count_text(run.snapshot.particles, run.snapshot.bodies.len());
+    Picture {
+        stem: "state_at_end".to_owned(),
+        title: "Gas at the end".to_owned(),
+        caption: format!(
+            "{count}, r = {} m, t = {} s",
+            short_number(radius),
+            short_number(run.snapshot.time)
+        ),
+        length_unit: "m".to_owned(),
+        speed_unit: "m/s".to_owned(),
+        container: Container::Circle(run.config.centre_m.map(|centre| centre.get()), radius),
+        bodies: run.snapshot.bodies.clone(),
+    }
+}

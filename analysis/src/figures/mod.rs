@@ -1,0 +1,64 @@
+//! Which plots a run has: one file a model.
+
+pub mod dem;
+pub mod gas;
+pub mod orbit;
+pub mod packing;
+pub mod sweep;
+
+use crate::plot::{Axis, Chart, Curve, Plot, Point, Style, thinned};
+
+/// The plots of one run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Figures {
+    /// Drawn for each run on its own.
+    pub plots: Vec<Plot>,
+    /// Curves that are drawn for several runs side by side.
+    pub comparisons: Vec<Comparison>,
+}
+
+/// A run's curve in a chart that it shares with other runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// The chart's file name without its ending.
+    pub stem: &'static str,
+    /// What is shown.
+    pub title: &'static str,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// Whether a unit is as long along x as along y.
+    pub equal_aspect: bool,
+    /// The run's curve.
+    pub points: Vec<Point>,
+}
+
+/// Points of a curve beyond these would not show.
+const MOST_POINTS: usize = 1500;
+
+/// A curve without errors, thinned to what shows.
+fn curve(
+    name: impl Into<String>,
+    style: Style,
+    colour: usize,
+    points: impl IntoIterator<Item = (f64, f64)>,
+) -> Curve {
+    let points = points.into_iter().map(|(x, y)| Point::bare(x, y)).collect();
+    Curve { name: name.into(), style, colour, points: thinned(points, MOST_POINTS) }
+}
+
+/// A chart with unequal axes.
+fn chart(stem: &str, title: &str, x: Axis, y: Axis, curves: Vec<Curve>) -> Plot {
+    let (stem, title) = (stem.to_owned(), title.to_owned());
+    Plot::Chart(Chart { stem, title, x, y, equal_aspect: false, curves })
+}
+
+/// "N = 1000" with a word on what is not drawn.
+fn count_text(particles: usize, drawn: usize) -> String {
+    if drawn < particles {
+        format!("N = {particles} (the first {drawn} drawn)")
+    } else {
+        format!("N = {particles}")
+    }
+}

@@ -1,0 +1,231 @@
+//! Plots of a sweep: a metric against a swept number, a curve for each group of equal other coordinates.
+
+use super::Comparison;
+use crate::coordinates::{self, grouped, last_part, without};
+use crate::plot::{Axis, Chart, Curve, Plot, Point, Scale, Style};
+use crate::run::RunAnalysis;
+use crate::statistics::{mean, mean_of_independent};
+use crate::sweep::SweepPoint;
+
+/// A metric that is plotted against swept numbers.
+struct Ordinate {
+    metric: &'static str,
+    title: &'static str,
+    /// Drawn on logarithmic axes whatever its range.
+    power_law: bool,
+    /// A second metric in the same chart, with its name there.
+    beside: Option<(&'static str, &'static str)>,
+}
+
+const fn ordinate(metric: &'static str, title: &'static str) -> Ordinate {
+    Ordinate { metric, title, power_law: false, beside: None }
+}
+
+const ORDINATES: &[Ordinate] = &[
+    ordinate("restitution.measured", "restitution"),
+    Ordinate {
+        power_law: true,
+        ..ordinate("energy.largest_residual_relative", "largest |residual| / energy at the start")
+    },
+    Ordinate {
+        beside: Some(("pressure.mean_speed_formula", "formula (12)")),
+        ..ordinate("pressure.measured", "pressure")
+    },
+    ordinate("mean_speed", "mean speed"),
+    ordinate("collision_rate", "pair collisions a disc and unit of time"),
+    ordinate("compressibility_factor", "compressibility factor"),
+    ordinate("a2.mean", "mean a₂"),
+    ordinate("temperature.final_over_initial", "T / T at the start"),
+    Ordinate { power_law: true, ..ordinate("position_error.final", "position error") },
+    Ordinate {
+        power_law: true,
+        ..ordinate("energy.largest_error_relative", "largest |E − E₀| / |E₀|")
+    },
+];
+
+/// More curves than these can't be told apart.
+pub const MOST_CURVES: usize = 12;
+
+/// All plots of the sweep's numeric axes.
+#[must_use]
+pub fn plots(points: &[SweepPoint<'_>]) -> Vec<Plot> {
+    let mut keys: Vec<&str> = Vec::new();
+    for place in points.iter().flat_map(|point| &point.coordinates) {
+        if !keys.contains(&place.key.as_str()) {
+            keys.push(&place.key);
+        }
+    }
+    let mut plots = Vec::new();
+    for key in keys {
+        for ordinate in ORDINATES {
+            plots.extend(plot(points, key, ordinate));
+        }
+    }
+    plots
+}
+
+fn abscissa(point: &SweepPoint<'_>, key: &str) -> Option<f64> {
+    point.coordinates.iter().find(|place| place.key == key)?.value.parse().ok()
+}
+
+fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plot> {
+    let swept = points.iter().filter(|point| abscissa(point, key).is_some());
+    let groups = grouped(swept.map(|point| (without(&point.coordinates, key), point)));
+    let mut curves = Vec::new();
+    let groups = groups.iter().filter(|(_, group)| group.len() > 1).take(MOST_CURVES);
+    for (colour, (others, group)) in groups.enumerate() {
+        let label = coordinates::label(others);
+        curves.extend(curves_of(
+            group,
+            key,
+            ordinate.metric,
+            &label,
+            colour,
+            ["measured", "theory"],
+        ));
+        if let Some((metric, name)) = ordinate.beside {
+            let name = [name, ""];
+            let colour = colour + 1;
+            curves.extend(curves_of(group, key, metric, &label, colour, name).into_iter().take(1));
+        }
+    }
+    if curves.is_empty() {
+        return None;
+    }
+    let unit = |run: &&RunAnalysis| run.measurement(ordinate.metric).map(|found| found.unit);
+    let unit = points.iter().flat_map(|point| &point.runs).copied().find_map(|run| unit(&run))?;
+    let unit = if unit == "1" { "" } else { unit };
+    let (label, x_unit) = words_and_unit(last_part(key));
+    let steep = |of: fn(&Point) -> f64| {
+        let values = || curves.iter().flat_map(|curve| &curve.points).map(of);
+        let least = values().fold(f64::INFINITY, f64::min);
+        least > 0.0 && values().fold(0.0, f64::max) > 30.0 * least
+    };
+    let radius = label.ends_with("radius");
+    let logarithmic = ordinate.power_law || radius;
+    let scale = |steep: bool| {
+        if logarithmic || steep { Scale::Logarithmic } else { Scale::Linear }
+    };
+    let stem = format!("{}_vs_{}", stem_of(ordinate.metric), label.replace(' ', "_"));
+    Some(Plot::Chart(Chart {
+        stem,
+        title: format!("{} against {label}", capitalised(ordinate.title)),
+        x: Axis { label, unit: x_unit.to_owned(), scale: scale(steep(|point| point.x)) },
+        y: Axis {
+            label: ordinate.title.to_owned(),
+            unit: unit.to_owned(),
+            scale: scale(steep(|point| point.y)),
+        },
+        equal_aspect: false,
+        curves,
+    }))
+}
+
+/// Data and, where there is one, the theory's line of one group.
+fn curves_of(
+    group: &[&SweepPoint<'_>],
+    key: &str,
+    metric: &str,
+    label: &str,
+    colour: usize,
+    names: [&str; 2],
+) -> Vec<Curve> {
+    let (mut data, mut theory) = (Vec::new(), Vec::new());
+    for point in group {
+        let Some(x) = abscissa(point, key) else { continue };
+        let found: Vec<_> = point.runs.iter().filter_map(|run| run.measurement(metric)).collect();
+        let values: Vec<f64> = found.iter().map(|found| found.estimate.value).collect();
+        let Some(estimate) = mean_of_independent(&values) else { continue };
+        let alone = if found.len() == 1 { found[0].estimate.standard_error } else { None };
+        data.push(Point { x, y: estimate.value, error: estimate.standard_error.or(alone) });
+        let theories: Option<Vec<f64>> = found.iter().map(|found| found.theory).collect();
+        if let Some(y) = theories.as_deref().and_then(mean) {
+            theory.push(Point::bare(x, y));
+        }
+    }
+    let by_x = |a: &Point, b: &Point| a.x.total_cmp(&b.x);
+    data.sort_by(by_x);
+    theory.sort_by(by_x);
+    let name = |what: &str| {
+        if label.is_empty() { what.to_owned() } else { format!("{label}: {what}") }
+    };
+    let mut curves = Vec::new();
+    if !data.is_empty() {
+        curves.push(Curve { name: name(names[0]), style: Style::Data, colour, points: data });
+    }
+    if theory.len() > 1 {
+        curves.push(Curve { name: name(names[1]), style: Style::Theory, colour, points: theory });
+    }
+    curves
+}
+
+/// `pressure.measured` and the like name their file by the first part, the others by both.
+fn stem_of(metric: &str) -> String {
+    match metric {
+        "pressure.measured" => "pressure".to_owned(),
+        "position_error.final" => "position_error".to_owned(),
+        other => other.replace('.', "_"),
+    }
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A key's words and the unit at its end.
+fn words_and_unit(key: &str) -> (String, &'static str) {
+    const UNITS: &[(&str, &str)] = &[
+        ("_n_s_per_m", "N s/m"),
+        ("_n_per_m", "N/m"),
+        ("_m_per_s2", "m/s²"),
+        ("_m_per_s", "m/s"),
+        ("_rad2", "rad²"),
+        ("_kg", "kg"),
+        ("_days", "days"),
+        ("_au", "AU"),
+        ("_k", "K"),
+        ("_m", "m"),
+        ("_s", "s"),
+    ];
+    let found = UNITS.iter().find_map(|(ending, unit)| Some((key.strip_suffix(ending)?, *unit)));
+    let (words, unit) = found.unwrap_or((key, ""));
+    (words.replace('_', " "), unit)
+}
+
+/// Charts that runs share, a curve each; only where there are at least two.
+#[must_use]
+pub fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
+    let mut plots = Vec::new();
+    let Some(first) = runs.first().filter(|_| runs.len() > 1) else { return plots };
+    for shared in &first.figures.comparisons {
+        let of = |run: &RunAnalysis| -> Option<Comparison> {
+            run.figures.comparisons.iter().find(|other| other.stem == shared.stem).cloned()
+        };
+        let curves: Vec<Curve> = runs
+            .iter()
+            .take(MOST_CURVES)
+            .enumerate()
+            .filter_map(|(colour, run)| {
+                let points = of(run)?.points;
+                let name = coordinates::label(&run.coordinates);
+                Some(Curve { name, style: Style::Line, colour, points })
+            })
+            .collect();
+        let mut y = shared.y.clone();
+        let values = || curves.iter().flat_map(|curve| &curve.points).map(|point| point.y);
+        let least = values().fold(f64::INFINITY, f64::min);
+        if least > 0.0 && values().fold(0.0, f64::max) > 1e3 * least {
+            y.scale = Scale::Logarithmic;
+        }
+        plots.push(Plot::Chart(Chart {
+            stem: shared.stem.to_owned(),
+            title: shared.title.to_owned(),
+            x: shared.x.clone(),
+            y,
+            equal_aspect: shared.equal_aspect,
+            curves,
+        }));
+    }
+    plots
+}

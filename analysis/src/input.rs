@@ -1,0 +1,210 @@
+//! From the paths of the command line to experiments: which recordings belong together, and which are left out.
+
+use crate::coordinates;
+use crate::run::{self, OpenRun, is_partial};
+use kinetoscope_manifest::{Coordinate, ExperimentRecord, RunRecord};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Name of the file beside the recordings that says what they are.
+pub const SIDE_CAR: &str = "experiment.toml";
+
+/// Recordings that are analysed together: those of one folder.
+#[derive(Debug)]
+pub struct Source {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Name of the experiment: of its `experiment.toml`, or of the folder.
+    pub name: String,
+    /// What was run, where the folder says so and it is about these recordings.
+    pub record: Option<ExperimentRecord>,
+    /// The recordings, sorted.
+    pub files: Vec<PathBuf>,
+    /// Whether the whole folder was named, rather than some of its files.
+    pub whole: bool,
+    /// What the user should know.
+    pub notes: Vec<String>,
+    /// What could not be read, and why.
+    pub unreadable: Vec<String>,
+}
+
+/// A path that names nothing to analyse, with the user's next step.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BadPath(pub String);
+
+/// Finds the recordings behind the paths, a source a folder, in the order of the command line.
+///
+/// # Errors
+/// The first path that leads to no recording.
+pub fn sources(paths: &[PathBuf]) -> Result<Vec<Source>, BadPath> {
+    let mut found: Vec<Source> = Vec::new();
+    let mut named: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
+    for path in paths {
+        if path.is_dir() {
+            let before = found.len();
+            search(path, &mut found)?;
+            if found.len() == before {
+                return Err(BadPath(format!(
+                    "{} holds no finished recording (*.mcap). Run an experiment first; a partial file is read only when named itself",
+                    path.display()
+                )));
+            }
+        } else if path.is_file() {
+            let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+            let folder = folder.unwrap_or(Path::new(".")).to_path_buf();
+            named.entry(folder).or_default().push(path.clone());
+        } else {
+            return Err(BadPath(format!("{} does not exist", path.display())));
+        }
+    }
+    for (folder, mut files) in named {
+        files.sort();
+        files.dedup();
+        if !found.iter().any(|source| source.folder == folder) {
+            found.push(source(folder, files, false));
+        }
+    }
+    Ok(found)
+}
+
+/// Adds the folder's recordings and those of its sub-folders.
+fn search(folder: &Path, found: &mut Vec<Source>) -> Result<(), BadPath> {
+    let unlisted = |error| BadPath(format!("{} can't be listed: {error}", folder.display()));
+    let entries = std::fs::read_dir(folder).map_err(unlisted)?;
+    let mut paths: Vec<PathBuf> = entries
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()
+        .map_err(unlisted)?;
+    paths.sort();
+    let is_recording = |path: &&PathBuf| {
+        let name = file_name(path);
+        name.ends_with(".mcap") && !is_partial(&name) && path.is_file()
+    };
+    let files: Vec<PathBuf> = paths.iter().filter(is_recording).cloned().collect();
+    if !files.is_empty() && !found.iter().any(|source| source.folder == folder) {
+        found.push(source(folder.to_path_buf(), files, true));
+    }
+    for path in paths.iter().filter(|path| path.is_dir() && !path.is_symlink()) {
+        search(path, found)?;
+    }
+    Ok(())
+}
+
+fn source(folder: PathBuf, files: Vec<PathBuf>, whole: bool) -> Source {
+    let name = std::fs::canonicalize(&folder).ok();
+    let name = name.as_deref().map_or_else(|| "recordings".to_owned(), |path| file_name(&path));
+    let mut source = Source {
+        folder,
+        name,
+        record: None,
+        files,
+        whole,
+        notes: Vec::new(),
+        unreadable: Vec::new(),
+    };
+    source.read_side_car();
+    source
+}
+
+impl Source {
+    fn read_side_car(&mut self) {
+        let path = self.folder.join(SIDE_CAR);
+        if !path.exists() {
+            return;
+        }
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) => {
+                self.unreadable.push(format!(
+                    "{}: {error}; its recordings are read without it",
+                    path.display()
+                ));
+                return;
+            }
+        };
+        match ExperimentRecord::from_toml(&text, SIDE_CAR) {
+            Ok(record) => self.sort_by(record),
+            Err(diagnostics) => {
+                let path = path.display();
+                self.unreadable.push(format!(
+                    "{path} does not read: its recordings are taken without it, and its checks are not judged. Run the experiment again to write it anew\n{diagnostics}"
+                ));
+            }
+        }
+    }
+
+    /// Leaves out what does not belong to the experiment as it was run last.
+    fn sort_by(&mut self, record: ExperimentRecord) {
+        let belongs = |path: &PathBuf| run_of(&record, &file_name(path)).is_some();
+        let (files, stale): (Vec<_>, Vec<_>) = self.files.drain(..).partition(belongs);
+        if files.is_empty() || !self.whole && !stale.is_empty() {
+            // Files that were named one by one are read all the same, but not as parts of this experiment.
+            self.files = files.into_iter().chain(stale).collect();
+            self.files.sort();
+            self.notes.push(format!(
+                "not all of these recordings belong to the experiment as run last ({SIDE_CAR}): they are compared by their manifests alone"
+            ));
+            return;
+        }
+        for path in &stale {
+            self.notes.push(format!(
+                "{} is stale: the experiment as run last has no such run; left out",
+                file_name(path)
+            ));
+        }
+        self.files = files;
+        self.name.clone_from(&record.name);
+        if self.whole {
+            let present =
+                |run: &&RunRecord| self.files.iter().any(|path| file_name(path) == run.file);
+            let missing = record.runs.len() - record.runs.iter().filter(present).count();
+            if missing > 0 {
+                self.notes.push(format!(
+                    "{missing} of {} runs have no finished recording yet: run the experiment again to go on",
+                    record.runs.len()
+                ));
+            }
+        }
+        self.record = Some(record);
+    }
+
+    /// Opens the recordings and says where each lies in the sweep, in the order of the experiment.
+    pub fn open(&mut self) -> Vec<(OpenRun, Vec<Coordinate>)> {
+        let mut opened = Vec::new();
+        for path in &self.files {
+            match run::open(path) {
+                Ok(run) => opened.push((file_name(path), run)),
+                Err(run::Unreadable(why)) => self.unreadable.push(why),
+            }
+        }
+        let Some(record) = &self.record else {
+            let texts: Vec<&str> = opened.iter().map(|(_, run)| run.canonical.as_str()).collect();
+            let places = coordinates::of_manifests(&texts);
+            return opened.into_iter().map(|(_, run)| run).zip(places).collect();
+        };
+        let mut ordered: Vec<(usize, OpenRun, Vec<Coordinate>)> = Vec::new();
+        for (file, run) in opened {
+            let Some((index, entry)) = run_of(record, &file) else { continue };
+            if run.content_key == entry.content_key.to_string() {
+                ordered.push((index, run, entry.coordinates.clone()));
+            } else {
+                self.notes.push(format!(
+                    "{file} is stale: its content key is not that of the experiment as run last; left out"
+                ));
+            }
+        }
+        ordered.sort_by_key(|(index, ..)| *index);
+        ordered.into_iter().map(|(_, run, coordinates)| (run, coordinates)).collect()
+    }
+}
+
+/// The run that a file belongs to; a partial file belongs to the run that it will be.
+fn run_of<'a>(record: &'a ExperimentRecord, file: &str) -> Option<(usize, &'a RunRecord)> {
+    let finished = file.strip_suffix(".partial.mcap").map(|stem| format!("{stem}.mcap"));
+    let file = finished.as_deref().unwrap_or(file);
+    record.runs.iter().enumerate().find(|(_, run)| run.file == file)
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}

@@ -1,0 +1,77 @@
+//! Laws of spring–dashpot contacts.
+
+use super::Law;
+use kinetoscope_manifest::model::{DemConfig, Dissipation, ForceTail};
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
+
+/// The ledger of energies closes.
+pub const ENERGY_LEDGER: Law = Law {
+    statement: "kinetic + gravitational + elastic + dissipated - wall work is constant",
+    source: "conservation of energy; what is left is the integrator's",
+};
+
+/// The rebound follows from the damping ratio zeta = eta / (2 sqrt(k m_eff)).
+pub const RESTITUTION: Law = Law {
+    statement: "e wanted; from a damping, e = exp(-pi zeta / sqrt(1 - zeta^2)) with the attractive tail",
+    source: "Schwager and Poeschel 2007",
+};
+
+/// The restitution of a disc that meets a wall: as wanted, or as the damping gives it with m_eff = m.
+#[must_use]
+pub fn wall_restitution(config: &DemConfig) -> f64 {
+    match config.dissipation {
+        Dissipation::Restitution(wanted) => wanted.get(),
+        Dissipation::Damping(damping) => {
+            let critical = 2.0 * (config.stiffness_n_per_m.get() * config.mass_kg.get()).sqrt();
+            restitution(damping.get() / critical, config.force_tail)
+        }
+    }
+}
+
+/// Coefficient of restitution of a linear spring and dashpot by its damping ratio (Schwager and Poeschel 2007,
+/// equations 17 to 21 for the clamped force).
+#[must_use]
+pub fn restitution(damping_ratio: f64, tail: ForceTail) -> f64 {
+    let zeta = damping_ratio;
+    let root = (1.0 - zeta * zeta).abs().sqrt();
+    match tail {
+        ForceTail::Attractive if zeta < 1.0 => (-PI * zeta / root).exp(),
+        ForceTail::Attractive => 0.0,
+        ForceTail::Clamped if zeta < 1.0 => {
+            let angle = (2.0 * zeta * root / (1.0 - 2.0 * zeta * zeta)).atan();
+            let duration = if zeta < FRAC_1_SQRT_2 { PI - angle } else { -angle };
+            (-zeta / root * duration).exp()
+        }
+        ForceTail::Clamped if zeta == 1.0 => (-2.0_f64).exp(),
+        ForceTail::Clamped => {
+            let ratio = (zeta + root) / (zeta - root);
+            (-zeta / root * ratio.ln()).exp()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The DEM document's companion table: damping ratios for e = 0.9, 0.8, 0.5, 0.2 in both conventions.
+    #[test]
+    fn restitution_follows_from_the_damping_ratio() {
+        let table = [
+            (0.9, 0.033_518_45, 0.034_265_20),
+            (0.8, 0.070_850_30, 0.074_355_10),
+            (0.5, 0.215_453_76, 0.255_275_64),
+            (0.2, 0.455_949_81, 0.731_246_93),
+        ];
+        for (wanted, attractive, clamped) in table {
+            assert!((restitution(attractive, ForceTail::Attractive) - wanted).abs() < 1e-7);
+            assert!((restitution(clamped, ForceTail::Clamped) - wanted).abs() < 1e-7);
+        }
+        // Far above critical damping the clamped rebound goes as 1 / (4 zeta^2).
+        assert!((restitution(1e3, ForceTail::Clamped) * 4e6 - 1.0).abs() < 1e-4);
+        let critical = (-2.0_f64).exp();
+        for zeta in [1.0 - 1e-6, 1.0, 1.0 + 1e-6] {
+            assert!((restitution(zeta, ForceTail::Clamped) - critical).abs() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Laws of hard discs.
+
+use super::Law;
+use kinetoscope_manifest::model::PackingConfig;
+use std::f64::consts::PI;
+
+/// The temperature of elastic discs, and of dissipative ones by their collisions.
+pub const COOLING: Law = Law {
+    statement: "T = T0 exp(-(1 - alpha^2) C / n) after C pair collisions; constant for alpha = 1",
+    source: "Haff 1983",
+};
+/// The fourth moment of elastic discs at fixed energy.
+pub const A2_FIXED_ENERGY: Law = Law {
+    statement: "mean a2 = -1/(n + 1) at fixed energy",
+    source: "uniform law on the energy sphere",
+};
+/// The fourth moment in the homogeneous cooling state.
+pub const A2_COOLING: Law = Law {
+    statement: "a2 = 16 (1 - a)(1 - 2 a^2) / (57 - 25 a + 30 a^2 (1 - a))",
+    source: "van Noije and Ernst 1998, homogeneous cooling state",
+};
+/// The pair collision rate.
+pub const COLLISION_RATE: Law = Law {
+    statement: "Enskog: w = 2 sqrt(pi) n s g sqrt(kT/m), n and g corrected for the walls",
+    source: "Chapman and Enskog; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
+};
+/// The wall collision rate.
+pub const WALL_RATE: Law = Law {
+    statement: "force on the walls / kT times sqrt(kT / (2 pi m))",
+    source: "contact theorem; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
+};
+/// The compressibility factor by the virial of pair collisions.
+pub const COMPRESSIBILITY: Law = Law {
+    statement: "Z = (1 + f^2/8) / (1 - f)^2, f of the bulk, walls corrected for",
+    source: "Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
+};
+/// Pressure and collision rate are two faces of one virial.
+pub const VIRIAL_IDENTITY: Law = Law {
+    statement: "Z = 1 + (sqrt(pi)/4) s w sqrt(m/kT)",
+    source: "virial theorem with Maxwell's velocities",
+};
+/// The kinetic energy of elastic discs.
+pub const ELASTIC_ENERGY: Law = Law {
+    statement: "constant for alpha = 1",
+    source: "conservation of energy; walls keep the speed",
+};
+
+/// Henderson's compressibility factor (1 + f^2/8) / (1 - f)^2 of discs at packing fraction f.
+#[must_use]
+pub fn henderson(packing_fraction: f64) -> f64 {
+    let free = 1.0 - packing_fraction;
+    (1.0 + packing_fraction * packing_fraction / 8.0) / (free * free)
+}
+
+/// a2 at fixed energy, -1 / (n + 1).
+#[must_use]
+pub fn a2_at_fixed_energy(discs: u32) -> f64 {
+    -1.0 / (f64::from(discs) + 1.0)
+}
+
+/// a2 of the homogeneous cooling state.
+#[must_use]
+pub fn a2_cooling(restitution: f64) -> f64 {
+    let a = restitution;
+    16.0 * (1.0 - a) * (1.0 - 2.0 * a * a) / (57.0 - 25.0 * a + 30.0 * a * a * (1.0 - a))
+}
+
+/// T over its value at the start, after so many pair collisions.
+#[must_use]
+pub fn cooling(restitution: f64, pair_collisions: f64, discs: u32) -> f64 {
+    (-(1.0 - restitution * restitution) * pair_collisions / f64::from(discs)).exp()
+}
+
+/// Hard discs of one size in a rectangle, in equilibrium. Lengths in the model's unit, rates for kT/m = 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Equilibrium {
+    /// P A / (N kT) by the virial of the pair collisions in the whole box.
+    pub compressibility_factor: f64,
+    /// Pair collisions a disc and unit of time, over sqrt(kT/m).
+    pub pair_rate: f64,
+    /// Wall collisions a disc and unit of time, over sqrt(kT/m).
+    pub wall_rate: f64,
+}
+
+/// Share of the plane that discs cover in the box.
+#[must_use]
+pub fn packing_fraction(config: &PackingConfig) -> f64 {
+    let radius = config.radius.get();
+    f64::from(config.discs.get()) * PI * radius * radius
+        / (config.width.get() * config.height.get())
+}
+
+/// Equilibrium of the discs of a run. Hard walls keep the centres off by a radius, so that the bulk is denser than n/A.
+/// Scaled-particle theory gives the line tension at a wall, gamma = kT rho r / (1 - f), hence the number of discs that
+/// a wall is short of by unit length, rho r (1 - f)/(1 + f), and the force on a wall of length l, P l - 2 gamma. The
+/// virial theorem for the box then gives the pair virial, and Maxwell's velocities the rates.
+#[must_use]
+pub fn equilibrium(config: &PackingConfig) -> Equilibrium {
+    let (radius, discs) = (config.radius.get(), f64::from(config.discs.get()));
+    let (width, height) = (config.width.get(), config.height.get());
+    let (area, disc_area) = (width * height, PI * radius * radius);
+    let mut density = discs / area;
+    // The density converges by a factor of at least four a pass for boxes wider than a few discs.
+    for _ in 0..60 {
+        let fraction = (density * disc_area).min(0.9);
+        let short = radius * (1.0 - fraction) / (1.0 + fraction);
+        density = discs / ((width - 2.0 * short) * (height - 2.0 * short));
+    }
+    let fraction = density * disc_area;
+    let pressure = density * henderson(fraction);
+    let tension = density * radius / (1.0 - fraction);
+    let force = |length: f64| pressure * length - 2.0 * tension;
+    let virial = force(height) * (width - 2.0 * radius) + force(width) * (height - 2.0 * radius);
+    let compressibility_factor = virial / (2.0 * discs);
+    Equilibrium {
+        compressibility_factor,
+        pair_rate: (compressibility_factor - 1.0) * 4.0 / (PI.sqrt() * 2.0 * radius),
+        wall_rate: 2.0 * (force(width) + force(height)) / ((2.0 * PI).sqrt() * discs),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kinetoscope_manifest::quantity::{BoxSide, Positive};
+
+    /// Independent event-driven programs, N = 1e4: Z at packing fractions 0.1 to 0.5. Henderson is within 0.6 % there.
+    #[test]
+    fn henderson_is_close_to_simulated_pressures() {
+        for (fraction, simulated) in
+            [(0.1, 1.23615), (0.2, 1.5702), (0.3, 2.0633), (0.4, 2.8288), (0.5, 4.106)]
+        {
+            assert!((henderson(fraction) / simulated - 1.0).abs() < 0.006, "{fraction}");
+        }
+    }
+
+    /// In a box much larger than its discs, walls do not matter: Enskog's rate with g = (1 - 7f/16)/(1 - f)^2.
+    #[test]
+    fn without_walls_the_rate_is_enskogs() {
+        let config = PackingConfig {
+            discs: 300_000.try_into().unwrap(),
+            width: BoxSide::new(100_000.0).unwrap(),
+            height: BoxSide::new(100_000.0).unwrap(),
+            radius: Positive::new(46.0).unwrap(),
+            ..PackingConfig::default()
+        };
+        let fraction = packing_fraction(&config);
+        let contact_value = (1.0 - 7.0 * fraction / 16.0) / ((1.0 - fraction) * (1.0 - fraction));
+        let density = 300_000.0 / 1e10;
+        let enskog = 2.0 * PI.sqrt() * density * 92.0 * contact_value;
+        let theory = equilibrium(&config);
+        assert!((theory.pair_rate / enskog - 1.0).abs() < 2e-3, "{theory:?} {enskog}");
+        assert!((theory.compressibility_factor / henderson(fraction) - 1.0).abs() < 2e-3);
+    }
+
+    /// A single disc in a box: an ideal gas in the rectangle of the centres, whatever its size; up to the third order in
+    /// the disc's share of the box.
+    #[test]
+    fn few_small_discs_are_an_ideal_gas_of_centres() {
+        let config = PackingConfig {
+            discs: 1.try_into().unwrap(),
+            radius: Positive::new(0.5).unwrap(),
+            ..PackingConfig::default()
+        };
+        let theory = equilibrium(&config);
+        // Flux through the four sides of a 39 x 39 square: rho sqrt(kT/2 pi m) times the perimeter.
+        let ideal = 4.0 * 39.0 / (39.0 * 39.0 * (2.0 * PI).sqrt());
+        assert!((theory.wall_rate / ideal - 1.0).abs() < 2e-3, "{theory:?} {ideal}");
+    }
+}

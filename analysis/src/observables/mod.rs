@@ -1,0 +1,47 @@
+//! Frames to numbers: one file a model. Frames come one after the other; only scalars of them are kept.
+
+pub mod dem;
+pub mod gas;
+pub mod orbit;
+pub mod packing;
+mod rebounds;
+mod snapshot;
+
+pub use snapshot::Snapshot;
+
+use crate::figures::Figures;
+use crate::measurement::Measurement;
+use kinetoscope_manifest::model::ModelConfig;
+use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::reader::RecordedFrame;
+
+/// Watches the frames of one run and then tells what was seen.
+pub trait Observer {
+    /// Takes in the next frame.
+    ///
+    /// # Errors
+    /// A message that can't be decoded.
+    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ReadError>;
+
+    /// The run's numbers; those whose channels were not recorded are left out.
+    fn measurements(&self) -> Vec<Measurement>;
+
+    /// The run's plots.
+    fn figures(&self) -> Figures;
+}
+
+/// The observer of a model.
+#[must_use]
+pub fn observer(config: &ModelConfig) -> Box<dyn Observer> {
+    match config {
+        ModelConfig::Dem(config) => Box::new(dem::DemRun::new(config.clone())),
+        ModelConfig::Gas(config) => Box::new(gas::GasRun::new(config.clone())),
+        ModelConfig::Packing(config) => Box::new(packing::PackingRun::new(config.clone())),
+        ModelConfig::Orbit(config) => Box::new(orbit::OrbitRun::new(config.clone())),
+    }
+}
+
+/// (x - reference) / |reference|.
+fn relative_change(x: f64, reference: f64) -> f64 {
+    (x - reference) / reference.abs()
+}

@@ -1,0 +1,307 @@
+//! Axes: range, ticks that can be read, and a caption with the unit.
+
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
+use std::ops::Range;
+
+/// How values lie along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their logarithm; values that are not above zero can't be drawn.
+    Logarithmic,
+}
+
+/// What an axis shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// The quantity, in words.
+    pub label: String,
+    /// Its unit; empty for a dimensionless one.
+    pub unit: String,
+    /// How values lie along it.
+    pub scale: Scale,
+}
+
+impl Axis {
+    /// A linear axis.
+    #[must_use]
+    pub fn linear(label: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { label: label.into(), unit: unit.into(), scale: Scale::Linear }
+    }
+
+    /// A logarithmic axis.
+    #[must_use]
+    pub fn logarithmic(label: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { label: label.into(), unit: unit.into(), scale: Scale::Logarithmic }
+    }
+
+    /// Whether a value has a place on this axis.
+    #[must_use]
+    pub fn can_show(&self, value: f64) -> bool {
+        value.is_finite() && (self.scale == Scale::Linear || value > 0.0)
+    }
+}
+
+/// An axis laid out for its data. Drawn coordinates are values over a power of ten, or decimal logarithms.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Layout {
+    scale: Scale,
+    exponent: i32,
+    pub(super) low: f64,
+    pub(super) high: f64,
+    pub(super) ticks: Vec<f64>,
+    decimals: usize,
+    pub(super) caption: String,
+}
+
+/// A flat curve still gets an axis: its range is widened to this share of the value.
+const NARROWEST_RANGE_RELATIVE: f64 = 1e-6;
+/// Room between the outermost data and the frame, as a share of the range.
+const MARGIN: f64 = 0.05;
+
+impl Layout {
+    /// Lays out an axis for values of which the extremes are given, in the axis' unit.
+    pub(super) fn new(axis: &Axis, least: f64, greatest: f64) -> Self {
+        let mut layout = Self {
+            scale: axis.scale,
+            exponent: 0,
+            low: least,
+            high: greatest,
+            ticks: Vec::new(),
+            decimals: 0,
+            caption: String::new(),
+        };
+        match axis.scale {
+            Scale::Linear => {
+                layout.exponent = common_exponent(least.abs().max(greatest.abs()));
+                let unit = power_of_ten(layout.exponent);
+                layout.widen(least / unit, greatest / unit);
+            }
+            Scale::Logarithmic => layout.widen(least.log10(), greatest.log10()),
+        }
+        layout.set_ticks();
+        layout.caption = caption(axis, layout.exponent);
+        layout
+    }
+
+    fn widen(&mut self, low: f64, high: f64) {
+        let size = low.abs().max(high.abs());
+        let narrowest = if size > 0.0 { size * NARROWEST_RANGE_RELATIVE } else { 1.0 };
+        let missing = (narrowest - (high - low)).max(0.0) / 2.0;
+        let margin = MARGIN * (high - low + 2.0 * missing);
+        self.low = low - missing - margin;
+        self.high = high + missing + margin;
+    }
+
+    /// Sets the drawn range anew, for equal scales along both axes.
+    pub(super) fn set_range(&mut self, low: f64, high: f64) {
+        self.low = low;
+        self.high = high;
+        self.set_ticks();
+    }
+
+    /// Draws in another axis' power of ten, for equal scales along both axes.
+    pub(super) fn adopt_exponent(&mut self, axis: &Axis, exponent: i32) {
+        let factor = power_of_ten(self.exponent) / power_of_ten(exponent);
+        self.exponent = exponent;
+        self.caption = caption(axis, exponent);
+        self.set_range(self.low * factor, self.high * factor);
+    }
+
+    pub(super) const fn exponent(&self) -> i32 {
+        self.exponent
+    }
+
+    fn set_ticks(&mut self) {
+        if self.scale == Scale::Logarithmic
+            && let Some(ticks) = decade_ticks(self.low, self.high)
+        {
+            self.ticks = ticks;
+            return;
+        }
+        if self.scale == Scale::Logarithmic {
+            let (low, high) = (10.0_f64.powf(self.low), 10.0_f64.powf(self.high));
+            let (ticks, _) = even_ticks(low, high);
+            self.ticks = ticks.into_iter().filter(|tick| *tick > 0.0).map(f64::log10).collect();
+            return;
+        }
+        (self.ticks, self.decimals) = even_ticks(self.low, self.high);
+    }
+
+    /// A value's place along the axis.
+    pub(super) fn place(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Linear => value / power_of_ten(self.exponent),
+            Scale::Logarithmic => value.log10(),
+        }
+    }
+
+    /// What stands beside a tick.
+    pub(super) fn tick_text(&self, tick: f64) -> String {
+        match self.scale {
+            Scale::Linear => {
+                let text = format!("{tick:.*}", self.decimals).replace('-', "−");
+                if text.chars().any(|digit| ('1'..='9').contains(&digit)) {
+                    text
+                } else {
+                    text.replace('−', "")
+                }
+            }
+            Scale::Logarithmic => short_number(10.0_f64.powf(tick)),
+        }
+    }
+}
+
+impl Ranged for Layout {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let share = (value - self.low) / (self.high - self.low);
+        limit.0 + (share * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.clone() }
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.low..self.high
+    }
+}
+
+fn caption(axis: &Axis, exponent: i32) -> String {
+    let power = if exponent == 0 { String::new() } else { format!("10{}", superscript(exponent)) };
+    match (power.is_empty(), axis.unit.is_empty()) {
+        (true, true) => axis.label.clone(),
+        (true, false) => format!("{} ({})", axis.label, axis.unit),
+        (false, true) => format!("{} ({power})", axis.label),
+        (false, false) => format!("{} ({power} {})", axis.label, axis.unit),
+    }
+}
+
+/// The power of ten that ticks are written in: none for numbers that read well as they are.
+fn common_exponent(size: f64) -> i32 {
+    if size == 0.0 || (1e-2..1e5).contains(&size) { 0 } else { size.log10().floor() as i32 }
+}
+
+/// Ten to the power, exact where a decimal literal is: a division by 10^e then rounds once.
+fn power_of_ten(exponent: i32) -> f64 {
+    10.0_f64.powi(exponent)
+}
+
+/// About six ticks at multiples of 1, 2 or 5 times a power of ten, and the decimals that tell them apart.
+fn even_ticks(low: f64, high: f64) -> (Vec<f64>, usize) {
+    let rough = (high - low) / 6.0;
+    let power = rough.log10().floor();
+    let unit = 10.0_f64.powf(power);
+    let step = [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|factor| factor * unit)
+        .find(|step| *step >= rough)
+        .unwrap_or(unit);
+    let first = (low / step).ceil() as i64;
+    let last = (high / step).floor() as i64;
+    let decimals = (-step.log10().floor()).max(0.0) as usize;
+    ((first..=last).map(|index| index as f64 * step).collect(), decimals)
+}
+
+/// Logarithmic ticks (as decimal logarithms): powers of ten, with 2 and 5 between where there is room; `None` on a range
+/// too narrow to hold three of them.
+fn decade_ticks(low: f64, high: f64) -> Option<Vec<f64>> {
+    let decades = high - low;
+    let stride = ((decades / 8.0).ceil() as i64).max(1);
+    let mantissas: &[f64] = if decades < 3.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let first = low.floor() as i64;
+    let first = first - first.rem_euclid(stride);
+    let mut ticks = Vec::new();
+    for decade in (first..=high.ceil() as i64).step_by(stride as usize) {
+        for mantissa in mantissas {
+            let tick = decade as f64 + mantissa.log10();
+            if (low..=high).contains(&tick) {
+                ticks.push(tick);
+            }
+        }
+    }
+    (ticks.len() >= 3).then_some(ticks)
+}
+
+/// A number in few characters, with a power of ten where plain digits would be many.
+#[must_use]
+pub fn short_number(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let exponent = (value.abs() * (1.0 + 1e-12)).log10().floor() as i32;
+    if (-2..=4).contains(&exponent) {
+        let digits = format!("{value:.*}", usize::try_from(4 - exponent).unwrap_or(0));
+        return trim_zeros(&digits).replace('-', "−");
+    }
+    let mantissa = trim_zeros(&format!("{:.3}", value / power_of_ten(exponent))).replace('-', "−");
+    let power = format!("10{}", superscript(exponent));
+    if mantissa == "1" { power } else { format!("{mantissa}·{power}") }
+}
+
+fn trim_zeros(digits: &str) -> String {
+    if digits.contains('.') {
+        digits.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        digits.to_owned()
+    }
+}
+
+/// The digits of an exponent, raised.
+fn superscript(exponent: i32) -> String {
+    exponent
+        .to_string()
+        .chars()
+        .map(|character| match character {
+            '-' => '⁻',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            digit => {
+                let offset = digit.to_digit(10).unwrap_or(0);
+                char::from_u32(0x2070 + offset).unwrap_or(digit)
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_numbers_are_written_in_a_power_of_ten_of_the_caption() {
+        let layout = Layout::new(&Axis::linear("pressure", "N/m"), 0.9e-18, 1.7e-18);
+        assert_eq!(layout.caption, "pressure (10⁻¹⁸ N/m)");
+        let texts: Vec<String> = layout.ticks.iter().map(|tick| layout.tick_text(*tick)).collect();
+        assert_eq!(texts, ["1.0", "1.2", "1.4", "1.6"]);
+    }
+
+    #[test]
+    fn a_constant_has_an_axis_with_different_ticks() {
+        for constant in [0.0, 2.0, -3e-20] {
+            let layout = Layout::new(&Axis::linear("y", ""), constant, constant);
+            let mut texts: Vec<String> =
+                layout.ticks.iter().map(|tick| layout.tick_text(*tick)).collect();
+            assert!(texts.len() >= 3, "{constant}: {texts:?}");
+            texts.dedup();
+            assert_eq!(texts.len(), layout.ticks.len(), "{constant}: {texts:?}");
+        }
+    }
+
+    #[test]
+    fn logarithmic_ticks_suit_narrow_and_wide_ranges() {
+        let texts = |least: f64, greatest: f64| -> Vec<String> {
+            let layout = Layout::new(&Axis::logarithmic("r", "m"), least, greatest);
+            layout.ticks.iter().map(|tick| layout.tick_text(*tick)).collect()
+        };
+        assert_eq!(texts(0.5, 2.0), ["0.5", "1", "2"]);
+        assert_eq!(texts(1e-18, 3e-18), ["10⁻¹⁸", "1.5·10⁻¹⁸", "2·10⁻¹⁸", "2.5·10⁻¹⁸", "3·10⁻¹⁸"]);
+        let wide = texts(1e-12, 1e4);
+        assert!((4..=9).contains(&wide.len()), "{wide:?}");
+    }
+}

@@ -1,0 +1,78 @@
+//! The sheet that plots are drawn on: size, colours, text, and the legend above the axes.
+
+use super::DrawingError;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// The drawing library rounds to whole pixels: everything is drawn this many times larger and shown smaller.
+pub(super) const FINENESS: i32 = 8;
+
+/// A sheet while it is drawn on, in fine pixels.
+pub(super) type Sheet<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+pub(super) const INK: RGBColor = RGBColor(38, 38, 38);
+pub(super) const PALE: RGBColor = RGBColor(222, 222, 222);
+
+/// Colours that the colour-blind can tell apart (Okabe and Ito 2008), without the yellow that is pale on white.
+const CURVES: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(90, 90, 90),
+];
+
+/// The colour of the curve with this number.
+pub(super) const fn curve_colour(index: usize) -> RGBColor {
+    CURVES[index % CURVES.len()]
+}
+
+/// A length given in shown pixels, in fine pixels.
+pub(super) const fn fine(length: i32) -> i32 {
+    length * FINENESS
+}
+
+/// Text of this size in shown pixels.
+pub(super) fn text_style(size: i32, horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
+    TextStyle::from(("sans-serif", fine(size))).color(&INK).pos(Pos::new(horizontal, vertical))
+}
+
+/// A line of this width in shown half pixels.
+pub(super) fn stroke(colour: RGBColor, half_pixels: u32) -> ShapeStyle {
+    ShapeStyle {
+        color: colour.to_rgba(),
+        filled: false,
+        stroke_width: half_pixels * FINENESS.unsigned_abs() / 2,
+    }
+}
+
+/// Width of a text in shown pixels, over-estimated: the reader's font is not known.
+pub(super) fn text_width(text: &str, size: i32) -> i32 {
+    let characters = i32::try_from(text.chars().count()).unwrap_or(i32::MAX / 100);
+    characters * size / 2
+}
+
+/// Draws on a white sheet of this size in shown pixels and returns the document.
+pub(super) fn draw<F>(width: i32, height: i32, content: F) -> Result<String, DrawingError>
+where
+    F: FnOnce(&Sheet<'_>) -> Result<(), DrawingError>,
+{
+    let size = (fine(width).unsigned_abs(), fine(height).unsigned_abs());
+    let mut document = String::new();
+    {
+        let sheet = SVGBackend::with_string(&mut document, size).into_drawing_area();
+        sheet.fill(&WHITE).map_err(failure)?;
+        content(&sheet)?;
+        sheet.present().map_err(failure)?;
+    }
+    let drawn = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
+    Ok(document.replacen(&drawn, &format!("width=\"{width}\" height=\"{height}\""), 1))
+}
+
+/// The drawing library's error in its own words.
+pub(super) fn failure<E: std::error::Error>(error: E) -> DrawingError {
+    DrawingError(error.to_string())
+}

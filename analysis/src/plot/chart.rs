@@ -1,0 +1,314 @@
+//! Curves, points with error bars and theory lines over two axes.
+
+use super::DrawingError;
+use super::axis::{Axis, Layout};
+use super::canvas::{
+    INK, PALE, Sheet, curve_colour, draw, failure, fine, stroke, text_style, text_width,
+};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// A point with the error of its y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Abscissa.
+    pub x: f64,
+    /// Ordinate.
+    pub y: f64,
+    /// One standard error of y.
+    pub error: Option<f64>,
+}
+
+impl Point {
+    /// A point without an error.
+    #[must_use]
+    pub const fn bare(x: f64, y: f64) -> Self {
+        Self { x, y, error: None }
+    }
+}
+
+/// How a curve is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// A line through the points.
+    Line,
+    /// A dashed line through the points: theory.
+    Theory,
+    /// Dots with error bars: data.
+    Data,
+}
+
+/// A named set of points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// What the legend says.
+    pub name: String,
+    /// How it is drawn.
+    pub style: Style,
+    /// Number of its colour: curves that belong together share one.
+    pub colour: usize,
+    /// The points, in the order of the line.
+    pub points: Vec<Point>,
+}
+
+/// Curves over two axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// The file's name without its ending.
+    pub stem: String,
+    /// What is shown.
+    pub title: String,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// Whether a unit is as long along x as along y.
+    pub equal_aspect: bool,
+    /// What is drawn, later curves above earlier ones.
+    pub curves: Vec<Curve>,
+}
+
+const WIDTH: i32 = 860;
+const PLOT_HEIGHT: i32 = 440;
+const TITLE_HEIGHT: i32 = 40;
+const LEGEND_ROW_HEIGHT: i32 = 22;
+const LEFT_LABELS: i32 = 92;
+const BOTTOM_LABELS: i32 = 58;
+const RIGHT_MARGIN: i32 = 32;
+const LEGEND_TEXT: i32 = 16;
+const LEGEND_SAMPLE: i32 = 30;
+const LEGEND_GAP: i32 = 22;
+
+impl Chart {
+    /// The chart as an SVG document; `None` where no curve has a point that the axes can show.
+    ///
+    /// # Errors
+    /// What the drawing library could not draw.
+    pub fn svg(&self) -> Result<Option<String>, DrawingError> {
+        let curves = self.visible_curves();
+        let Some((mut x, mut y)) = self.layouts(&curves) else { return Ok(None) };
+        let legend = legend_rows(&curves);
+        let legend_height = legend.len() as i32 * LEGEND_ROW_HEIGHT;
+        let plot_height = if self.equal_aspect { 660 } else { PLOT_HEIGHT };
+        if self.equal_aspect {
+            let plot_width = WIDTH - LEFT_LABELS - RIGHT_MARGIN;
+            self.equalise(&mut x, &mut y, f64::from(plot_width) / f64::from(plot_height));
+        }
+        let height = TITLE_HEIGHT + legend_height + plot_height + BOTTOM_LABELS + 10;
+        draw(WIDTH, height, |sheet| {
+            let title = text_style(20, HPos::Center, VPos::Center);
+            sheet
+                .draw(&Text::new(self.title.clone(), (fine(WIDTH / 2), fine(22)), title))
+                .map_err(failure)?;
+            for (row, entries) in legend.iter().enumerate() {
+                draw_legend_row(sheet, TITLE_HEIGHT + row as i32 * LEGEND_ROW_HEIGHT, entries)?;
+            }
+            let (_, plot) = sheet.split_vertically(fine(TITLE_HEIGHT + legend_height));
+            draw_plot(&plot, &x, &y, &curves)?;
+            let across = (LEFT_LABELS + WIDTH - RIGHT_MARGIN) / 2;
+            let down = TITLE_HEIGHT + legend_height + plot_height / 2;
+            let style = text_style(16, HPos::Center, VPos::Center);
+            let below = (fine(across), fine(height - 16));
+            sheet.draw(&Text::new(x.caption.clone(), below, style.clone())).map_err(failure)?;
+            let upright = style.transform(FontTransform::Rotate270);
+            let beside = (fine(18), fine(down));
+            sheet.draw(&Text::new(y.caption.clone(), beside, upright)).map_err(failure)
+        })
+        .map(Some)
+    }
+
+    /// The curves that have something to show, without the points that the axes can't show.
+    fn visible_curves(&self) -> Vec<Curve> {
+        let mut curves = self.curves.clone();
+        for curve in &mut curves {
+            curve.points.retain(|point| self.x.can_show(point.x) && self.y.can_show(point.y));
+        }
+        curves.retain(|curve| !curve.points.is_empty());
+        curves
+    }
+
+    fn layouts(&self, curves: &[Curve]) -> Option<(Layout, Layout)> {
+        let points = || curves.iter().flat_map(|curve| &curve.points);
+        let ends = points().flat_map(|point| {
+            let error = point.error.unwrap_or(0.0);
+            [point.y - error, point.y, point.y + error]
+        });
+        let (left, right) = extremes(points().map(|point| point.x))?;
+        let (bottom, top) = extremes(ends.filter(|end| self.y.can_show(*end)))?;
+        Some((Layout::new(&self.x, left, right), Layout::new(&self.y, bottom, top)))
+    }
+
+    /// Makes a unit as long along x as along y by widening the shorter range; `shape` is width over height.
+    fn equalise(&self, x: &mut Layout, y: &mut Layout, shape: f64) {
+        let exponent = x.exponent().max(y.exponent());
+        x.adopt_exponent(&self.x, exponent);
+        y.adopt_exponent(&self.y, exponent);
+        let (width, height) = (x.high - x.low, y.high - y.low);
+        if width < height * shape {
+            let extra = (height * shape - width) / 2.0;
+            x.set_range(x.low - extra, x.high + extra);
+        } else {
+            let extra = (width / shape - height) / 2.0;
+            y.set_range(y.low - extra, y.high + extra);
+        }
+    }
+}
+
+fn extremes(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.fold(None, |range, value| match range {
+        None => Some((value, value)),
+        Some((least, greatest)) => Some((value.min(least), value.max(greatest))),
+    })
+}
+
+/// Spreads the legend over rows that fit the sheet: position from the left, and curve.
+fn legend_rows(curves: &[Curve]) -> Vec<Vec<(i32, &Curve)>> {
+    let mut rows: Vec<Vec<(i32, &Curve)>> = Vec::new();
+    let mut left = i32::MAX;
+    for curve in curves {
+        let width = LEGEND_SAMPLE + 8 + text_width(&curve.name, LEGEND_TEXT) + LEGEND_GAP;
+        if left.saturating_add(width) > WIDTH - RIGHT_MARGIN {
+            rows.push(Vec::new());
+            left = LEFT_LABELS;
+        }
+        if let Some(row) = rows.last_mut() {
+            row.push((left, curve));
+        }
+        left += width;
+    }
+    rows
+}
+
+fn draw_legend_row(
+    sheet: &Sheet<'_>,
+    top: i32,
+    entries: &[(i32, &Curve)],
+) -> Result<(), DrawingError> {
+    let middle = fine(top + LEGEND_ROW_HEIGHT / 2);
+    for (left, curve) in entries {
+        let colour = curve_colour(curve.colour);
+        let ends = [(fine(*left), middle), (fine(left + LEGEND_SAMPLE), middle)];
+        match curve.style {
+            Style::Line => sheet.draw(&PathElement::new(ends, stroke(colour, 4))),
+            Style::Theory => {
+                let [from, to] = ends;
+                let dashes =
+                    (from.0..to.0).step_by(fine(11).unsigned_abs() as usize).map(|start| {
+                        let end = (start + fine(7)).min(to.0);
+                        PathElement::new([(start, middle), (end, middle)], stroke(colour, 3))
+                    });
+                dashes.into_iter().try_for_each(|dash| sheet.draw(&dash))
+            }
+            Style::Data => {
+                let centre = (fine(left + LEGEND_SAMPLE / 2), middle);
+                sheet.draw(&Circle::new(centre, fine(4), colour.filled()))
+            }
+        }
+        .map_err(failure)?;
+        let style = text_style(LEGEND_TEXT, HPos::Left, VPos::Center);
+        let at = (fine(left + LEGEND_SAMPLE + 8), middle);
+        sheet.draw(&Text::new(curve.name.clone(), at, style)).map_err(failure)?;
+    }
+    Ok(())
+}
+
+fn draw_plot(
+    area: &Sheet<'_>,
+    x: &Layout,
+    y: &Layout,
+    curves: &[Curve],
+) -> Result<(), DrawingError> {
+    let mut chart = ChartBuilder::on(area)
+        .margin_top(fine(10))
+        .margin_right(fine(RIGHT_MARGIN))
+        .x_label_area_size(fine(BOTTOM_LABELS))
+        .y_label_area_size(fine(LEFT_LABELS))
+        .build_cartesian_2d(x.clone(), y.clone())
+        .map_err(failure)?;
+    chart
+        .configure_mesh()
+        .axis_style(stroke(INK, 2))
+        .bold_line_style(stroke(PALE, 2))
+        .light_line_style(TRANSPARENT)
+        .set_all_tick_mark_size(fine(5))
+        .label_style(text_style(15, HPos::Left, VPos::Top))
+        .x_label_formatter(&|tick| x.tick_text(*tick))
+        .y_label_formatter(&|tick| y.tick_text(*tick))
+        .draw()
+        .map_err(failure)?;
+    for curve in curves {
+        let colour = curve_colour(curve.colour);
+        let places: Vec<(f64, f64)> =
+            curve.points.iter().map(|point| (x.place(point.x), y.place(point.y))).collect();
+        match curve.style {
+            Style::Line => {
+                chart.draw_series(LineSeries::new(places, stroke(colour, 3))).map_err(failure)?;
+            }
+            Style::Theory => {
+                let dashes = DashedLineSeries::new(places, fine(7), fine(4), stroke(colour, 3));
+                chart.draw_series(dashes).map_err(failure)?;
+            }
+            Style::Data => {
+                chart
+                    .draw_series(
+                        places.iter().map(|place| Circle::new(*place, fine(4), colour.filled())),
+                    )
+                    .map_err(failure)?;
+                chart.draw_series(error_bars(curve, x, y, colour)).map_err(failure)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The bars of a curve's errors; a lower end that a logarithmic axis can't show stops at the frame.
+fn error_bars(
+    curve: &Curve,
+    x: &Layout,
+    y: &Layout,
+    colour: RGBColor,
+) -> Vec<PathElement<(f64, f64)>> {
+    let cap = (x.high - x.low) * 0.006;
+    let style = stroke(colour, 3);
+    let bar = |point: &Point| {
+        let error = point.error.filter(|error| *error > 0.0)?;
+        let (centre, top) = (x.place(point.x), y.place(point.y + error));
+        let low = y.place(point.y - error);
+        let reached = low.is_finite() && low >= y.low;
+        let bottom = if reached { low } else { y.low };
+        let across = |height: f64| vec![(centre - cap, height), (centre + cap, height)];
+        let mut paths = vec![vec![(centre, bottom), (centre, top)], across(top)];
+        if reached {
+            paths.push(across(bottom));
+        }
+        Some(paths)
+    };
+    curve
+        .points
+        .iter()
+        .filter_map(bar)
+        .flatten()
+        .map(|path| PathElement::new(path, style))
+        .collect()
+}
+
+/// Keeps at most about `most` points of a long curve: of each run of neighbours the least and the greatest, in order.
+#[must_use]
+pub fn thinned(points: Vec<Point>, most: usize) -> Vec<Point> {
+    if points.len() <= most {
+        return points;
+    }
+    let run = points.len().div_ceil(most / 2);
+    let mut kept = Vec::with_capacity(most);
+    for neighbours in points.chunks(run) {
+        let by_height = |a: &&Point, b: &&Point| a.y.total_cmp(&b.y);
+        let least = neighbours.iter().min_by(by_height);
+        let greatest = neighbours.iter().max_by(by_height);
+        if let (Some(a), Some(b)) = (least, greatest) {
+            let (first, second) = if a.x <= b.x { (a, b) } else { (b, a) };
+            kept.push(*first);
+            kept.push(*second);
+        }
+    }
+    kept
+}

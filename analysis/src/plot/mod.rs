@@ -1,0 +1,64 @@
+//! Plots as SVG: curves with axes, and pictures of a state to scale.
+
+mod axis;
+mod canvas;
+mod chart;
+mod picture;
+
+pub use axis::{Axis, Scale, short_number};
+pub use chart::{Chart, Curve, Point, Style, thinned};
+pub use picture::{Body, Container, MOST_BODIES, Picture};
+
+/// A plot, and the file that it goes to.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Plot {
+    /// Curves and points over two axes.
+    Chart(Chart),
+    /// Particles in their container, to scale.
+    Picture(Picture),
+}
+
+/// A plot that could not be drawn, with the drawing library's words.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DrawingError(pub String);
+
+impl std::fmt::Display for DrawingError {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for DrawingError {}
+
+impl Plot {
+    /// The file's name without its ending.
+    #[must_use]
+    pub fn stem(&self) -> &str {
+        match self {
+            Self::Chart(chart) => &chart.stem,
+            Self::Picture(picture) => &picture.stem,
+        }
+    }
+
+    /// Says in the title which run it is about.
+    pub fn add_to_title(&mut self, run: &str) {
+        let title = match self {
+            Self::Chart(chart) => &mut chart.title,
+            Self::Picture(picture) => &mut picture.title,
+        };
+        if !run.is_empty() {
+            *title = format!("{title}: {run}");
+        }
+    }
+
+    /// The plot as an SVG document; `None` where there is nothing to show.
+    ///
+    /// # Errors
+    /// What the drawing library could not draw.
+    pub fn svg(&self) -> Result<Option<String>, DrawingError> {
+        match self {
+            Self::Chart(chart) => chart.svg(),
+            Self::Picture(picture) => picture.svg().map(Some),
+        }
+    }
+}

@@ -1,0 +1,210 @@
+//! Pictures of a state: particles in their container, to scale, coloured by speed.
+
+use super::DrawingError;
+use super::axis::short_number;
+use super::canvas::{INK, Sheet, draw, failure, fine, stroke, text_style};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// A particle as it is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Centre, in the picture's length unit.
+    pub centre: [f64; 2],
+    /// Radius; `None` for a point, drawn as a dot.
+    pub radius: Option<f64>,
+    /// Speed, for its colour.
+    pub speed: f64,
+}
+
+/// The walls of a container.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Container {
+    /// A rectangle from its lower left to its upper right corner.
+    Rectangle([f64; 2], [f64; 2]),
+    /// A circle by centre and radius.
+    Circle([f64; 2], f64),
+}
+
+/// Particles in their container.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// The file's name without its ending.
+    pub stem: String,
+    /// What is shown.
+    pub title: String,
+    /// Numbers written below the title, such as "N = 1000, r = 1 m".
+    pub caption: String,
+    /// Unit of lengths; empty for dimensionless ones.
+    pub length_unit: String,
+    /// Unit of speeds; empty for dimensionless ones.
+    pub speed_unit: String,
+    /// The walls.
+    pub container: Container,
+    /// The particles, the first of them where they are too many to draw.
+    pub bodies: Vec<Body>,
+}
+
+/// More particles than this are not drawn: the file would be too large for a viewer.
+pub const MOST_BODIES: usize = 10_000;
+
+const WIDTH: i32 = 760;
+const HEADER: i32 = 66;
+const SIDE: i32 = 40;
+const BAR_ROOM: i32 = 110;
+const LARGEST: i32 = 600;
+
+/// Where lengths lie on the sheet.
+struct View {
+    left: f64,
+    top: f64,
+    low: [f64; 2],
+    height: f64,
+    scale: f64,
+}
+
+impl View {
+    /// Fits the container into the sheet; also the sheet's height.
+    fn new(container: Container) -> (Self, i32) {
+        let (low, high) = match container {
+            Container::Rectangle(low, high) => (low, high),
+            Container::Circle(centre, radius) => {
+                let reach = |sign: f64| [centre[0] + sign * radius, centre[1] + sign * radius];
+                (reach(-1.0), reach(1.0))
+            }
+        };
+        let (width, height) = (high[0] - low[0], high[1] - low[1]);
+        let most = f64::from(fine(LARGEST));
+        let scale = (most / width).min(most / height);
+        let free = (most - width * scale) / 2.0;
+        let left = f64::from(fine(SIDE)) + free;
+        let view = Self { left, top: f64::from(fine(HEADER)), low, height, scale };
+        let sheet = HEADER + (height * scale).ceil() as i32 / fine(1) + SIDE;
+        (view, sheet)
+    }
+
+    fn place(&self, point: [f64; 2]) -> (i32, i32) {
+        let right = (point[0] - self.low[0]) * self.scale + self.left;
+        let down = (self.height - (point[1] - self.low[1])) * self.scale + self.top;
+        (right.round() as i32, down.round() as i32)
+    }
+
+    fn length(&self, length: f64) -> i32 {
+        (length * self.scale).round() as i32
+    }
+}
+
+impl Picture {
+    /// The picture as an SVG document.
+    ///
+    /// # Errors
+    /// What the drawing library could not draw.
+    pub fn svg(&self) -> Result<String, DrawingError> {
+        let (view, height) = View::new(self.container);
+        let fastest = self.bodies.iter().map(|body| body.speed).fold(0.0, f64::max);
+        draw(WIDTH, height, |sheet| {
+            let middle = fine(SIDE + LARGEST / 2);
+            for (text, size, down) in [(&self.title, 18, 20), (&self.caption, 14, 46)] {
+                let style = text_style(size, HPos::Center, VPos::Center);
+                sheet
+                    .draw(&Text::new(text.clone(), (middle, fine(down)), style))
+                    .map_err(failure)?;
+            }
+            for body in &self.bodies {
+                let share = if fastest > 0.0 { body.speed / fastest } else { 0.0 };
+                let radius = body.radius.map_or(fine(5) / 2, |radius| view.length(radius));
+                let disc =
+                    Circle::new(view.place(body.centre), radius, speed_colour(share).filled());
+                sheet.draw(&disc).map_err(failure)?;
+            }
+            self.draw_container(sheet, &view)?;
+            let below = (middle, fine(height - SIDE / 2));
+            let style = text_style(14, HPos::Center, VPos::Center);
+            sheet.draw(&Text::new(self.size_text(), below, style)).map_err(failure)?;
+            self.draw_colour_bar(sheet, height, fastest)
+        })
+    }
+
+    /// The container's size in words.
+    fn size_text(&self) -> String {
+        let unit = if self.length_unit.is_empty() {
+            String::new()
+        } else {
+            format!(" {}", self.length_unit)
+        };
+        match self.container {
+            Container::Rectangle(low, high) => {
+                let sides = [0, 1].map(|axis| short_number(high[axis] - low[axis]));
+                format!("box of {}{unit} × {}{unit}", sides[0], sides[1])
+            }
+            Container::Circle(_, radius) => {
+                format!("circle of radius {}{unit}", short_number(radius))
+            }
+        }
+    }
+
+    fn draw_container(&self, sheet: &Sheet<'_>, view: &View) -> Result<(), DrawingError> {
+        let line = stroke(INK, 3);
+        match self.container {
+            Container::Rectangle(low, high) => {
+                let corners = [low, [high[0], low[1]], high, [low[0], high[1]], low];
+                sheet.draw(&PathElement::new(corners.map(|corner| view.place(corner)), line))
+            }
+            Container::Circle(centre, radius) => {
+                sheet.draw(&Circle::new(view.place(centre), view.length(radius), line))
+            }
+        }
+        .map_err(failure)
+    }
+
+    fn draw_colour_bar(
+        &self,
+        sheet: &Sheet<'_>,
+        height: i32,
+        fastest: f64,
+    ) -> Result<(), DrawingError> {
+        const STEPS: i32 = 40;
+        let left = WIDTH - BAR_ROOM + 14;
+        let (top, bottom) = (HEADER + 26, height - SIDE);
+        let unit = if self.speed_unit.is_empty() {
+            "speed".to_owned()
+        } else {
+            format!("speed ({})", self.speed_unit)
+        };
+        let caption = text_style(13, HPos::Center, VPos::Center);
+        let above = (fine(left + 28), fine(HEADER + 8));
+        sheet.draw(&Text::new(unit, above, caption)).map_err(failure)?;
+        for step in 0..STEPS {
+            let edge = |step: i32| fine(bottom) - fine(bottom - top) * step / STEPS;
+            // Each step reaches under the next one, so that no seam shows.
+            let corners =
+                [(fine(left), edge((step + 2).min(STEPS))), (fine(left + 16), edge(step))];
+            let share = (f64::from(step) + 0.5) / f64::from(STEPS);
+            sheet.draw(&Rectangle::new(corners, speed_colour(share).filled())).map_err(failure)?;
+        }
+        for (share, down) in [(1.0, top), (0.5, (top + bottom) / 2), (0.0, bottom)] {
+            let text = short_number(three_digits(share * fastest));
+            let style = text_style(12, HPos::Left, VPos::Center);
+            sheet.draw(&Text::new(text, (fine(left + 22), fine(down)), style)).map_err(failure)?;
+        }
+        Ok(())
+    }
+}
+
+/// Rounded to three digits, for a colour bar.
+fn three_digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+/// Dark blue for rest to orange for the fastest: even in brightness on white.
+fn speed_colour(share: f64) -> RGBColor {
+    const STOPS: [[f64; 3]; 4] =
+        [[40.0, 44.0, 120.0], [30.0, 130.0, 170.0], [120.0, 180.0, 90.0], [240.0, 150.0, 30.0]];
+    let place = share.clamp(0.0, 1.0) * 3.0;
+    let stop = (place as usize).min(2);
+    let along = place - stop as f64;
+    let channel = |index: usize| {
+        (STOPS[stop][index] + along * (STOPS[stop + 1][index] - STOPS[stop][index])).round() as u8
+    };
+    RGBColor(channel(0), channel(1), channel(2))
+}

@@ -1,0 +1,289 @@
+//! One experiment from its recordings to files and to the terminal.
+
+use crate::checks::{Verdict, judge};
+use crate::coordinates;
+use crate::figures::{self, Figures};
+use crate::input::Source;
+use crate::metrics::{self, Metric, Place};
+use crate::plot::Plot;
+use crate::run::{self, Ending, RunAnalysis};
+use crate::sweep;
+use crate::table::{Terminal, Tone, table};
+use kinetoscope_manifest::Check;
+use std::fmt::Write as _;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// All that was found in one experiment.
+#[derive(Debug)]
+pub struct Report {
+    /// Its name.
+    pub name: String,
+    /// What it is about, in the user's words; may be empty.
+    pub description: String,
+    /// The runs, in the order of the experiment.
+    pub runs: Vec<RunAnalysis>,
+    /// All numbers: fits, means over replicates, runs.
+    pub metrics: Vec<Metric>,
+    /// What became of the checks.
+    pub verdicts: Vec<Verdict>,
+    /// The plots, each with a file name of its own.
+    pub plots: Vec<(String, Plot)>,
+    /// What the user should know.
+    pub notes: Vec<String>,
+    /// What could not be read, and why.
+    pub unreadable: Vec<String>,
+}
+
+/// Plots of single runs are drawn for this many points of a sweep.
+const MOST_RUNS_DRAWN: usize = 6;
+/// In a longer sweep the terminal shows fits alone; everything is in the files.
+const MOST_POINTS_SHOWN: usize = 6;
+
+/// Analyses the recordings of one folder. `checks` are those of the command line, beside the experiment's own.
+#[must_use]
+pub fn analyse(mut source: Source, checks: &[Check]) -> Report {
+    let opened = source.open();
+    let mut runs: Vec<RunAnalysis> = Vec::new();
+    let (mut notes, mut unreadable) = (source.notes, source.unreadable);
+    for (open, coordinates) in opened {
+        let drawn = runs.iter().filter(|run| run.figures != Figures::default()).count();
+        let new_point = !runs.iter().any(|run| run.coordinates == coordinates);
+        let with_figures = new_point && drawn < figures::sweep::MOST_CURVES;
+        match run::analyse(open, coordinates, with_figures) {
+            Ok(run) => runs.push(run),
+            Err(run::Unreadable(why)) => unreadable.push(why),
+        }
+    }
+    for run in &runs {
+        match &run.ending {
+            Ending::Complete => {}
+            Ending::Damaged(why) => unreadable.push(why.clone()),
+            other => notes.push(format!(
+                "{}: {} after {} frames, t = {}; not part of means and fits",
+                run.file,
+                other.text(),
+                run.frames,
+                run.end_time
+            )),
+        }
+    }
+    let points = sweep::points(&runs);
+    let (mut metrics, refused) = sweep::fits(&points);
+    notes.extend(refused);
+    metrics.extend(sweep::replicate_means(&points));
+    metrics.extend(runs.iter().flat_map(metrics::of_run));
+    let plots = plots(&runs, &points, &mut notes);
+    // A part of an experiment is not held to the checks of the whole.
+    let own = source.record.as_ref().filter(|_| source.whole);
+    let own = own.map_or(&[][..], |record| &record.checks);
+    let verdicts = own.iter().chain(checks).flat_map(|check| judge(check, &metrics)).collect();
+    let description = source.record.map_or_else(String::new, |record| record.description);
+    Report { name: source.name, description, runs, metrics, verdicts, plots, notes, unreadable }
+}
+
+fn plots(
+    runs: &[RunAnalysis],
+    points: &[sweep::SweepPoint<'_>],
+    notes: &mut Vec<String>,
+) -> Vec<(String, Plot)> {
+    let mut all: Vec<(String, Plot)> = Vec::new();
+    let mut add = |stem: String, plot: Plot| {
+        let taken = |stem: &str| all.iter().any(|(other, _)| other == stem);
+        let mut name = stem.clone();
+        let mut number = 2;
+        while taken(&name) {
+            name = format!("{stem}_{number}");
+            number += 1;
+        }
+        all.push((name, plot));
+    };
+    for plot in figures::sweep::plots(points) {
+        add(plot.stem().to_owned(), plot);
+    }
+    let drawn: Vec<&RunAnalysis> =
+        runs.iter().filter(|run| run.figures != Figures::default()).collect();
+    for plot in figures::sweep::comparisons(&drawn) {
+        add(plot.stem().to_owned(), plot);
+    }
+    for run in drawn.iter().take(MOST_RUNS_DRAWN) {
+        for plot in &run.figures.plots {
+            let place = coordinates::file_part(&run.coordinates);
+            let mut plot = plot.clone();
+            plot.add_to_title(&coordinates::label(&run.coordinates));
+            add(format!("{}{place}", plot.stem()), plot);
+        }
+    }
+    if drawn.len() > MOST_RUNS_DRAWN {
+        notes.push(format!(
+            "single runs are drawn for the first {MOST_RUNS_DRAWN} points of the sweep"
+        ));
+    }
+    all
+}
+
+/// A file or folder that can't be written.
+#[derive(Debug)]
+pub struct WriteError {
+    path: PathBuf,
+    why: String,
+}
+
+impl std::fmt::Display for WriteError {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let path = self.path.display();
+        write!(
+            formatter,
+            "{path} can't be written: {}. Free the disk, or name another folder with --output",
+            self.why
+        )
+    }
+}
+
+impl Report {
+    /// Name of the model; empty where no run could be read.
+    fn model(&self) -> &str {
+        self.runs.first().map_or("", |run| run.model().name())
+    }
+
+    /// Whether all checks hold.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.verdicts.iter().all(|verdict| verdict.holds)
+    }
+
+    /// Writes `metrics.json`, `metrics.csv` and the plots; returns what was written.
+    ///
+    /// # Errors
+    /// The first file that can't be written.
+    pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, WriteError> {
+        let failed = |path: &Path, why: String| WriteError { path: path.to_path_buf(), why };
+        std::fs::create_dir_all(folder).map_err(|error| failed(folder, error.to_string()))?;
+        let mut written = Vec::new();
+        let mut put = |name: &str, content: Result<String, String>| {
+            let path = folder.join(name);
+            content
+                .and_then(|text| replace(&path, &text).map_err(|error| error.to_string()))
+                .map_err(|why| failed(&path, why))?;
+            written.push(path);
+            Ok(())
+        };
+        let json = metrics::to_json(&self.name, self.model(), &self.metrics);
+        put("metrics.json", json.map_err(|error| error.to_string()))?;
+        put("metrics.csv", metrics::to_csv(&self.metrics).map_err(|error| error.to_string()))?;
+        for (stem, plot) in &self.plots {
+            match plot.svg() {
+                Ok(Some(svg)) => put(&format!("{stem}.svg"), Ok(svg))?,
+                Ok(None) => {}
+                Err(error) => put(&format!("{stem}.svg"), Err(error.to_string()))?,
+            }
+        }
+        Ok(written)
+    }
+
+    /// What the terminal shows.
+    #[must_use]
+    pub fn text(&self, terminal: Terminal) -> String {
+        let mut text = String::new();
+        let runs = self.runs.len();
+        let heading = format!(
+            "{} ({}, {runs} {})",
+            self.name,
+            self.model(),
+            if runs == 1 { "run" } else { "runs" }
+        );
+        let _ = writeln!(text, "{}", terminal.paint(Tone::Heading, &heading));
+        if !self.description.is_empty() {
+            let _ = writeln!(text, "{}", terminal.wrapped(&self.description, 0));
+        }
+        for note in &self.notes {
+            let _ = writeln!(text, "{}", terminal.wrapped(&format!("note: {note}"), 2));
+        }
+        for why in &self.unreadable {
+            let line = terminal.wrapped(&format!("unreadable: {why}"), 2);
+            let _ = writeln!(text, "{}", terminal.paint(Tone::Bad, &line));
+        }
+        for (title, metrics) in self.sections() {
+            let _ = writeln!(text, "\n{}", terminal.wrapped(&title, 2));
+            let _ = writeln!(text, "{}", table(&metrics, terminal));
+        }
+        if !self.verdicts.is_empty() {
+            let _ = writeln!(text, "\nchecks");
+            for verdict in &self.verdicts {
+                let (tone, word) =
+                    if verdict.holds { (Tone::Good, "ok") } else { (Tone::Bad, "FAILED") };
+                let line = terminal.wrapped(&format!("{word} {}", verdict.text), 4);
+                let _ = writeln!(text, "  {}", line.replacen(word, &terminal.paint(tone, word), 1));
+            }
+        }
+        text
+    }
+
+    /// The metrics that are shown, under their titles: fits, then the points of a short sweep.
+    fn sections(&self) -> Vec<(String, Vec<&Metric>)> {
+        let mut sections = Vec::new();
+        let fits: Vec<&Metric> = self
+            .metrics
+            .iter()
+            .filter(|metric| matches!(&metric.place, Place::Sweep(place) if place.along.is_some()))
+            .collect();
+        let places = fits.iter().map(|metric| (metric.coordinates().to_vec(), *metric));
+        for (place, fits) in coordinates::grouped(places) {
+            let place = coordinates::text(&place);
+            let title = if place.is_empty() {
+                "the sweep".to_owned()
+            } else {
+                format!("the sweep at {place}")
+            };
+            sections.push((title, fits));
+        }
+        let points =
+            coordinates::grouped(self.runs.iter().map(|run| (run.coordinates.clone(), run)));
+        for (place, runs) in points.iter().take(MOST_POINTS_SHOWN) {
+            let here = |metric: &&Metric| metric.coordinates() == place.as_slice();
+            let means: Vec<&Metric> = self
+                .metrics
+                .iter()
+                .filter(here)
+                .filter(
+                    |metric| matches!(&metric.place, Place::Sweep(place) if place.along.is_none()),
+                )
+                .collect();
+            let name = coordinates::text(place);
+            if means.is_empty() {
+                for run in runs {
+                    let of_run = |metric: &&Metric| matches!(&metric.place, Place::Run(place) if place.file == run.file);
+                    let metrics = self.metrics.iter().filter(of_run).collect();
+                    sections.push((run_title(run, &name), metrics));
+                }
+            } else {
+                let complete = runs.iter().filter(|run| run.is_complete()).count();
+                let name = if name.is_empty() { String::new() } else { format!("{name}, ") };
+                sections.push((format!("{name}mean of {complete} replicates"), means));
+            }
+        }
+        if points.len() > MOST_POINTS_SHOWN {
+            let rest = points.len() - MOST_POINTS_SHOWN;
+            sections
+                .push((format!("{rest} more points of the sweep: see metrics.csv"), Vec::new()));
+        }
+        sections.retain(|(title, metrics)| !metrics.is_empty() || title.ends_with("metrics.csv"));
+        sections
+    }
+}
+
+fn run_title(run: &RunAnalysis, place: &str) -> String {
+    let name = if place.is_empty() { run.file.clone() } else { place.to_owned() };
+    let unit = if run.time_unit.is_empty() { String::new() } else { format!(" {}", run.time_unit) };
+    let frames = run.frames;
+    format!("{name}: {frames} frames to t = {}{unit}, {}", run.end_time, run.ending.text())
+}
+
+/// Writes a file beside its place and then puts it there: nobody sees half of it.
+fn replace(path: &Path, text: &str) -> io::Result<()> {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(".new");
+    let temporary = path.with_file_name(name);
+    std::fs::write(&temporary, text)?;
+    std::fs::rename(&temporary, path)
+}

@@ -1,0 +1,307 @@
+//! Numbers of several runs: means over replicates, and fits along an axis of a sweep.
+//!
+//! Points of a sweep share their random draws, so that the scatter of points about a fit says nothing of its error. Each
+//! replicate is fitted on its own, and the error is that of the mean over replicates; with one replicate it is unknown.
+
+use crate::coordinates::{self, grouped, without};
+use crate::laws::{Law, gas, orbit};
+use crate::metrics::{Metric, Place, SweepPlace};
+use crate::run::RunAnalysis;
+use crate::statistics::{least_squares_line, mean, mean_of_independent, power_law_exponent};
+use kinetoscope_manifest::Coordinate;
+use kinetoscope_manifest::model::ModelConfig;
+use std::collections::BTreeMap;
+
+/// The runs at one point of a sweep.
+#[derive(Clone, Debug)]
+pub struct SweepPoint<'a> {
+    /// Where it lies.
+    pub coordinates: Vec<Coordinate>,
+    /// Its complete replicates.
+    pub runs: Vec<&'a RunAnalysis>,
+}
+
+/// The points of a sweep, with complete runs only, in the order of the runs.
+#[must_use]
+pub fn points(runs: &[RunAnalysis]) -> Vec<SweepPoint<'_>> {
+    let complete = runs.iter().filter(|run| run.is_complete());
+    grouped(complete.map(|run| (run.coordinates.clone(), run)))
+        .into_iter()
+        .map(|(coordinates, runs)| SweepPoint { coordinates, runs })
+        .collect()
+}
+
+/// Means over the replicates of each point that has several, for the metrics that all of them have.
+#[must_use]
+pub fn replicate_means(points: &[SweepPoint<'_>]) -> Vec<Metric> {
+    let mut means = Vec::new();
+    for point in points.iter().filter(|point| point.runs.len() > 1) {
+        for first in &point.runs[0].measurements {
+            let all: Vec<_> =
+                point.runs.iter().filter_map(|run| run.measurement(first.name)).collect();
+            let values: Vec<f64> = all.iter().map(|found| found.estimate.value).collect();
+            let Some(estimate) =
+                mean_of_independent(&values).filter(|_| all.len() == point.runs.len())
+            else {
+                continue;
+            };
+            let theories: Option<Vec<f64>> = all.iter().map(|found| found.theory).collect();
+            means.push(Metric {
+                name: first.name.to_owned(),
+                value: estimate.value,
+                unit: first.unit.to_owned(),
+                standard_error: estimate.standard_error,
+                theory: theories.and_then(|theories| mean(&theories)),
+                source: format!("mean over replicates of {}", first.source),
+                place: Place::Sweep(SweepPlace {
+                    along: None,
+                    coordinates: point.coordinates.clone(),
+                    replicates: point.runs.len(),
+                }),
+            });
+        }
+    }
+    means
+}
+
+/// What is fitted.
+#[derive(Clone, Copy)]
+enum Shape {
+    /// A line: metrics `.slope` and `.intercept`, with their units.
+    Line { slope_unit: &'static str, intercept_unit: &'static str },
+    /// A power law: the metric is the exponent.
+    Power,
+}
+
+/// A fit along an axis.
+#[derive(Clone, Copy)]
+struct Fit {
+    name: &'static str,
+    along: &'static str,
+    of: &'static str,
+    shape: Shape,
+    theory: fn(&ModelConfig) -> Option<f64>,
+    law: Law,
+    /// Whether all runs must end at the same time.
+    equal_ends: bool,
+}
+
+const SLOPE: Shape = Shape::Line { slope_unit: "N/(m K)", intercept_unit: "N/m" };
+
+/// End times that differ by more than this share of them are not equal.
+const END_TIME_TOLERANCE: f64 = 1e-9;
+
+const FITS: &[Fit] = &[
+    Fit {
+        name: "pressure_vs_temperature.measured",
+        along: "model.gas.temperature_k",
+        of: "pressure.measured",
+        shape: SLOPE,
+        theory: |model| gas_slope(model, |moments| moments.mean_square_m2_per_s2),
+        law: gas::PRESSURE_SLOPE,
+        equal_ends: false,
+    },
+    Fit {
+        name: "pressure_vs_temperature.mean_speed_formula",
+        along: "model.gas.temperature_k",
+        of: "pressure.mean_speed_formula",
+        shape: SLOPE,
+        theory: |model| gas_slope(model, |moments| moments.mean_m_per_s * moments.mean_m_per_s),
+        law: gas::PRESSURE_SLOPE,
+        equal_ends: false,
+    },
+    Fit {
+        name: "pressure_vs_temperature.mean_square_formula",
+        along: "model.gas.temperature_k",
+        of: "pressure.mean_square_formula",
+        shape: SLOPE,
+        theory: |model| gas_slope(model, |moments| moments.mean_square_m2_per_s2),
+        law: gas::PRESSURE_SLOPE,
+        equal_ends: false,
+    },
+    Fit {
+        name: "pressure_vs_radius.measured.exponent",
+        along: "model.gas.radius_m",
+        of: "pressure.measured",
+        shape: Shape::Power,
+        theory: |_| Some(-2.0),
+        law: gas::PRESSURE_RADIUS_EXPONENT,
+        equal_ends: false,
+    },
+    Fit {
+        name: "mean_speed_vs_temperature.exponent",
+        along: "model.gas.temperature_k",
+        of: "mean_speed",
+        shape: Shape::Power,
+        theory: |_| Some(0.5),
+        law: gas::SPEED_EXPONENT,
+        equal_ends: false,
+    },
+    Fit {
+        name: "convergence.order",
+        along: "model.orbit.time_step_days",
+        of: "position_error.final",
+        shape: Shape::Power,
+        theory: |model| orbit_order(model, orbit::order),
+        law: orbit::CONVERGENCE,
+        equal_ends: true,
+    },
+    Fit {
+        name: "energy.convergence_order",
+        along: "model.orbit.time_step_days",
+        of: "energy.largest_error_relative",
+        shape: Shape::Power,
+        theory: |model| orbit_order(model, orbit::energy_order),
+        law: orbit::ENERGY_CONVERGENCE,
+        equal_ends: true,
+    },
+];
+
+/// dP/dT of a pressure that is proportional to T.
+fn gas_slope(model: &ModelConfig, square: fn(&gas::SpeedMoments) -> f64) -> Option<f64> {
+    let ModelConfig::Gas(config) = model else { return None };
+    let temperature = gas::temperature_k(config).filter(|temperature| *temperature > 0.0)?;
+    let moments = gas::speed_moments(config)?;
+    Some(gas::pressure_n_per_m(config, square(&moments)) / temperature)
+}
+
+fn orbit_order(
+    model: &ModelConfig,
+    order: fn(kinetoscope_manifest::model::OrbitIntegrator) -> Option<f64>,
+) -> Option<f64> {
+    let ModelConfig::Orbit(config) = model else { return None };
+    order(config.integrator)
+}
+
+/// All fits that the points allow, a group of equal other coordinates at a time, and why one that was possible was not made.
+#[must_use]
+pub fn fits(points: &[SweepPoint<'_>]) -> (Vec<Metric>, Vec<String>) {
+    let (mut metrics, mut notes) = (Vec::new(), Vec::new());
+    for fit in FITS {
+        let swept = points
+            .iter()
+            .filter(|point| point.coordinates.iter().any(|place| place.key == fit.along));
+        for (others, group) in
+            grouped(swept.map(|point| (without(&point.coordinates, fit.along), point)))
+        {
+            if group.len() > 1 {
+                match fit.make(&others, &group) {
+                    Ok(found) => metrics.extend(found),
+                    Err(why) => notes.push(why),
+                }
+            }
+        }
+    }
+    (metrics, notes)
+}
+
+impl Fit {
+    fn make(
+        &self,
+        others: &[Coordinate],
+        group: &[&SweepPoint<'_>],
+    ) -> Result<Vec<Metric>, String> {
+        if self.equal_ends {
+            self.refuse_unequal_ends(others, group)?;
+        }
+        let lines: Vec<(f64, f64)> = self
+            .replicates(group)
+            .values()
+            .filter(|points| points.len() == group.len())
+            .filter_map(|points| match self.shape {
+                Shape::Line { .. } => {
+                    least_squares_line(points).map(|line| (line.slope, line.intercept))
+                }
+                Shape::Power => power_law_exponent(points).map(|exponent| (exponent, 0.0)),
+            })
+            .collect();
+        if lines.is_empty() {
+            let of = self.of;
+            return Err(
+                self.refusal(others, &format!("no replicate has a {of} above zero at every point"))
+            );
+        }
+        let theory = (self.theory)(group[0].runs[0].model());
+        let slopes: Vec<f64> = lines.iter().map(|line| line.0).collect();
+        let intercepts: Vec<f64> = lines.iter().map(|line| line.1).collect();
+        Ok(match self.shape {
+            Shape::Power => vec![self.metric("", "1", &slopes, theory, others)],
+            Shape::Line { slope_unit, intercept_unit } => vec![
+                self.metric(".slope", slope_unit, &slopes, theory, others),
+                self.metric(".intercept", intercept_unit, &intercepts, theory.map(|_| 0.0), others),
+            ],
+        }
+        .into_iter()
+        .flatten()
+        .collect())
+    }
+
+    /// The points of each replicate, in the order of the sweep.
+    fn replicates(&self, group: &[&SweepPoint<'_>]) -> BTreeMap<u32, Vec<(f64, f64)>> {
+        let mut replicates: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
+        for point in group {
+            let place = point.coordinates.iter().find(|place| place.key == self.along);
+            let Some(x) = place.and_then(|place| place.value.parse().ok()) else { continue };
+            for run in &point.runs {
+                if let Some(found) = run.measurement(self.of) {
+                    let points = replicates.entry(run.manifest.replicate).or_default();
+                    points.push((x, found.estimate.value));
+                }
+            }
+        }
+        replicates
+    }
+
+    fn refuse_unequal_ends(
+        &self,
+        others: &[Coordinate],
+        group: &[&SweepPoint<'_>],
+    ) -> Result<(), String> {
+        let ends = || group.iter().flat_map(|point| &point.runs).map(|run| run.end_time);
+        let least = ends().fold(f64::INFINITY, f64::min);
+        let latest = ends().fold(0.0, f64::max);
+        if latest - least > END_TIME_TOLERANCE * latest {
+            let why = format!(
+                "the runs end at different times, from {least} to {latest}: take steps that all divide the duration"
+            );
+            return Err(self.refusal(others, &why));
+        }
+        Ok(())
+    }
+
+    fn refusal(&self, others: &[Coordinate], why: &str) -> String {
+        let place = coordinates::text(others);
+        let place = if place.is_empty() { place } else { format!(" at {place}") };
+        format!("{}{place} was not fitted: {why}", self.name)
+    }
+
+    fn metric(
+        &self,
+        part: &str,
+        unit: &str,
+        values: &[f64],
+        theory: Option<f64>,
+        others: &[Coordinate],
+    ) -> Option<Metric> {
+        let estimate = mean_of_independent(values)?;
+        let how = match self.shape {
+            Shape::Line { .. } => "least-squares line",
+            Shape::Power => "least-squares line through the logarithms",
+        };
+        let law = theory.map_or_else(String::new, |_| format!("; theory: {}", self.law));
+        let source = format!("{how} of {}, a replicate at a time{law}", self.of);
+        Some(Metric {
+            name: format!("{}{part}", self.name),
+            value: estimate.value,
+            unit: unit.to_owned(),
+            standard_error: estimate.standard_error,
+            theory,
+            source,
+            place: Place::Sweep(SweepPlace {
+                along: Some(self.along.to_owned()),
+                coordinates: others.to_vec(),
+                replicates: values.len(),
+            }),
+        })
+    }
+}
