@@ -58,6 +58,8 @@ fn numbers_keep_to_their_ranges() {
         "seed = 99999999999999999999999999999999999999999999 # <-\n[model.gas]",
         "`seed` is out of range",
     );
+    // Above 2^53 a float may stand for several integers.
+    refused("seed = 1e16 # <-\n[model.gas]", "`seed` is out of range");
 }
 
 #[test]
