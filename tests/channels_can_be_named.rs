@@ -1,0 +1,38 @@
+//! The manifest names the channels that a model has, no more and no less: the lists stand in two packages that do not know
+//! each other, and this holds them together.
+
+use kinetoscope::model::Model;
+use kinetoscope::models::{ForModel, with_model};
+use kinetoscope::random::Seed;
+use kinetoscope_manifest::model::ModelConfig;
+use kinetoscope_manifest::record::CHANNELS;
+use kinetoscope_recording::channels;
+use std::collections::BTreeSet;
+
+/// The topics that a recording of a model can hold, without their slashes; `/frame` is in every recording.
+struct Topics;
+
+impl ForModel for Topics {
+    type Output = BTreeSet<&'static str>;
+    fn call<M: Model>(self, config: &M::Config) -> Self::Output {
+        let model = M::prepare(config, Seed { seed: 0, replicate: 0 }, false).unwrap();
+        let scenery = model.scenery();
+        let mut topics: BTreeSet<&str> =
+            [channels::STATE, channels::DISCS, channels::WALLS, channels::LEGEND, channels::LOG]
+                .into();
+        topics.extend(M::CHANNELS.iter().map(|channel| channel.topic));
+        topics.extend(scenery.arrows.then_some(channels::VELOCITY));
+        topics.extend(scenery.force_range_top.map(|_| channels::CONTACTS));
+        topics.extend(scenery.trail.then_some(channels::TRAIL));
+        topics.into_iter().map(|topic| topic.trim_start_matches('/')).collect()
+    }
+}
+
+#[test]
+fn a_manifest_can_name_every_channel_of_its_model() {
+    for (name, named) in CHANNELS {
+        let config = ModelConfig::with_defaults(name).unwrap();
+        let topics = with_model(&config, Topics);
+        assert_eq!(topics, named.iter().copied().collect(), "{name}");
+    }
+}
