@@ -173,9 +173,7 @@ impl Frames {
         match prefix.kind {
             kind::CHUNK => {
                 self.records.body(prefix, &mut body)?;
-                let unpacked = unpack_chunk(&body)?;
-                drop(body);
-                self.group(unpacked)?;
+                self.group(&unpack_chunk(body)?)?;
             }
             kind::METADATA => {
                 self.records.body(prefix, &mut body)?;
@@ -232,9 +230,8 @@ impl Frames {
     }
 
     /// Groups a chunk's messages into frames: chunks end where a frame ends, and a frame begins with its clock.
-    fn group(&mut self, unpacked: Vec<u8>) -> Result<(), Broken> {
-        let unpacked = Bytes::from(unpacked);
-        let mut rest = Fields(&unpacked);
+    fn group(&mut self, unpacked: &Bytes) -> Result<(), Broken> {
+        let mut rest = Fields(unpacked);
         while !rest.0.is_empty() {
             let (kind, length) = (rest.u8()?, rest.u64()?);
             let length = usize::try_from(length).map_err(|_| damaged("a record is too long"))?;
