@@ -3,6 +3,7 @@
 //!
 //! Layout of the records: <https://mcap.dev/spec>.
 
+use prost::bytes::Bytes;
 use std::collections::BTreeMap;
 use std::io::{self, Read};
 
@@ -205,8 +206,9 @@ impl<'a> Fields<'a> {
 }
 
 /// A chunk's records, unpacked and checked.
-pub(crate) fn unpack_chunk(body: &[u8]) -> Result<Vec<u8>, Broken> {
-    let mut fields = Fields(body);
+pub(crate) fn unpack_chunk(body: Vec<u8>) -> Result<Bytes, Broken> {
+    let body = Bytes::from(body);
+    let mut fields = Fields(&body);
     let _start_and_end_time = (fields.u64()?, fields.u64()?);
     let unpacked_size = fields.u64()?;
     let checksum = fields.u32()?;
@@ -216,14 +218,17 @@ pub(crate) fn unpack_chunk(body: &[u8]) -> Result<Vec<u8>, Broken> {
     if packed.len() as u64 != packed_size {
         return Err(damaged("a chunk's size does not fit its record"));
     }
-    let floor = packed_size.saturating_mul(UNPACKED_RATIO);
-    if unpacked_size > if floor > UNPACKED_FLOOR { floor } else { UNPACKED_FLOOR } {
+    let limit = packed_size.saturating_mul(UNPACKED_RATIO);
+    if unpacked_size > if limit > UNPACKED_FLOOR { limit } else { UNPACKED_FLOOR } {
         return Err(damaged("a chunk claims a size that no recording has"));
     }
     let unpacked = match compression {
-        "" => packed.to_vec(),
-        "zstd" => read_bounded(zstd::stream::read::Decoder::with_buffer(packed), unpacked_size)?,
-        "lz4" => read_bounded(lz4::Decoder::new(packed), unpacked_size)?,
+        "" => body.slice_ref(packed),
+        "zstd" => {
+            let decoder = zstd::stream::read::Decoder::with_buffer(packed);
+            read_bounded(decoder, unpacked_size, packed_size)?
+        }
+        "lz4" => read_bounded(lz4::Decoder::new(packed), unpacked_size, packed_size)?,
         _ => return Err(damaged("a chunk is packed by an unknown method")),
     };
     if unpacked.len() as u64 != unpacked_size || crc32fast::hash(&unpacked) != checksum {
@@ -233,13 +238,19 @@ pub(crate) fn unpack_chunk(body: &[u8]) -> Result<Vec<u8>, Broken> {
 }
 
 /// What a decoder gives, up to one byte more than expected.
-fn read_bounded(decoder: io::Result<impl Read>, expected: u64) -> Result<Vec<u8>, Broken> {
-    let mut unpacked = Vec::new();
+fn read_bounded(
+    decoder: io::Result<impl Read>,
+    expected: u64,
+    packed: u64,
+) -> Result<Bytes, Broken> {
+    // Room for what may well come; the rest as it comes.
+    let likely = if expected < 4 * packed { expected } else { 4 * packed };
+    let mut unpacked = Vec::with_capacity(likely as usize + 1);
     // A decoder's errors speak of its data, never of the file.
     decoder
         .and_then(|decoder| decoder.take(expected + 1).read_to_end(&mut unpacked))
         .map_err(|error| Broken::Damaged(format!("a chunk can't be unpacked ({error})")))?;
-    Ok(unpacked)
+    Ok(unpacked.into())
 }
 
 /// An attachment's name and content, checked.

@@ -67,7 +67,7 @@ impl Header {
         let mut topics = vec![FrameClock::TOPIC, channels::STATE];
         topics.extend(self.channels.iter().map(|channel| channel.topic));
         topics.push(channels::DISCS);
-        topics.extend(self.scenery.arrows.then_some(channels::VELOCITY));
+        topics.push(channels::VELOCITY);
         topics.extend(self.scenery.force_range_top.map(|_| channels::CONTACTS));
         topics.extend(self.scenery.trail.then_some(channels::TRAIL));
         topics.extend([channels::WALLS, channels::LEGEND, channels::LOG]);
@@ -82,7 +82,11 @@ impl Header {
         }
         match &self.selection {
             Selection::All => {
-                !self.channels.iter().any(|channel| channel.topic == topic && channel.opt_in)
+                let opt_in =
+                    |channel: &ChannelDeclaration| channel.topic == topic && channel.opt_in;
+                !self.channels.iter().any(opt_in)
+                    // Arrows that would hide the particles are drawn only when named.
+                    && (topic != channels::VELOCITY || self.scenery.arrows)
             }
             Selection::Named(names) => {
                 let named = |topic: &str| names.iter().any(|name| topic[1..] == **name);

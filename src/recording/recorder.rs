@@ -9,14 +9,12 @@ use crate::error::RecordError;
 use crate::frame::{Frame, Level, LogLine};
 use crate::playback::log_time_ns;
 use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
-use crate::scene::{FRAME_ID, Stage};
+use crate::scene::Stage;
 use crate::sink::CountingSink;
+use crate::table::encode_state;
 use crate::trail::Trail;
 use foxglove::Encode as _;
-use foxglove::messages::packed_element_field::NumericType;
-use foxglove::messages::{
-    Log, PackedElementField, PointCloud, Pose, Quaternion, SceneUpdate, Timestamp, Vector3, log,
-};
+use foxglove::messages::{Log, PointCloud, SceneUpdate, Timestamp, log};
 use mcap::records::{MessageHeader, Metadata};
 use prost::Message;
 use std::borrow::Cow;
@@ -125,7 +123,11 @@ impl<W: Write> Recorder<W> {
         };
         self.message(FrameClock::TOPIC, log_time, &frame_clock)?;
         if self.wants(channels::STATE) {
-            self.message(channels::STATE, log_time, &self.point_cloud(frame.state(), time))?;
+            let mut buffer = std::mem::take(&mut self.buffer);
+            encode_state(self.header.state_columns, frame.state(), time, &mut buffer);
+            let written = self.payload(channels::STATE, log_time, &buffer);
+            self.buffer = buffer;
+            written?;
         }
         for channel in self.header.channels {
             let message = frame.messages().iter().find(|message| message.topic == channel.topic);
@@ -157,7 +159,7 @@ impl<W: Write> Recorder<W> {
         self.write_log(&[line], log_time, time)
     }
 
-    /// Ends the recording with its outcome and gives the sink back. Not syncing it is the caller's choice.
+    /// Ends the recording with its outcome and gives the sink back, flushed but not synced.
     ///
     /// # Errors
     /// A sink that fails; the recording is then torn.
@@ -270,28 +272,6 @@ impl<W: Write> Recorder<W> {
             self.message(channels::LOG, log_time, &message)?;
         }
         Ok(())
-    }
-
-    /// The exact state: FLOAT64 fields, row by row in the order of the particles' ids.
-    fn point_cloud(&self, state: &[f64], time: Timestamp) -> PointCloud {
-        let columns = self.header.state_columns;
-        let fields = columns.iter().zip(0_u32..).map(|(column, index)| PackedElementField {
-            name: column.name.to_owned(),
-            offset: 8 * index,
-            r#type: NumericType::Float64.into(),
-        });
-        let data: Vec<u8> = state.iter().flat_map(|value| value.to_le_bytes()).collect();
-        PointCloud {
-            timestamp: Some(time),
-            frame_id: FRAME_ID.to_owned(),
-            pose: Some(Pose {
-                position: Some(Vector3 { x: 0.0, y: 0.0, z: 0.0 }),
-                orientation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
-            }),
-            point_stride: 8 * columns.len() as u32,
-            fields: fields.collect(),
-            data: data.into(),
-        }
     }
 
     fn message(

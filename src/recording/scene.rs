@@ -256,7 +256,8 @@ fn exact(point: [f64; 2]) -> Point3 {
     Point3 { x: point[0], y: point[1], z: 0.0 }
 }
 
-fn pose(position: [f64; 3]) -> Pose {
+/// A position without rotation.
+pub(crate) fn pose(position: [f64; 3]) -> Pose {
     let [x, y, z] = position;
     Pose {
         position: Some(Vector3 { x, y, z }),

@@ -1,8 +1,48 @@
 //! The exact state of one frame: a row a particle, a column a quantity.
 
-use foxglove::messages::PointCloud;
+use crate::frame::StateColumn;
+use crate::scene::{FRAME_ID, pose};
 use foxglove::messages::packed_element_field::NumericType;
+use foxglove::messages::{PackedElementField, PointCloud, Timestamp};
+use prost::Message as _;
+use prost::encoding::{WireType, encode_key, encode_varint};
 use std::sync::Arc;
+
+/// Tag of `foxglove.PointCloud.data`, its last field.
+const DATA_TAG: u32 = 6;
+
+/// Encodes the exact state as a `foxglove.PointCloud` with FLOAT64 fields, row by row. The values, which may be many, go
+/// straight into the buffer.
+pub(crate) fn encode_state(
+    columns: &[StateColumn],
+    state: &[f64],
+    time: Timestamp,
+    buffer: &mut Vec<u8>,
+) {
+    let fields = columns.iter().zip(0_u32..).map(|(column, index)| PackedElementField {
+        name: column.name.to_owned(),
+        offset: 8 * index,
+        r#type: NumericType::Float64.into(),
+    });
+    let cloud = PointCloud {
+        timestamp: Some(time),
+        frame_id: FRAME_ID.to_owned(),
+        pose: Some(pose([0.0, 0.0, 0.0])),
+        point_stride: 8 * columns.len() as u32,
+        fields: fields.collect(),
+        ..PointCloud::default()
+    };
+    buffer.clear();
+    cloud.encode_raw(buffer);
+    encode_key(DATA_TAG, WireType::LengthDelimited, buffer);
+    encode_varint(8 * state.len() as u64, buffer);
+    let start = buffer.len();
+    buffer.resize(start + 8 * state.len(), 0);
+    let (slots, _) = buffer[start..].as_chunks_mut();
+    for (slot, value) in slots.iter_mut().zip(state) {
+        *slot = value.to_le_bytes();
+    }
+}
 
 /// The state of all particles, in the order of their ids.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,8 @@
 //! Promise: of a torn or damaged recording every frame that is delivered is bit-equal to what was recorded, and an error
 //! follows that says what is lost. No input makes the reader panic or take memory that the file's size does not justify.
 
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
 mod sample;
 
 use kinetoscope_recording::reader::{RecordedFrame, Recording};

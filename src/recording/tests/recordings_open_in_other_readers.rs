@@ -1,6 +1,8 @@
 //! Promise: any MCAP tool reads a recording. Judges: the PyPI packages `mcap` (all checksums) and `mcap-protobuf-support`
 //! (every message by the file's own schemas), and Rerun's `mcap check`.
 
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
 mod sample;
 
 use kinetoscope_recording::recorder::{Compression, Outcome};
