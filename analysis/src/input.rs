@@ -92,7 +92,7 @@ fn search(folder: &Path, found: &mut Vec<Source>) -> Result<(), BadPath> {
 
 fn source(folder: PathBuf, files: Vec<PathBuf>, whole: bool) -> Source {
     let name = std::fs::canonicalize(&folder).ok();
-    let name = name.as_deref().map_or_else(|| "recordings".to_owned(), |path| file_name(&path));
+    let name = name.as_deref().map_or_else(|| "recordings".to_owned(), file_name);
     let mut source = Source {
         folder,
         name,
