@@ -36,8 +36,8 @@ pub(super) struct ContactLaw {
     pub(super) dashpot: Dashpot,
     /// Whether the force is clamped at zero where it would pull.
     pub(super) only_pushes: bool,
-    /// The time step in s where the dashpot is solved implicitly.
-    pub(super) implicit_over: Option<f64>,
+    /// Whether the dashpot takes the velocities at the step's end.
+    pub(super) is_implicit: bool,
 }
 
 /// Two discs, or a disc and a wall, that overlap.
@@ -76,22 +76,20 @@ impl ContactLaw {
         }
     }
 
-    /// The force in use, N: equation (1), explicit or with an implicit dashpot, clamped or not.
-    ///
-    /// The implicit dashpot asks for the velocity after the step, v' = (v + k delta dt/m_eff) / (1 + c) with
-    /// c = eta dt/m_eff. The force that leads there, m_eff (v' - v) / dt, is the explicit one over 1 + c.
+    /// The force in use with an explicit dashpot, N: equation (1), clamped or not.
     fn force(&self, overlap: f64, separating_speed: f64, effective_mass: f64) -> f64 {
         let damping = self.damping(effective_mass);
-        let explicit = motion::contact_force(self.stiffness, damping, overlap, separating_speed);
-        let force = match self.implicit_over {
-            Some(time_step) => explicit / (1.0 + damping * time_step / effective_mass),
-            None => explicit,
-        };
+        let force = motion::contact_force(self.stiffness, damping, overlap, separating_speed);
+        self.clamped(force)
+    }
+
+    /// The force without its attractive tail, where it has none.
+    pub(super) fn clamped(&self, force: f64) -> f64 {
         if self.only_pushes && force < 0.0 { 0.0 } else { force }
     }
 }
 
-/// Finds all contacts: pairs in the order of their ids, then each disc's walls (left, right, floor, ceiling).
+/// Finds all contacts with their explicit forces: pairs in the order of their ids, then each disc's walls (left, right, floor, ceiling).
 pub(super) fn find(
     discs: &Discs,
     sides: [f64; 2],

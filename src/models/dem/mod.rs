@@ -9,6 +9,7 @@ pub mod restitution;
 
 mod contacts;
 mod energy;
+mod implicit;
 mod observe;
 mod parameters;
 mod remedies;

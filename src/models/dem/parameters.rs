@@ -54,8 +54,7 @@ impl Parameters {
                 Dissipation::Damping(damping) => Dashpot::Damping(damping.get()),
             },
             only_pushes: config.force_tail == ForceTail::Clamped,
-            implicit_over: (config.integrator == DemIntegrator::ImplicitDashpot)
-                .then_some(time_step),
+            is_implicit: config.integrator == DemIntegrator::ImplicitDashpot,
         };
         Self {
             sides: [config.width_m.get(), config.height_m.get()],

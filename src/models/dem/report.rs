@@ -22,7 +22,7 @@ pub(super) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
     }
     if config.integrator != DemIntegrator::ImplicitDashpot {
         sentences.push(
-            "integrator = \"implicit-dashpot\" holds strong dashpots, exactly for isolated pairs only.".to_owned(),
+            "integrator = \"implicit-dashpot\" is stable at any damping, at the price of too much of it.".to_owned(),
         );
     }
     if config.stability == Stability::Refuse {
@@ -89,7 +89,7 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
     };
     let implicit = match config.integrator {
         DemIntegrator::ImplicitDashpot => {
-            " The dashpot is implicit: stable contact by contact, exact for isolated pairs only."
+            " The dashpot is implicit: stable at any damping, at the price of too much of it."
         }
         DemIntegrator::SemiImplicitEuler | DemIntegrator::VelocityVerlet => "",
     };
@@ -124,7 +124,7 @@ pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> Fault {
             )
         }
     };
-    let advice = if model.damping_step >= 0.3 && model.parameters.law.implicit_over.is_none() {
+    let advice = if model.damping_step >= 0.3 && !model.parameters.law.is_implicit {
         "The dashpot is too strong for the time step: take more steps_per_contact (or a shorter time_step_s), less \
          damping_n_s_per_m (or a higher restitution), or integrator = \"implicit-dashpot\"."
     } else {

@@ -113,8 +113,8 @@ impl Diagnosis {
         }
         if self.is_implicit && self.damping_step >= DOUBTFUL_DAMPING_STEP {
             doubts.push(format!(
-                "c = eta dt/m_eff = {} with the implicit dashpot: collisions lose more than the dashpot would take, and \
-                 discs with several contacts are damped contact by contact, which is not exact.",
+                "c = eta dt/m_eff = {} with the implicit dashpot: collisions lose more than the dashpot would take; from \
+                 c = 1 on it is a way to see the discs come to rest, not a measurement.",
                 figure(self.damping_step)
             ));
         } else if self.damping_step >= DOUBTFUL_DAMPING_STEP {

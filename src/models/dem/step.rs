@@ -10,10 +10,11 @@
 //! half kicks in a row by the same acceleration are one kick. Only its start differs: there the half-step velocity is
 //! v - a dt/2 of the given one, where Euler takes the given one itself.
 //!
-//! The implicit dashpot changes the force, not the step: see `ContactLaw`.
+//! The implicit dashpot changes the forces, not the step: see `implicit`.
 
 use super::contacts::{self, Contact, Discs};
 use super::energy;
+use super::implicit;
 use super::neighbours::Neighbours;
 use super::parameters::Parameters;
 
@@ -39,9 +40,12 @@ pub(super) enum BlowUp {
 impl Evaluation {
     /// Finds contacts, forces and accelerations anew.
     pub(super) fn update(&mut self, discs: &Discs, parameters: &Parameters) {
-        let Parameters { sides, gravity, law, skin, .. } = parameters;
+        let Parameters { sides, gravity, law, time_step, skin, .. } = parameters;
         self.neighbours.refresh(&discs.positions, &discs.radii, *sides, *skin);
         contacts::find(discs, *sides, law, &self.neighbours, &mut self.contacts);
+        if law.is_implicit {
+            implicit::solve_dashpots(discs, *gravity, law, *time_step, &mut self.contacts);
+        }
         contacts::accelerations(discs, *gravity, &self.contacts, &mut self.accelerations);
     }
 

@@ -1,0 +1,103 @@
+//! Dashpots that take the velocities at the step's end, f = k delta - eta v_n': stable at any damping.
+//!
+//! For one contact alone this is v' = (v + k delta dt/m_eff) / (1 + c), c = eta dt/m_eff: it stops where the explicit
+//! dashpot would multiply the velocity by c. In a bed each force changes the velocities of its neighbours' contacts. So the
+//! contacts are solved in turn, in their fixed order, each by that formula with the velocities as the others have left
+//! them, sweep after sweep until nothing moves any more (projected Gauss–Seidel, which converges for dashpots and for
+//! forces clamped at zero; Cottle, Pang and Stone, The Linear Complementarity Problem, 1992, chapter 5).
+//!
+//! One sweep is not enough: a spring under load would be softened by the factor 1 + c, and a bed would sink into itself.
+
+use super::contacts::{Contact, ContactLaw, Discs};
+use super::motion;
+
+/// Change of a velocity in a sweep at which the solution is found, over the fastest contact's and what gravity adds to it.
+const TOLERANCE: f64 = 1e-6;
+/// Sweeps after which the solution is taken as it is: every sweep brings it nearer.
+const MOST_SWEEPS: u32 = 50;
+
+/// Replaces the contacts' forces by those with implicit dashpots.
+pub(super) fn solve_dashpots(
+    discs: &Discs,
+    gravity: [f64; 2],
+    law: &ContactLaw,
+    time_step: f64,
+    contacts: &mut [Contact],
+) {
+    // The velocities at the step's end, as far as they are known: by gravity and the springs, then by the dashpots too.
+    // So a bed at rest is solved at once.
+    let mut end = Velocities { values: discs.velocities.clone(), discs, time_step };
+    for v in &mut end.values {
+        *v = [v[0] + gravity[0] * time_step, v[1] + gravity[1] * time_step];
+    }
+    let mut fastest = (gravity[0].abs() + gravity[1].abs()) * time_step;
+    for contact in contacts.iter_mut() {
+        contact.force = law.stiffness * contact.overlap;
+        end.push(contact, contact.force);
+    }
+    for contact in contacts.iter() {
+        let speed = end.separating(contact).abs() + contact.separating_speed.abs();
+        fastest = if speed > fastest { speed } else { fastest };
+    }
+    for _ in 0..MOST_SWEEPS {
+        let mut largest_change = 0.0;
+        for contact in contacts.iter_mut() {
+            let effective_mass = end.effective_mass(contact);
+            let damping = law.damping(effective_mass);
+            // What the contact would find without its own force.
+            let free = end.separating(contact) - contact.force * time_step / effective_mass;
+            let explicit =
+                motion::contact_force(law.stiffness, damping, contact.overlap, free);
+            let force = law.clamped(explicit / (1.0 + damping * time_step / effective_mass));
+            let change = force - contact.force;
+            end.push(contact, change);
+            contact.force = force;
+            let moved = change.abs() * time_step / effective_mass;
+            largest_change = if moved > largest_change { moved } else { largest_change };
+        }
+        if largest_change <= TOLERANCE * fastest {
+            break;
+        }
+    }
+}
+
+/// Velocities that forces act on for one step.
+struct Velocities<'a> {
+    values: Vec<[f64; 2]>,
+    discs: &'a Discs,
+    time_step: f64,
+}
+
+impl Velocities<'_> {
+    fn effective_mass(&self, contact: &Contact) -> f64 {
+        let mass = self.discs.masses[contact.disc as usize];
+        match contact.partner {
+            Some(partner) => motion::effective_mass(mass, self.discs.masses[partner as usize]),
+            None => mass,
+        }
+    }
+
+    /// Speed at which the two of a contact move apart.
+    fn separating(&self, contact: &Contact) -> f64 {
+        let mut v = self.values[contact.disc as usize];
+        if let Some(partner) = contact.partner {
+            let other = self.values[partner as usize];
+            v = [v[0] - other[0], v[1] - other[1]];
+        }
+        v[0] * contact.normal[0] + v[1] * contact.normal[1]
+    }
+
+    /// Lets a normal force act on both sides of a contact for the whole step.
+    fn push(&mut self, contact: &Contact, force: f64) {
+        let impulse = force * self.time_step;
+        let mut change = |disc: usize, impulse: f64| {
+            let speed = impulse / self.discs.masses[disc];
+            let v = &mut self.values[disc];
+            *v = [v[0] + speed * contact.normal[0], v[1] + speed * contact.normal[1]];
+        };
+        change(contact.disc as usize, impulse);
+        if let Some(partner) = contact.partner {
+            change(partner as usize, -impulse);
+        }
+    }
+}
