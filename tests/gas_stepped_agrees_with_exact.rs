@@ -111,7 +111,7 @@ fn one_mirror(particle: Particle, time_step: f64) -> Particle {
         return drifted(particle, time_step);
     }
     // A step that ends just behind the hit: all of it but the rest's further hits.
-    let after = Chords::of(particle, 1.0).at(to_wall * (1.0 + 1e-15));
+    let after = Chords::of(particle, 1.0).flight(to_wall * (1.0 + 1e-15)).particle;
     drifted(after, time_step - to_wall)
 }
 
