@@ -158,6 +158,17 @@ fn windows_measure_their_own_time() {
 }
 
 #[test]
+fn windows_of_a_slide_along_the_wall_measure_their_own_time() {
+    // Force m s^2 / R with s = 3.
+    let mut gas = gas(&written(&[([1.0, 0.0], [0.0, 3.0])]), 1);
+    for (end, window) in [(2.0, 2.0), (2.5, 0.5), (7.5, 5.0)] {
+        advance(&mut gas, Target::Time(end));
+        let impulse = channel::<GasPressure>(&gas).wall_impulse_n_s;
+        assert!((impulse / (9e-26 * window) - 1.0).abs() < 1e-14);
+    }
+}
+
+#[test]
 fn a_gas_at_zero_kelvin_rests_without_pressure() {
     for propagation in [
         Propagation::Exact,
@@ -168,6 +179,8 @@ fn a_gas_at_zero_kelvin_rests_without_pressure() {
         let first = gas_runs::particles(&gas);
         advance(&mut gas, Target::Time(0.1));
         assert_eq!(gas_runs::particles(&gas), first);
+        // Zero, not minus zero: equal states have equal bytes.
+        assert!(first.iter().all(|p| p.velocity.iter().all(|v| v.to_bits() == 0)));
         let pressure = channel::<GasPressure>(&gas);
         let expected = GasPressure { window_s: gas.time(), ..GasPressure::default() };
         assert_eq!(pressure, expected);

@@ -1,5 +1,5 @@
-//! Law: a set temperature holds exactly by the definition in use, T = m <v>^2 / (2 k_B) or T = m <v^2> / (2 k_B); the ratio of the two is 3/4
-//! for uniform speeds and pi/4 for Maxwell's.
+//! Law: a set temperature holds exactly by the definition in use, T = m <v>^2 / (2 k_B) or T = m <v^2> / (2 k_B); the
+//! ratio of the two is 3/4 for uniform speeds and pi/4 for Maxwell's.
 //!
 //! Source: gas document, equation (13) and step (d); moments of the two laws. Reference values: 50-digit arithmetic.
 //! Setup: gases at their start.

@@ -33,12 +33,12 @@ impl ExactClock {
         for ((particle, hits_before), &first) in particles.iter_mut().zip(&mut self.hits).zip(start)
         {
             let chords = Chords::of(first, radius_m);
-            let hits = chords.hits(time_s);
-            let fresh = hits.saturating_sub(*hits_before);
-            wall.total.add(hits, chords.impulse_per_mass(hits, time_s));
+            let flight = chords.flight(time_s);
+            let fresh = flight.hits.saturating_sub(*hits_before);
+            wall.total.add(flight.hits, flight.impulse_per_mass);
             wall.window.add(fresh, chords.impulse_per_mass(fresh, window_s));
-            *hits_before = hits;
-            *particle = chords.at(time_s);
+            *hits_before = flight.hits;
+            *particle = flight.particle;
         }
         self.time_s = time_s;
     }

@@ -26,10 +26,10 @@ pub struct Flight {
 }
 
 impl Particle {
-    /// Speed |v|, m/s.
+    /// Speed |v|, m/s: equation (1).
     #[must_use]
     pub fn speed(&self) -> f64 {
-        libm::hypot(self.velocity[0], self.velocity[1])
+        dot(self.velocity, self.velocity).sqrt()
     }
 
     /// Angular momentum about the centre over the mass, p x v = x vy - y vx, m^2/s.
@@ -98,7 +98,9 @@ impl Chords {
     /// The path that starts with this particle, inside a circle of this radius or on it.
     #[must_use]
     pub fn of(start: Particle, radius: f64) -> Self {
-        let speed = start.speed();
+        // Below this the square of the speed has lost its digits, and the way in any time of ours is nothing.
+        let square = dot(start.velocity, start.velocity);
+        let speed = if square > f64::MIN_POSITIVE { square.sqrt() } else { 0.0 };
         let (along, offset) = if speed > 0.0 {
             let direction = [start.velocity[0] / speed, start.velocity[1] / speed];
             (dot(start.position, direction), cross(start.position, direction))
@@ -139,44 +141,53 @@ impl Chords {
         }
     }
 
-    /// The particle at time t >= 0 since the start:
+    /// The flight of this time t >= 0 from the start:
     /// p(t) = Rot(k beta) [(b0 + s t - 2 C k) v^ - d n^], n^ = (-v^y, v^x), v(t) = Rot(k beta) v.
     #[must_use]
-    pub fn at(&self, time: f64) -> Particle {
+    pub fn flight(&self, time: f64) -> Flight {
+        let hits = self.hits(time);
+        let impulse_per_mass = self.impulse_per_mass(hits, time);
+        Flight { particle: self.after(hits, time), hits, impulse_per_mass }
+    }
+
+    /// Where the particle is at this time, after this many hits.
+    fn after(&self, hits: u64, time: f64) -> Particle {
         let Particle { position, velocity } = self.start;
-        // With its sign, |d| for d and without whole turns: 2 atan2(C, |d|) stays exact where hits are grazing.
         let sense = if self.offset < 0.0 { -1.0 } else { 1.0 };
         if self.slides() {
-            let angle = sense * (self.speed * time / self.radius);
-            return Particle {
-                position: turned(position, angle),
-                velocity: turned(velocity, angle),
-            };
+            let turn = Rotation::by(sense * (self.speed * time / self.radius));
+            return Particle { position: turn.of(position), velocity: turn.of(velocity) };
         }
-        let hits = self.hits(time) as f64;
-        if hits == 0.0 {
+        if hits == 0 {
             return drifted(self.start, time);
         }
-        let turn = sense * 2.0 * libm::atan2(self.half_chord, self.offset.abs());
+        // beta without whole turns, 2 atan2(C, |d|) with the sign of d, stays exact where hits are grazing.
+        let beta = sense * 2.0 * libm::atan2(self.half_chord, self.offset.abs());
+        let turn = Rotation::by(hits as f64 * beta);
+        let run = self.along + self.speed * time - 2.0 * self.half_chord * hits as f64;
         let direction = [velocity[0] / self.speed, velocity[1] / self.speed];
-        let run = self.along + self.speed * time - 2.0 * self.half_chord * hits;
         let unturned = [
             run * direction[0] + self.offset * direction[1],
             run * direction[1] - self.offset * direction[0],
         ];
-        let angle = hits * turn;
-        Particle { position: turned(unturned, angle), velocity: turned(velocity, angle) }
+        Particle { position: turn.of(unturned), velocity: turn.of(velocity) }
+    }
+}
+
+/// Rot(angle), anticlockwise.
+struct Rotation {
+    sin: f64,
+    cos: f64,
+}
+
+impl Rotation {
+    fn by(angle: f64) -> Self {
+        let (sin, cos) = libm::sincos(angle);
+        Self { sin, cos }
     }
 
-    /// The flight of this time from the start.
-    #[must_use]
-    pub fn flight(&self, time: f64) -> Flight {
-        let hits = self.hits(time);
-        Flight {
-            particle: self.at(time),
-            hits,
-            impulse_per_mass: self.impulse_per_mass(hits, time),
-        }
+    fn of(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.cos * x - self.sin * y, self.sin * x + self.cos * y]
     }
 }
 
@@ -184,12 +195,6 @@ impl Chords {
 fn room_to_wall(position: [f64; 2], radius: f64) -> f64 {
     let distance = dot(position, position).sqrt();
     if distance < radius { (radius - distance) * (radius + distance) } else { 0.0 }
-}
-
-/// Rot(angle) of a vector, anticlockwise.
-fn turned(vector: [f64; 2], angle: f64) -> [f64; 2] {
-    let (sin, cos) = libm::sincos(angle);
-    [cos * vector[0] - sin * vector[1], sin * vector[0] + cos * vector[1]]
 }
 
 /// a . b, equation (5) of the gas document.

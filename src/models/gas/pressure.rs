@@ -10,9 +10,9 @@ use std::f64::consts::PI;
 /// Which mean of the speeds stands for |v|^2 in (12) and (13).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SpeedMean {
-    /// <v>^2, the square of the mean speed: the document's.
+    /// `<v>^2`, the square of the mean speed: the document's.
     MeanSpeed,
-    /// <v^2>, the mean square: equipartition.
+    /// `<v^2>`, the mean square: equipartition.
     MeanSquare,
 }
 

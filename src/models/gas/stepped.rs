@@ -11,12 +11,19 @@ const MOST_REFLECTIONS: u64 = 64;
 /// One step of a particle inside the wall: equation (7), and while that leads outside equations (9) and (10) with u in
 /// (0, rest of the step], then the mirror.
 #[must_use]
+#[inline]
 pub fn step(particle: Particle, radius: f64, time_step: f64) -> Flight {
     let end = drifted(particle, time_step);
     let [x, y] = end.position;
     if x * x + y * y <= radius * radius {
         return Flight { particle: end, hits: 0, impulse_per_mass: 0.0 };
     }
+    step_with_hits(particle, radius, time_step)
+}
+
+/// A step that leads outside. Apart from the free step, which is what most particles do most of the time.
+#[cold]
+fn step_with_hits(particle: Particle, radius: f64, time_step: f64) -> Flight {
     let chords = Chords::of(particle, radius);
     if chords.slides() || chords.hits(time_step) > MOST_REFLECTIONS {
         chords.flight(time_step)
