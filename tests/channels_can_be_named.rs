@@ -21,7 +21,7 @@ impl ForModel for Topics {
             [channels::STATE, channels::DISCS, channels::WALLS, channels::LEGEND, channels::LOG]
                 .into();
         topics.extend(M::CHANNELS.iter().map(|channel| channel.topic));
-        topics.extend(scenery.arrows.then_some(channels::VELOCITY));
+        topics.insert(channels::VELOCITY);
         topics.extend(scenery.force_range_top.map(|_| channels::CONTACTS));
         topics.extend(scenery.trail.then_some(channels::TRAIL));
         topics.into_iter().map(|topic| topic.trim_start_matches('/')).collect()
