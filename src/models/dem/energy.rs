@@ -93,8 +93,7 @@ pub(super) fn dissipated_power(
             let other = accelerations[partner as usize];
             acceleration = [acceleration[0] - other[0], acceleration[1] - other[1]];
         }
-        let separating =
-            acceleration[0] * contact.normal[0] + acceleration[1] * contact.normal[1];
+        let separating = acceleration[0] * contact.normal[0] + acceleration[1] * contact.normal[1];
         let mid_step_speed = contact.separating_speed + 0.5 * time_step * separating;
         power += (stiffness * contact.overlap - contact.force) * mid_step_speed;
     }

@@ -46,8 +46,7 @@ pub(super) fn solve_dashpots(
             let damping = law.damping(effective_mass);
             // What the contact would find without its own force.
             let free = end.separating(contact) - contact.force * time_step / effective_mass;
-            let explicit =
-                motion::contact_force(law.stiffness, damping, contact.overlap, free);
+            let explicit = motion::contact_force(law.stiffness, damping, contact.overlap, free);
             let force = law.clamped(explicit / (1.0 + damping * time_step / effective_mass));
             let change = force - contact.force;
             end.push(contact, change);

@@ -53,8 +53,7 @@ impl Neighbours {
                 if partner <= disc {
                     return;
                 }
-                let apart =
-                    [positions[partner][0] - centre[0], positions[partner][1] - centre[1]];
+                let apart = [positions[partner][0] - centre[0], positions[partner][1] - centre[1]];
                 let reach = radii[disc] + radii[partner] + skin;
                 if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
                     self.partners.push(other);
@@ -113,9 +112,8 @@ impl Cells {
     /// Column and row of a point; points outside the box belong to the cells at its edge.
     fn place(&self, point: [f64; 2]) -> [usize; 2] {
         // A float that is negative or no number becomes 0 here.
-        let along = |axis: usize| {
-            Ord::min((point[axis] / self.side[axis]) as usize, self.count[axis] - 1)
-        };
+        let along =
+            |axis: usize| Ord::min((point[axis] / self.side[axis]) as usize, self.count[axis] - 1);
         [along(0), along(1)]
     }
 

@@ -24,8 +24,7 @@ impl Dem {
 
     pub(super) fn fill(&self, frame: &mut Frame) {
         let evaluation = self.evaluate();
-        let velocities =
-            evaluation.velocities_at_positions(&self.discs, self.parameters.time_step);
+        let velocities = evaluation.velocities_at_positions(&self.discs, self.parameters.time_step);
         if self.count == 0 {
             for fact in &self.facts {
                 frame.log(Level::Info, fact.as_str());
@@ -102,20 +101,13 @@ impl Dem {
             Some(partner) => self.discs.positions[partner as usize],
             None => {
                 let distance = self.discs.radii[disc] - contact.overlap;
-                [
-                    from[0] - distance * contact.normal[0],
-                    from[1] - distance * contact.normal[1],
-                ]
+                [from[0] - distance * contact.normal[0], from[1] - distance * contact.normal[1]]
             }
         };
         ContactLine { from, to, force: contact.force }
     }
 
-    pub(super) fn energies(
-        &self,
-        evaluation: &Evaluation,
-        velocities: &[[f64; 2]],
-    ) -> Energies {
+    pub(super) fn energies(&self, evaluation: &Evaluation, velocities: &[[f64; 2]]) -> Energies {
         Energies::of(
             &self.discs,
             velocities,
@@ -128,8 +120,8 @@ impl Dem {
     pub(super) fn drawing(&self) -> Scenery {
         let parameters = &self.parameters;
         let sides = parameters.sides;
-        let speed_squared = 2.0 * parameters.deepest_fall()
-            + self.initial_top_speed * self.initial_top_speed;
+        let speed_squared =
+            2.0 * parameters.deepest_fall() + self.initial_top_speed * self.initial_top_speed;
         let speed_range_top =
             if speed_squared > 0.0 { SPEED_RANGE * speed_squared.sqrt() } else { 1.0 };
         Scenery {

@@ -33,7 +33,8 @@ fn keys(config: &DemConfig) -> Vec<Key> {
     let parameters = Parameters::new(config);
     let (mass, stiffness) = (parameters.smallest_mass, parameters.law.stiffness);
     let pair_mass = parameters.lightest_pair_mass();
-    let present = restitution::restitution(parameters.law.damping_ratio(pair_mass), config.force_tail);
+    let present =
+        restitution::restitution(parameters.law.damping_ratio(pair_mass), config.force_tail);
     // An overdamped dashpot has no restitution to start from.
     let restitution = if present > 1e-3 { present } else { 1e-3 };
     vec![

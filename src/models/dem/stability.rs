@@ -98,7 +98,8 @@ impl Diagnosis {
         }
         if !self.is_countable {
             problems.push(
-                "The duration must hold at least one time step, and at most 2^53 of them.".to_owned(),
+                "The duration must hold at least one time step, and at most 2^53 of them."
+                    .to_owned(),
             );
         }
         problems
@@ -176,10 +177,8 @@ fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
     let mut fastest = 0.0;
     for (position, velocity) in given.positions.iter().zip(&given.velocities) {
         let [vx, vy] = [velocity[0].get(), velocity[1].get()];
-        let squared = vx * vx
-            + vy * vy
-            + fall(0, Some(position[0].get()))
-            + fall(1, Some(position[1].get()));
+        let squared =
+            vx * vx + vy * vy + fall(0, Some(position[0].get())) + fall(1, Some(position[1].get()));
         fastest = if squared > fastest { squared } else { fastest };
     }
     fastest.sqrt()

@@ -37,11 +37,9 @@ pub(super) fn discs(
                 no_room(config, parameters, &radii, &format!("only {} stand", jammed.placed))
             })?
         }
-        Placement::Lattice => {
-            square_lattice(rectangle, largest, radii.len()).ok_or_else(|| {
-                no_room(config, parameters, &radii, "a square lattice is too small for them")
-            })?
-        }
+        Placement::Lattice => square_lattice(rectangle, largest, radii.len()).ok_or_else(|| {
+            no_room(config, parameters, &radii, "a square lattice is too small for them")
+        })?,
         Placement::Given(given) => given_positions(given, parameters, &radii)?,
     };
     let velocities = match &config.placement {
@@ -99,9 +97,8 @@ fn given_positions(
         given.positions.iter().map(|position| position.map(|x| x.get())).collect();
     for (disc, (position, radius)) in positions.iter().zip(radii).enumerate() {
         let room = radius * (1.0 - TOUCHING);
-        let is_inside = |axis: usize| {
-            position[axis] >= room && parameters.sides[axis] - position[axis] >= room
-        };
+        let is_inside =
+            |axis: usize| position[axis] >= room && parameters.sides[axis] - position[axis] >= room;
         if !is_inside(0) || !is_inside(1) {
             return Err(Refusal(format!(
                 "Disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m reaches outside the box: \
