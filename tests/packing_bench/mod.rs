@@ -24,12 +24,12 @@ pub struct Seen {
 /// 10, the least that there is.
 pub fn at_fraction(discs: u32, fraction: f64) -> PackingConfig {
     let side = (f64::from(discs) * std::f64::consts::PI / fraction).sqrt();
-    let scale = if side < 10.0 { 10.0 / side } else { 1.0 };
+    let (side, radius) = if side < 10.0 { (10.0, 10.0 / side) } else { (side, 1.0) };
     PackingConfig {
         discs: NonZeroU32::new(discs).unwrap(),
-        width: BoxSide::new((side * scale).max(10.0)).unwrap(),
-        height: BoxSide::new((side * scale).max(10.0)).unwrap(),
-        radius: Positive::new(scale).unwrap(),
+        width: BoxSide::new(side).unwrap(),
+        height: BoxSide::new(side).unwrap(),
+        radius: Positive::new(radius).unwrap(),
         ..PackingConfig::default()
     }
 }

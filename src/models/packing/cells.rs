@@ -33,10 +33,10 @@ struct Member {
 }
 
 impl Cells {
-    /// Puts discs into the cells of a box that is centred on the origin. There are at most about four cells a disc:
-    /// in dilute systems the cells are wider than contact asks for.
+    /// Puts discs into the cells of a box that is centred on the origin. There is at most about one cell a disc: in dilute
+    /// systems, where contact would do with smaller ones, discs would do little else than cross edges.
     pub(super) fn new(box_sides: Vector, contact_distance: f64, centres: &[Vector]) -> Self {
-        let spread = 0.5 * (box_sides[0] * box_sides[1] / centres.len() as f64).sqrt();
+        let spread = (box_sides[0] * box_sides[1] / centres.len() as f64).sqrt();
         let narrowest = MARGIN * contact_distance;
         let width = if spread > narrowest { spread } else { narrowest };
         let along = |axis: usize| ((box_sides[axis] / width) as u32).max(1);
