@@ -20,7 +20,7 @@ fn mean_a2(discs: u32, replicate: u32) -> f64 {
     let mut packing = prepare(&at_fraction(discs, 0.2), 6, replicate);
     advance_to_count(&mut packing, u64::from(30 * discs));
     let start = packing.time();
-    // About two collisions a disc between samples: 30 n events took `start`.
+    // Three events a disc between samples: 30 n events took `start`.
     let interval = start / 10.0;
     let sum: f64 = (1..=SAMPLES)
         .map(|sample| {
