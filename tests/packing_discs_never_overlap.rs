@@ -4,6 +4,9 @@
 //! Tolerance: 1e-12 r, some ten grains of a coordinate in these boxes (side / 2 < 64, grain 7e-15).
 //! Control: one disc of a frame put 1e-9 r nearer to its closest neighbour, or 1e-9 r beyond a wall.
 
+// A test judges within tolerances: no bit of a run depends on it.
+#![allow(clippy::disallowed_methods)]
+
 mod packing_bench;
 
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement};
@@ -18,8 +21,8 @@ fn deepest_overlap(config: &PackingConfig, discs: &[Seen]) -> f64 {
     let half = [0.5 * config.width.get(), 0.5 * config.height.get()];
     let mut deepest = f64::NEG_INFINITY;
     for (index, disc) in discs.iter().enumerate() {
-        for axis in 0..2 {
-            deepest = deepest.max(disc.position[axis].abs() + disc.radius - half[axis]);
+        for (place, half) in disc.position.iter().zip(half) {
+            deepest = deepest.max(place.abs() + disc.radius - half);
         }
         for other in &discs[..index] {
             deepest = deepest.max(2.0 * disc.radius - distance(disc.position, other.position));

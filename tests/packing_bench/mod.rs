@@ -20,13 +20,16 @@ pub struct Seen {
     pub radius: f64,
 }
 
-/// A square box with so many discs of radius 1 that they cover about `fraction` of it.
+/// A square box of which so many discs cover this fraction: of radius 1, or larger where the box would have a side below
+/// 10, the least that there is.
 pub fn at_fraction(discs: u32, fraction: f64) -> PackingConfig {
     let side = (f64::from(discs) * std::f64::consts::PI / fraction).sqrt();
+    let (side, radius) = if side < 10.0 { (10.0, 10.0 / side) } else { (side, 1.0) };
     PackingConfig {
         discs: NonZeroU32::new(discs).unwrap(),
         width: BoxSide::new(side).unwrap(),
         height: BoxSide::new(side).unwrap(),
+        radius: Positive::new(radius).unwrap(),
         ..PackingConfig::default()
     }
 }

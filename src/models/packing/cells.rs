@@ -33,10 +33,10 @@ struct Member {
 }
 
 impl Cells {
-    /// Puts discs into the cells of a box that is centred on the origin. There are at most about four cells a disc:
-    /// in dilute systems the cells are wider than contact asks for.
+    /// Puts discs into the cells of a box that is centred on the origin. There is at most about one cell a disc: in dilute
+    /// systems, where contact would do with smaller ones, discs would do little else than cross edges.
     pub(super) fn new(box_sides: Vector, contact_distance: f64, centres: &[Vector]) -> Self {
-        let spread = 0.5 * (box_sides[0] * box_sides[1] / centres.len() as f64).sqrt();
+        let spread = (box_sides[0] * box_sides[1] / centres.len() as f64).sqrt();
         let narrowest = MARGIN * contact_distance;
         let width = if spread > narrowest { spread } else { narrowest };
         let along = |axis: usize| ((box_sides[axis] / width) as u32).max(1);
@@ -119,6 +119,29 @@ impl Cells {
             self.first[cell] = next;
         } else {
             self.members[previous as usize].next = next;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Promise: a cell is wider than the contact distance, however dense the discs, unless the box has no second one; and
+    /// there is no more than one cell a disc, or one row of cells as long as the discs are apart on average.
+    #[test]
+    fn cells_are_wider_than_contact() {
+        for sides in [[10.0, 10.0], [40.0, 17.3], [1e5, 10.0]] {
+            for contact_distance in [0.02, 1.0, 1.99, 9.9] {
+                for discs in [1, 7, 400, 5000] {
+                    let cells = Cells::new(sides, contact_distance, &vec![[0.0, 0.0]; discs]);
+                    for axis in 0..2 {
+                        assert!(cells.count[axis] == 1 || cells.side[axis] > contact_distance);
+                    }
+                    let one_row = (discs as f64 * sides[0] / sides[1]).sqrt();
+                    assert!(cells.first.len() as f64 <= discs as f64 + one_row);
+                }
+            }
         }
     }
 }

@@ -19,8 +19,9 @@ use std::cmp::Ordering;
 /// the root mean square speed takes for a diameter.
 const RAPID: f64 = 1e-10;
 
-/// So many rapid collisions in a row of one disc are an inelastic collapse. In elastic systems even two are rare.
-const COLLAPSE: u32 = 1000;
+/// So many rapid collisions in a row of one disc are a collapse. Elastic discs that are free to move hardly have two;
+/// in a collapse the relative speeds fall by a constant factor each, so that they still are numbers after so many.
+const COLLAPSE: u32 = 100;
 
 /// At least so many events lie between two moves of the clock's zero, and at least one a disc, as a move costs n. So the
 /// clock's local time stays near the time between a disc's collisions, and its grain far below all lengths.
@@ -216,7 +217,7 @@ impl Engine {
     /// Lets the next event take place; returns it if it was a collision, and `None` where it was void or a crossing.
     ///
     /// # Errors
-    /// Inelastic collapse.
+    /// Inelastic collapse (McNamara and Young, Phys. Fluids A 4, 496, 1992), or a jam.
     pub(super) fn step(&mut self) -> Result<Option<Collision>, Fault> {
         let (disc, event) = self.queue.soonest();
         if event.kind == EventKind::Nothing {
@@ -324,8 +325,8 @@ impl Engine {
             disc.rapid = if is_rapid { disc.rapid + 1 } else { 0 };
             if disc.rapid >= COLLAPSE {
                 return Err(Fault(format!(
-                    "inelastic collapse at time {}: disc {id} collided {COLLAPSE} times while time stood still; \
-                     a restitution nearer to 1 or a shorter run avoids it",
+                    "inelastic collapse at time {}: disc {id} collided {COLLAPSE} times in a row while time stood still; \
+                     a restitution nearer to 1, a shorter run, or a start that is not jammed avoids it",
                     self.clock.time()
                 )));
             }
