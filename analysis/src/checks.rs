@@ -85,9 +85,9 @@ fn compare(check: &Check, metric: &Metric) -> Verdict {
             let above = minimum.is_none_or(|minimum| measured >= minimum);
             let below = maximum.is_none_or(|maximum| measured <= maximum);
             let text = match (minimum, maximum) {
-                (Some(minimum), Some(maximum)) => format!("{minimum:e} to {maximum:e}"),
-                (Some(minimum), None) => format!("at least {minimum:e}"),
-                (None, Some(maximum)) => format!("at most {maximum:e}"),
+                (Some(minimum), Some(maximum)) => format!("{} to {}", digits(minimum), digits(maximum)),
+                (Some(minimum), None) => format!("at least {}", digits(minimum)),
+                (None, Some(maximum)) => format!("at most {}", digits(maximum)),
                 (None, None) => "anything".to_owned(),
             };
             (above && below && !measured.is_nan(), text)
@@ -99,9 +99,10 @@ fn compare(check: &Check, metric: &Metric) -> Verdict {
         format!(" {}", metric.unit)
     };
     let text = format!(
-        "{}{}: measured {measured:e}{unit}, expected {expectation}",
+        "{}{}: measured {}{unit}, expected {expectation}",
         metric.name,
-        place_text(metric)
+        place_text(metric),
+        digits(measured)
     );
     Verdict { holds, text }
 }
@@ -111,11 +112,23 @@ fn within(measured: f64, expected: Option<f64>, tolerance: f64) -> (bool, String
         Some(expected) => {
             // Not a number is within nothing.
             let holds = (measured - expected).abs() <= tolerance;
-            (holds, format!("{expected:e} ± {tolerance:e}"))
+            (holds, format!("{} ± {}", digits(expected), digits(tolerance)))
         }
         None => {
             (false, "theory's value, which this metric does not have: give `expected`".to_owned())
         }
+    }
+}
+
+/// Seven digits.
+fn digits(value: f64) -> String {
+    let text = format!("{value:.6e}");
+    match text.split_once('e') {
+        Some((mantissa, exponent)) if mantissa.contains('.') => {
+            let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
+            if exponent == "0" { mantissa.to_owned() } else { format!("{mantissa}e{exponent}") }
+        }
+        _ => text,
     }
 }
 

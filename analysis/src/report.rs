@@ -205,7 +205,9 @@ impl Report {
         }
         for (title, metrics) in self.sections() {
             let _ = writeln!(text, "\n{}", terminal.wrapped(&title, 2));
-            let _ = writeln!(text, "{}", table(&metrics, terminal));
+            if !metrics.is_empty() {
+                let _ = writeln!(text, "{}", table(&metrics, terminal));
+            }
         }
         if !self.verdicts.is_empty() {
             let _ = writeln!(text, "\nchecks");

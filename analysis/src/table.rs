@@ -67,13 +67,18 @@ impl Terminal {
     }
 }
 
+/// Differences below this share are rounding, and no statement about physics.
+const ROUNDING: f64 = 1e-9;
+
 /// A number with its error in the last digits, such as 1.3182(13)·10⁻¹⁸; six digits where the error is not known.
 #[must_use]
 pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
     if !value.is_finite() {
         return value.to_string();
     }
-    let error = standard_error.filter(|error| error.is_finite() && *error > 0.0);
+    let error = standard_error.filter(|error| {
+        error.is_finite() && *error > ROUNDING * value.abs() && *error > f64::MIN_POSITIVE
+    });
     let Some(error) = error else { return six_digits(value) };
     let size = value.abs().max(error);
     let exponent = decimal_exponent(size);
@@ -160,10 +165,15 @@ fn row(metric: &Metric) -> [String; 4] {
     [metric.name.clone(), value, theory, apart(metric)]
 }
 
-/// Deviation from theory, in standard errors where these are known, else in per cent.
+/// Deviation from theory, in standard errors where these are known, else in per cent; "rounding" where it is no more.
 fn apart(metric: &Metric) -> String {
     let Some(theory) = metric.theory else { return String::new() };
     let deviation = metric.value - theory;
+    // What is dimensionless and zero by theory is a share of something.
+    let size = if theory == 0.0 && metric.unit == "1" { 1.0 } else { theory.abs() };
+    if deviation.abs() <= ROUNDING * size {
+        return "rounding".to_owned();
+    }
     match metric.standard_error {
         Some(error) if error > 0.0 => format!("{:+.1} σ", deviation / error).replace('-', "−"),
         _ if theory != 0.0 => {

@@ -14,7 +14,7 @@ pub fn figures(run: &GasRun) -> Figures {
         figures.plots.push(pressure(run));
     }
     if let Some(histogram) = &run.histogram {
-        figures.plots.push(speeds(histogram));
+        figures.plots.push(speeds(histogram, run.config.particles.get()));
     }
     if !run.snapshot.bodies.is_empty() {
         figures.plots.push(Plot::Picture(state(run)));
@@ -39,11 +39,18 @@ fn pressure(run: &GasRun) -> Plot {
     chart("pressure_over_time", "Pressure on the wall", x, y, curves)
 }
 
-fn speeds(histogram: &GasSpeeds) -> Plot {
+fn speeds(histogram: &GasSpeeds, particles: u32) -> Plot {
     let against = |values: &[f64]| -> Vec<(f64, f64)> {
         histogram.speed_m_per_s.iter().copied().zip(values.iter().copied()).collect()
     };
-    let mut curves = vec![curve("measured", Style::Data, 0, against(&histogram.density))];
+    let mut measured = curve("measured", Style::Data, 0, against(&histogram.density));
+    let bins = &histogram.speed_m_per_s;
+    let width = if bins.len() > 1 { bins[1] - bins[0] } else { 0.0 };
+    for point in &mut measured.points {
+        // A bin with k of the particles is uncertain by sqrt(k).
+        point.error = Some((point.y / (f64::from(particles) * width)).sqrt());
+    }
+    let mut curves = vec![measured];
     // Zeros stand for a law that is a single speed: there is no density to draw.
     if histogram.initial_law.iter().any(|density| *density > 0.0) {
         let law = against(&histogram.initial_law);

@@ -43,7 +43,9 @@ fn temperature(run: &PackingRun) -> Plot {
             if restitution == 1.0 { "T at the start" } else { "Haff, T₀ exp(−(1−α²) C/n)" };
         curves.push(curve(name, Style::Theory, 1, theory));
     }
-    let y = Axis::linear("T = <v²>", "");
+    let ends = [run.frames.first(), run.frames.last()].map(|end| end.map(|end| end.temperature));
+    let cooled = matches!(ends, [Some(first), Some(last)] if last < first / 30.0);
+    let y = if cooled { Axis::logarithmic("T = <v²>", "") } else { Axis::linear("T = <v²>", "") };
     chart("temperature", "Temperature against collisions", collisions_axis(), y, curves)
 }
 

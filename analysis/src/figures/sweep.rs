@@ -73,7 +73,8 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
     let groups = grouped(swept.map(|point| (without(&point.coordinates, key), point)));
     let mut curves = Vec::new();
     let groups = groups.iter().filter(|(_, group)| group.len() > 1).take(MOST_CURVES);
-    for (colour, (others, group)) in groups.enumerate() {
+    for (index, (others, group)) in groups.enumerate() {
+        let colour = if ordinate.beside.is_some() { 2 * index } else { index };
         let label = coordinates::label(others);
         curves.extend(curves_of(
             group,
@@ -89,7 +90,7 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
             curves.extend(curves_of(group, key, metric, &label, colour, name).into_iter().take(1));
         }
     }
-    if curves.is_empty() {
+    if is_flat(&curves) {
         return None;
     }
     let unit = |run: &&RunAnalysis| run.measurement(ordinate.metric).map(|found| found.unit);
@@ -119,6 +120,14 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
         equal_aspect: false,
         curves,
     }))
+}
+
+/// Whether there is nothing to see: no points, or all the same up to rounding.
+fn is_flat(curves: &[Curve]) -> bool {
+    let values = || curves.iter().flat_map(|curve| &curve.points).map(|point| point.y);
+    let least = values().fold(f64::INFINITY, f64::min);
+    let greatest = values().fold(f64::NEG_INFINITY, f64::max);
+    !(greatest - least > 1e-9 * greatest.abs())
 }
 
 /// Data and, where there is one, the theory's line of one group.

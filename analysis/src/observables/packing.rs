@@ -87,7 +87,12 @@ impl PackingRun {
         events >= SETTLING_EVENTS_PER_DISC * self.discs()
     }
 
-    /// a2 holds from one collision to the next: each value counts for as long as it lasted.
+    /// What a value of a2 counts for: the time that it lasted; while discs cool, time stretches without end and events count.
+    fn weight(&self, before: &Moments, after: &Moments) -> f64 {
+        if self.elastic() { after.time - before.time } else { after.events - before.events }
+    }
+
+    /// a2 holds from one collision to the next.
     fn see_collisions(&mut self, batch: &PerCollision) {
         let columns = batch.event.iter().zip(&batch.time).zip(&batch.temperature).zip(&batch.a2);
         for (((&event, &time), &temperature), &a2) in columns {
@@ -95,14 +100,15 @@ impl PackingRun {
             if let Some(before) = self.last_of_collisions
                 && self.settled(before.events)
             {
-                self.a2.add_weighted(before.a2, time - before.time);
+                let weight = self.weight(&before, &moments);
+                self.a2.add_weighted(before.a2, weight);
             }
             self.last_of_collisions = Some(moments);
             self.collisions.add(moments);
         }
     }
 
-    /// Mean of a2 over time: exact where collisions were recorded, else by the trapezium rule between frames.
+    /// Mean of a2: exact where collisions were recorded, else by the trapezium rule between frames.
     fn mean_a2(&self) -> Option<Estimate> {
         if self.a2.entries() > 0 {
             return self.a2.estimate();
@@ -140,7 +146,7 @@ impl PackingRun {
         for pair in self.frames.windows(2) {
             let step = pair[1].time - pair[0].time;
             let speed = |moments: &Moments| (moments.temperature / 2.0).sqrt();
-            area.add((speed(&pair[0]) + speed(&pair[1])) / 2.0 * step);
+            area.add(mean_while_cooling(speed(&pair[0]), speed(&pair[1])) * step);
             length.add(step);
         }
         (length.value() > 0.0).then(|| area.value() / length.value())
@@ -183,7 +189,7 @@ impl PackingRun {
         );
         found.push(Measurement::new("a2.final", "1", last.a2, "<v^4>/(2 <v^2>^2) - 1, last frame"));
         if let Some(a2) = self.mean_a2() {
-            let from = "mean over time after 5 events a disc; error by blocking";
+            let from = "mean over time (over events for alpha < 1) after 5 events a disc; error by blocking";
             let found_a2 = Measurement::new("a2.mean", "1", a2, from);
             found.push(if self.elastic() {
                 let theory = law::a2_at_fixed_energy(self.config.discs.get());
@@ -208,12 +214,14 @@ impl PackingRun {
                 law::COLLISION_RATE,
             ));
             if let Some(speed) = thermal_speed {
-                let factor = PI.sqrt() / 4.0 * 2.0 * self.config.radius.get() / speed;
+                let share = (1.0 + self.config.restitution.get()) / 2.0;
+                let factor = share * PI.sqrt() / 4.0 * 2.0 * self.config.radius.get()
+                    / (speed * law::fixed_energy_speed(discs));
                 let z = Estimate {
                     value: 1.0 + factor * rate.value,
                     standard_error: rate.standard_error.map(|error| factor * error),
                 };
-                let from = "1 + (sqrt(pi)/4) s w sqrt(m/kT) from the collision rate";
+                let from = "1 + (1 + alpha)/2 (sqrt(pi)/4) s w sqrt(m/kT) from the collision rate";
                 found.push(
                     Measurement::new("compressibility_factor.by_rate", "1", z, from)
                         .against(equilibrium.compressibility_factor, law::VIRIAL_IDENTITY),
@@ -307,6 +315,14 @@ impl Observer for PackingRun {
     fn figures(&self) -> Figures {
         figures::packing::figures(self)
     }
+}
+
+/// Mean over time of a speed between two values, where its inverse grows evenly as Haff's law has it.
+fn mean_while_cooling(before: f64, after: f64) -> f64 {
+    if (before - after).abs() <= 1e-6 * before {
+        return (before + after) / 2.0;
+    }
+    before * after * (before / after).ln() / (before - after)
 }
 
 /// <v^2> and a2 of a state; `None` without velocities.

@@ -55,8 +55,10 @@ pub(super) struct Layout {
     pub(super) caption: String,
 }
 
-/// A flat curve still gets an axis: its range is widened to this share of the value.
-const NARROWEST_RANGE_RELATIVE: f64 = 1e-6;
+/// A range below this share of the value is rounding: the curve is flat.
+const FLAT_RELATIVE: f64 = 1e-9;
+/// A flat curve still gets an axis: of this share of the value.
+const FLAT_RANGE_RELATIVE: f64 = 0.02;
 /// Room between the outermost data and the frame, as a share of the range.
 const MARGIN: f64 = 0.05;
 
@@ -87,8 +89,9 @@ impl Layout {
 
     fn widen(&mut self, low: f64, high: f64) {
         let size = low.abs().max(high.abs());
-        let narrowest = if size > 0.0 { size * NARROWEST_RANGE_RELATIVE } else { 1.0 };
-        let missing = (narrowest - (high - low)).max(0.0) / 2.0;
+        let flat = high - low <= size * FLAT_RELATIVE;
+        let range = if size > 0.0 { size * FLAT_RANGE_RELATIVE } else { 1.0 };
+        let missing = if flat { range / 2.0 } else { 0.0 };
         let margin = MARGIN * (high - low + 2.0 * missing);
         self.low = low - missing - margin;
         self.high = high + missing + margin;
@@ -127,6 +130,12 @@ impl Layout {
             return;
         }
         (self.ticks, self.decimals) = even_ticks(self.low, self.high);
+    }
+
+    /// Characters of the longest text beside a tick.
+    pub(super) fn longest_text(&self) -> usize {
+        let lengths = self.ticks.iter().map(|tick| self.tick_text(*tick).chars().count());
+        lengths.max().unwrap_or(0)
     }
 
     /// A value's place along the axis.

@@ -72,10 +72,11 @@ const WIDTH: i32 = 860;
 const PLOT_HEIGHT: i32 = 440;
 const TITLE_HEIGHT: i32 = 40;
 const LEGEND_ROW_HEIGHT: i32 = 22;
-const LEFT_LABELS: i32 = 92;
 const BOTTOM_LABELS: i32 = 58;
 const RIGHT_MARGIN: i32 = 32;
+const LEGEND_LEFT: i32 = 92;
 const LEGEND_TEXT: i32 = 16;
+const TICK_TEXT: i32 = 15;
 const LEGEND_SAMPLE: i32 = 30;
 const LEGEND_GAP: i32 = 22;
 
@@ -91,7 +92,7 @@ impl Chart {
         let legend_height = legend.len() as i32 * LEGEND_ROW_HEIGHT;
         let plot_height = if self.equal_aspect { 660 } else { PLOT_HEIGHT };
         if self.equal_aspect {
-            let plot_width = WIDTH - LEFT_LABELS - RIGHT_MARGIN;
+            let plot_width = WIDTH - left_labels(&y) - RIGHT_MARGIN;
             self.equalise(&mut x, &mut y, f64::from(plot_width) / f64::from(plot_height));
         }
         let height = TITLE_HEIGHT + legend_height + plot_height + BOTTOM_LABELS + 10;
@@ -105,7 +106,7 @@ impl Chart {
             }
             let (_, plot) = sheet.split_vertically(fine(TITLE_HEIGHT + legend_height));
             draw_plot(&plot, &x, &y, &curves)?;
-            let across = (LEFT_LABELS + WIDTH - RIGHT_MARGIN) / 2;
+            let across = (left_labels(&y) + WIDTH - RIGHT_MARGIN) / 2;
             let down = TITLE_HEIGHT + legend_height + plot_height / 2;
             let style = text_style(16, HPos::Center, VPos::Center);
             let below = (fine(across), fine(height - 16));
@@ -154,6 +155,11 @@ impl Chart {
     }
 }
 
+/// Room for the caption and the tick texts left of the axis.
+fn left_labels(y: &Layout) -> i32 {
+    46 + TICK_TEXT / 2 * (y.longest_text() as i32 + 1)
+}
+
 fn extremes(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.fold(None, |range, value| match range {
         None => Some((value, value)),
@@ -169,7 +175,7 @@ fn legend_rows(curves: &[Curve]) -> Vec<Vec<(i32, &Curve)>> {
         let width = LEGEND_SAMPLE + 8 + text_width(&curve.name, LEGEND_TEXT) + LEGEND_GAP;
         if left.saturating_add(width) > WIDTH - RIGHT_MARGIN {
             rows.push(Vec::new());
-            left = LEFT_LABELS;
+            left = LEGEND_LEFT;
         }
         if let Some(row) = rows.last_mut() {
             row.push((left, curve));
@@ -222,7 +228,7 @@ fn draw_plot(
         .margin_top(fine(10))
         .margin_right(fine(RIGHT_MARGIN))
         .x_label_area_size(fine(BOTTOM_LABELS))
-        .y_label_area_size(fine(LEFT_LABELS))
+        .y_label_area_size(fine(left_labels(y)))
         .build_cartesian_2d(x.clone(), y.clone())
         .map_err(failure)?;
     chart
@@ -231,7 +237,7 @@ fn draw_plot(
         .bold_line_style(stroke(PALE, 2))
         .light_line_style(TRANSPARENT)
         .set_all_tick_mark_size(fine(5))
-        .label_style(text_style(15, HPos::Left, VPos::Top))
+        .label_style(text_style(TICK_TEXT, HPos::Left, VPos::Top))
         .x_label_formatter(&|tick| x.tick_text(*tick))
         .y_label_formatter(&|tick| y.tick_text(*tick))
         .draw()
