@@ -8,12 +8,14 @@ use crate::run::{Ending, RunError};
 use crate::side_files;
 use clap::Parser;
 use kinetoscope_manifest::{Experiment, Override};
+use kinetoscope_recording::file;
 use kinetoscope_recording::recorder::Outcome;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// Run the experiment of a manifest and record every frame, one MCAP file a run.
 #[derive(Debug, Parser)]
@@ -34,6 +36,9 @@ pub struct Arguments {
     /// Do finished runs again
     #[arg(long)]
     force: bool,
+    /// Save each run at least every so many seconds, to go on from there after a kill
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
+    checkpoint_every: Duration,
     /// Print the plan and stop
     #[arg(long)]
     dry_run: bool,
@@ -172,6 +177,7 @@ impl Arguments {
             &plan.folder,
             NonZeroUsize::new(jobs).unwrap_or(NonZeroUsize::MIN),
             &interrupt,
+            self.checkpoint_every,
             &progress,
         );
         progress.close();
@@ -227,7 +233,7 @@ impl Arguments {
             self.say(&summary(plan, &endings));
         }
         if let Some(code) = interrupt.exit_code() {
-            eprintln!("Stopped. The same command does what is missing.");
+            eprintln!("Stopped. The same command goes on from here.");
             return Exit::Signal(code);
         }
         if exit == Exit::Done {
@@ -260,6 +266,9 @@ impl Arguments {
 
 fn prepare_folder(experiment: &Experiment, plan: &Plan) -> io::Result<()> {
     fs::create_dir_all(&plan.folder)?;
+    for run in plan.runs.iter().filter(|run| matches!(run.status, Status::Done(_))) {
+        file::remove_leftovers(&plan.folder, &run.stem).map_err(io::Error::other)?;
+    }
     side_files::write_experiment(experiment, plan)?;
     side_files::write_layout(plan)
 }
@@ -273,6 +282,11 @@ fn print(text: &str) -> Exit {
 fn fail(exit: Exit, message: &str) -> Exit {
     eprintln!("{message}");
     exit
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().map_err(|_| "write a number of seconds, such as 5".to_owned())?;
+    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
 }
 
 /// What tells a run from the others: its coordinates and replicate, or the experiment's name.
@@ -358,7 +372,7 @@ fn summary(plan: &Plan, endings: &[&Ending]) -> String {
         )),
     }
     lines.extend(stopped.iter().map(|ending| {
-        format!("Kept unfinished {} ({} frames)", ending.path.display(), ending.frames)
+        format!("Kept {} with {} frames so far", ending.path.display(), ending.frames)
     }));
     lines.join("\n")
 }

@@ -12,6 +12,7 @@ pub mod models;
 
 pub mod schedule;
 
+pub mod checkpointing;
 pub mod run;
 
 pub mod plan;

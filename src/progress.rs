@@ -1,6 +1,6 @@
 //! The progress display: a bar a running job and one for all on a terminal, a line a finished run elsewhere.
 
-use crate::run::{Ending, RunError};
+use crate::run::{Beginning, Ending, RunError};
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressStyle};
 use kinetoscope_recording::recorder::Outcome;
 use std::io::IsTerminal;
@@ -87,6 +87,9 @@ impl RunProgress<'_> {
     pub fn finish(self, ending: &Result<Ending, RunError>) {
         self.bar.finish_and_clear();
         self.display.total.inc(1);
+        if let Ok(Ending { beginning: Beginning::AnewAfter(reason), .. }) = ending {
+            self.display.line(&format!("{}: began anew, since {reason}", self.stem));
+        }
         let wanted = match self.display.verbosity {
             Verbosity::Quiet => false,
             Verbosity::Normal => !self.display.on_terminal,
@@ -98,8 +101,12 @@ impl RunProgress<'_> {
                 Outcome::Fault(_) => "ended in a fault",
                 Outcome::Interrupted => "interrupted",
             };
+            let since = match ending.beginning {
+                Beginning::WentOn { frame } => format!(" from frame {frame} on"),
+                Beginning::Anew | Beginning::AnewAfter(_) => String::new(),
+            };
             self.display.line(&format!(
-                "{}: {word}, {} frames, {}, {:.2} s",
+                "{}: {word}{since}, {} frames, {}, {:.2} s",
                 self.stem,
                 ending.frames,
                 size(ending.bytes),

@@ -1,5 +1,6 @@
 //! One run: prepare the model, move it from frame to frame, record, and end in order whatever happens.
 
+use crate::checkpointing::{self, Checkpointer, Underway};
 use crate::interrupt::Interrupt;
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::models::{ForModel, with_model};
@@ -8,6 +9,7 @@ use crate::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::{Compression, RecordConfig};
 use kinetoscope_recording::channels::{Channel, PerCollision};
+use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::frame::{Frame, Level, LogLine};
@@ -16,7 +18,6 @@ use kinetoscope_recording::recorder::{self, Clock, Header, Outcome, Recorder, Se
 use kinetoscope_recording::scenery::Scenery;
 use std::fmt;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -40,6 +41,8 @@ pub struct Assignment<'a> {
 pub struct Ending {
     /// Complete, at fault, or interrupted.
     pub outcome: Outcome,
+    /// Whether something was there to go on with.
+    pub beginning: Beginning,
     /// Where the recording is.
     pub path: PathBuf,
     /// Frames recorded, the start included.
@@ -50,6 +53,31 @@ pub struct Ending {
     pub work: u64,
     /// Time that it took.
     pub wall_time: Duration,
+}
+
+/// How a run began.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Beginning {
+    /// Nothing was there.
+    Anew,
+    /// What was there was of no use, for this reason.
+    AnewAfter(String),
+    /// It went on from a checkpoint.
+    WentOn {
+        /// The first frame that was recorded since.
+        frame: u64,
+    },
+}
+
+/// How runs are conducted. Nothing of it changes a byte of the recording.
+#[derive(Clone, Copy)]
+pub struct Conduct<'a> {
+    /// Whether to stop.
+    pub interrupt: &'a Interrupt,
+    /// Time between two checkpoints, at least.
+    pub checkpoint_every: Duration,
+    /// Hears how many frames after the start are done and how many there will be.
+    pub on_frame: &'a dyn Fn(u64, u64),
 }
 
 /// Why a run left no usable recording.
@@ -131,23 +159,19 @@ fn bytes_of_a_frame<M: Model>(frame: &Frame, particles: u64) -> u64 {
     state + 50 * particles + scalars + headers
 }
 
-/// Does one run. `on_frame` hears how many frames after the start are done and how many there will be.
+/// Does one run, or goes on with it.
 ///
 /// # Errors
 /// A refused start, or a recording that could not be written. A physical fault and an interruption are endings.
-pub fn execute(
-    assignment: Assignment<'_>,
-    interrupt: &Interrupt,
-    on_frame: &dyn Fn(u64, u64),
-) -> Result<Ending, RunError> {
-    struct Action<'a>(Assignment<'a>, &'a Interrupt, &'a dyn Fn(u64, u64));
+pub fn execute(assignment: Assignment<'_>, conduct: Conduct<'_>) -> Result<Ending, RunError> {
+    struct Action<'a>(Assignment<'a>, Conduct<'a>);
     impl ForModel for Action<'_> {
         type Output = Result<Ending, RunError>;
         fn call<M: Model>(self, config: &M::Config) -> Self::Output {
-            drive::<M>(config, self.0, self.1, self.2)
+            drive::<M>(config, self.0, self.1)
         }
     }
-    with_model(&assignment.manifest.model, Action(assignment, interrupt, on_frame))
+    with_model(&assignment.manifest.model, Action(assignment, conduct))
 }
 
 /// The layout for the viewer that goes with a run, as JSON.
@@ -160,8 +184,7 @@ pub fn layout(manifest: &RunManifest) -> Result<String, RunError> {
         type Output = Result<String, RunError>;
         fn call<M: Model>(self, config: &M::Config) -> Self::Output {
             let model = M::prepare(config, seed(self.0), false)?;
-            let schedule = Schedule::new(self.0.record.interval, model.extent())?;
-            let header = header(&model, self.0, String::new(), String::new(), &schedule);
+            let header = header(&model, self.0, String::new(), String::new());
             Ok(layout_json(&header)?)
         }
     }
@@ -176,69 +199,101 @@ fn view_height(scenery: &Scenery) -> f64 {
 fn drive<M: Model>(
     config: &M::Config,
     assignment: Assignment<'_>,
-    interrupt: &Interrupt,
-    on_frame: &dyn Fn(u64, u64),
+    conduct: Conduct<'_>,
 ) -> Result<Ending, RunError> {
     let started = Instant::now();
-    let manifest = assignment.manifest;
-    let per_collision = selects(&manifest.record, PerCollision::TOPIC);
-    let mut model = M::prepare(config, seed(manifest), per_collision)?;
-    let schedule = Schedule::new(manifest.record.interval, model.extent())?;
-    let header = header(
-        &model,
-        manifest,
-        assignment.canonical.to_owned(),
-        assignment.content_key.to_owned(),
-        &schedule,
+    let Assignment { manifest, folder, stem, content_key, .. } = assignment;
+    let identity = format!(
+        "{content_key} program {} {} physics {}",
+        env!("CARGO_PKG_VERSION"),
+        M::NAME,
+        M::PHYSICS_VERSION
     );
-    let file = RecordingFile::create(assignment.folder, assignment.stem)?;
-    let mut recorder = Recorder::create(file, &header)?;
-    let outcome = record_frames(&mut model, &schedule, &mut recorder, interrupt, on_frame)?;
-    let frames = recorder.frames_written();
-    let file = recorder.finish(&outcome)?;
+    let (mut underway, beginning) = begin::<M>(config, assignment, &identity)?;
+    let schedule = Schedule::new(manifest.record.interval, underway.model.extent())?;
+    let every = conduct.checkpoint_every;
+    let mut checkpointer = Checkpointer::new(folder, stem, identity, every);
+    let outcome = record_frames(&mut underway, &schedule, &mut checkpointer, conduct)?;
+    let frames = underway.recorder.frames_written();
+    let work = underway.model.count();
+    let file = underway.recorder.finish(&outcome)?;
     let path = match outcome {
         Outcome::Interrupted => file.keep_partial()?,
         Outcome::Complete | Outcome::Fault(_) => {
             let path = file.final_path().to_owned();
             file.commit()?;
+            checkpoint::remove(folder, stem)?;
             path
         }
     };
     Ok(Ending {
         outcome,
+        beginning,
         bytes: fs::metadata(&path).map(|file| file.len()).unwrap_or_default(),
         path,
         frames,
-        work: model.count(),
+        work,
         wall_time: started.elapsed(),
     })
 }
 
-fn record_frames<M: Model, W: Write>(
-    model: &mut M,
+/// Goes on with what a killed or stopped run left, or starts anew where there is nothing or it is of no use.
+fn begin<M: Model>(
+    config: &M::Config,
+    assignment: Assignment<'_>,
+    identity: &str,
+) -> Result<(Underway<M>, Beginning), RunError> {
+    let Assignment { manifest, canonical, content_key, folder, stem } = assignment;
+    let header = |model: &M| header(model, manifest, canonical.to_owned(), content_key.to_owned());
+    let beginning = match checkpointing::go_on(folder, stem, identity, header) {
+        Ok(Some(underway)) => {
+            let beginning = Beginning::WentOn { frame: underway.next };
+            return Ok((underway, beginning));
+        }
+        Ok(None) => Beginning::Anew,
+        Err(error @ RecordError::Locked { .. }) => return Err(error.into()),
+        Err(error) => Beginning::AnewAfter(error.to_string()),
+    };
+    let model = M::prepare(config, seed(manifest), selects(&manifest.record, PerCollision::TOPIC))?;
+    Schedule::new(manifest.record.interval, model.extent())?;
+    let file = RecordingFile::create(folder, stem)?;
+    // From here on an older checkpoint would count on bytes that are gone.
+    checkpoint::remove(folder, stem)?;
+    let mut recorder = Recorder::create_resumable(file, &header(&model))?;
+    let mut start = Frame::new();
+    model.observe(&mut start);
+    recorder.write(clock(&model), &start)?;
+    Ok((Underway { model, recorder, next: 1 }, beginning))
+}
+
+fn record_frames<M: Model>(
+    underway: &mut Underway<M>,
     schedule: &Schedule,
-    recorder: &mut Recorder<W>,
-    interrupt: &Interrupt,
-    on_frame: &dyn Fn(u64, u64),
+    checkpointer: &mut Checkpointer,
+    conduct: Conduct<'_>,
 ) -> Result<Outcome, RecordError> {
     let mut frame = Frame::new();
     let mut budget = Budget::default();
-    model.observe(&mut frame);
-    recorder.write(clock(model), &frame)?;
-    for index in 1..=schedule.frames() {
-        match advance_to(model, schedule.target(index), &mut budget, interrupt) {
+    while underway.next <= schedule.frames() {
+        let target = schedule.target(underway.next);
+        match advance_to(underway, target, &mut budget, checkpointer, conduct.interrupt)? {
             Ok(Arrival::Reached) => {}
-            Ok(Arrival::Interrupted) => return Ok(Outcome::Interrupted),
+            Ok(Arrival::Interrupted) => {
+                checkpointer.save(underway)?;
+                return Ok(Outcome::Interrupted);
+            }
             Err(fault) => {
                 let line = LogLine { level: Level::Error, text: fault.0.clone() };
-                recorder.remark(line)?;
+                underway.recorder.remark(line)?;
                 return Ok(Outcome::Fault(fault.0));
             }
         }
         frame.clear();
-        model.observe(&mut frame);
-        recorder.write(clock(model), &frame)?;
-        on_frame(index, schedule.frames());
+        underway.model.observe(&mut frame);
+        underway.recorder.write(clock(&underway.model), &frame)?;
+        (conduct.on_frame)(underway.next, schedule.frames());
+        underway.next += 1;
+        checkpointer.save_if_due(underway)?;
     }
     Ok(Outcome::Complete)
 }
@@ -249,21 +304,26 @@ enum Arrival {
 }
 
 fn advance_to<M: Model>(
-    model: &mut M,
+    underway: &mut Underway<M>,
     target: Target,
     budget: &mut Budget,
+    checkpointer: &mut Checkpointer,
     interrupt: &Interrupt,
-) -> Result<Arrival, Fault> {
+) -> Result<Result<Arrival, Fault>, RecordError> {
     loop {
         if interrupt.is_raised() {
-            return Ok(Arrival::Interrupted);
+            return Ok(Ok(Arrival::Interrupted));
         }
         let started = Instant::now();
-        let progress = model.advance(target, budget.steps)?;
+        let progress = match underway.model.advance(target, budget.steps) {
+            Ok(progress) => progress,
+            Err(fault) => return Ok(Err(fault)),
+        };
         budget.adapt(started.elapsed());
         if progress == Progress::Reached {
-            return Ok(Arrival::Reached);
+            return Ok(Ok(Arrival::Reached));
         }
+        checkpointer.save_if_due(underway)?;
     }
 }
 
@@ -310,9 +370,9 @@ fn header<M: Model>(
     manifest: &RunManifest,
     canonical: String,
     content_key: String,
-    schedule: &Schedule,
 ) -> Header {
     let record = &manifest.record;
+    let schedule = Schedule::new(record.interval, model.extent()).ok();
     Header {
         manifest: canonical,
         content_key,
@@ -333,7 +393,7 @@ fn header<M: Model>(
             Compression::Lz4 => recorder::Compression::Lz4,
             Compression::None => recorder::Compression::None,
         },
-        frames_expected: Some(schedule.frames() + 1),
+        frames_expected: schedule.map(|schedule| schedule.frames() + 1),
         model_time: duration(model.extent()),
     }
 }

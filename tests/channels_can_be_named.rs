@@ -1,6 +1,8 @@
 //! The manifest names the channels that a model has, no more and no less: the lists stand in two packages that do not know
 //! each other, and this holds them together.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use kinetoscope::model::Model;
 use kinetoscope::models::{ForModel, with_model};
 use kinetoscope::random::Seed;

@@ -3,12 +3,13 @@
 use crate::interrupt::Interrupt;
 use crate::plan::PlannedRun;
 use crate::progress::ProgressDisplay;
-use crate::run::{Ending, RunError, execute};
+use crate::run::{Conduct, Ending, RunError, execute};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
+use std::time::Duration;
 
 /// What became of one run: `None` where an interruption came before its start.
 pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<Ending, RunError>>);
@@ -20,6 +21,7 @@ pub fn run_all<'a>(
     folder: &Path,
     jobs: NonZeroUsize,
     interrupt: &Interrupt,
+    checkpoint_every: Duration,
     progress: &ProgressDisplay,
 ) -> Vec<Result<'a>> {
     let next = AtomicUsize::new(0);
@@ -31,9 +33,9 @@ pub fn run_all<'a>(
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(run) = runs.get(index) else { break };
                     let bar = progress.start_run(&run.stem);
-                    let ending = execute(run.assignment(folder), interrupt, &|done, of| {
-                        bar.frame(done, of);
-                    });
+                    let on_frame = |done, of| bar.frame(done, of);
+                    let conduct = Conduct { interrupt, checkpoint_every, on_frame: &on_frame };
+                    let ending = execute(run.assignment(folder), conduct);
                     bar.finish(&ending);
                     finished
                         .lock()

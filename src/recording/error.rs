@@ -21,6 +21,13 @@ pub enum RecordError {
         /// The new one.
         partial: PathBuf,
     },
+    /// What a killed run left can't be gone on with.
+    NotContinued {
+        /// The partial file or the checkpoint.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
     /// The manifest asks for a channel that the model does not have.
     UnknownTopic {
         /// The name, without the leading slash.
@@ -74,6 +81,9 @@ impl fmt::Display for RecordError {
                 existing.display(),
                 partial.display()
             ),
+            Self::NotContinued { path, what } => {
+                write!(formatter, "{} can't be gone on with: {what}", path.display())
+            }
             Self::UnknownTopic { name, known } => write!(
                 formatter,
                 "this model has no channel \"{name}\". Name some of: {}",

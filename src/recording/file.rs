@@ -2,7 +2,7 @@
 
 use crate::error::RecordError;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Tries to take a file that another process may be renaming under our hands.
@@ -14,9 +14,14 @@ const COMPARED_AT_ONCE: u64 = 1 << 20;
 ///
 /// The file is locked while this value lives, so that two processes never write the same recording.
 pub struct RecordingFile {
-    output: BufWriter<File>,
+    file: File,
     partial: PathBuf,
     destination: PathBuf,
+    /// Where the next byte belongs.
+    position: u64,
+    /// Bytes that were there before: what is written up to here is compared with them, and only then the file grows.
+    kept: u64,
+    compared: Vec<u8>,
 }
 
 /// Whether the final name was free.
@@ -34,10 +39,45 @@ impl RecordingFile {
     /// # Errors
     /// A folder that can't be written, or another process at the same recording.
     pub fn create(folder: &Path, stem: &str) -> Result<Self, RecordError> {
+        let file = Self::open(folder, stem, 0)?;
+        file.file.set_len(0).map_err(|error| at(&file.partial, &error))?;
+        Ok(file)
+    }
+
+    /// Goes on with a partial file after its first `kept` bytes. These must be written once more: they are compared with
+    /// what is there, and what follows them is cut off when they have passed.
+    ///
+    /// # Errors
+    /// A file that is shorter or can't be opened, or another process at the same recording.
+    pub fn reopen(folder: &Path, stem: &str, kept: u64) -> Result<Self, RecordError> {
+        let file = Self::open(folder, stem, kept)?;
+        let length = file.file.metadata().map_err(|error| at(&file.partial, &error))?.len();
+        if length < kept {
+            let what = format!("it has {length} bytes, the checkpoint counts on {kept}");
+            return Err(RecordError::NotContinued { path: file.partial, what });
+        }
+        Ok(file)
+    }
+
+    fn open(folder: &Path, stem: &str, kept: u64) -> Result<Self, RecordError> {
         let partial = partial_path(folder, stem);
-        let file = locked(&partial)?;
-        file.set_len(0).map_err(|error| at(&partial, &error))?;
-        Ok(Self { output: BufWriter::new(file), destination: final_path(folder, stem), partial })
+        Ok(Self {
+            file: locked(&partial)?,
+            partial,
+            destination: final_path(folder, stem),
+            position: 0,
+            kept,
+            compared: Vec::new(),
+        })
+    }
+
+    /// A second handle, through which the file's bytes so far are brought to the disk while a recorder owns this one.
+    ///
+    /// # Errors
+    /// An operating system that has no handle left.
+    pub fn syncer(&self) -> Result<Syncer, RecordError> {
+        let file = self.file.try_clone().map_err(|error| at(&self.partial, &error))?;
+        Ok(Syncer { file, path: self.partial.clone() })
     }
 
     /// The name while it is written.
@@ -56,7 +96,7 @@ impl RecordingFile {
     ///
     /// # Errors
     /// A disk that fails.
-    pub fn keep_partial(mut self) -> Result<PathBuf, RecordError> {
+    pub fn keep_partial(self) -> Result<PathBuf, RecordError> {
         self.sync()?;
         Ok(self.partial)
     }
@@ -65,7 +105,7 @@ impl RecordingFile {
     ///
     /// # Errors
     /// A disk that fails, or other bytes under the final name; the partial file then stays.
-    pub fn commit(mut self) -> Result<Committed, RecordError> {
+    pub fn commit(self) -> Result<Committed, RecordError> {
         self.sync()?;
         let committed = match take_name(&self.partial, &self.destination) {
             Ok(()) => Committed::New,
@@ -85,19 +125,56 @@ impl RecordingFile {
         Ok(committed)
     }
 
-    fn sync(&mut self) -> Result<(), RecordError> {
-        let synced = self.output.flush().and_then(|()| self.output.get_ref().sync_all());
-        synced.map_err(|error| at(&self.partial, &error))
+    fn sync(&self) -> Result<(), RecordError> {
+        self.file.sync_all().map_err(|error| at(&self.partial, &error))
+    }
+
+    /// Compares bytes with those that are there; how many of them were compared.
+    fn compare(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let left = self.kept - self.position;
+        let count = left.min(bytes.len() as u64).min(COMPARED_AT_ONCE) as usize;
+        self.compared.resize(count, 0);
+        self.file.read_exact(&mut self.compared)?;
+        if self.compared != bytes[..count] {
+            let what = format!("the bytes from {} on are not those of this run", self.position);
+            return Err(io::Error::new(io::ErrorKind::InvalidData, what));
+        }
+        self.position += count as u64;
+        if self.position == self.kept {
+            self.file.set_len(self.kept)?;
+        }
+        Ok(count)
     }
 }
 
 impl Write for RecordingFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.output.write(bytes).map_err(|error| named(&self.partial, &error))
+        let written = if self.position < self.kept {
+            self.compare(bytes)
+        } else {
+            self.file.write(bytes).inspect(|&count| self.position += count as u64)
+        };
+        written.map_err(|error| named(&self.partial, &error))
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.output.flush().map_err(|error| named(&self.partial, &error))
+        self.file.flush().map_err(|error| named(&self.partial, &error))
+    }
+}
+
+/// Brings a recording's bytes to the disk.
+pub struct Syncer {
+    file: File,
+    path: PathBuf,
+}
+
+impl Syncer {
+    /// Returns when all bytes written so far are on the disk.
+    ///
+    /// # Errors
+    /// A disk that fails.
+    pub fn sync(&self) -> Result<(), RecordError> {
+        self.file.sync_data().map_err(|error| at(&self.path, &error))
     }
 }
 
@@ -105,6 +182,23 @@ impl Write for RecordingFile {
 #[must_use]
 pub fn partial_path(folder: &Path, stem: &str) -> PathBuf {
     folder.join(format!("{stem}.partial.mcap"))
+}
+
+/// Removes what an earlier try left beside a finished recording: a partial file that nobody writes, and its checkpoint.
+///
+/// # Errors
+/// A folder that can't be written.
+pub fn remove_leftovers(folder: &Path, stem: &str) -> Result<(), RecordError> {
+    crate::checkpoint::remove(folder, stem)?;
+    let partial = partial_path(folder, stem);
+    if !partial.exists() {
+        return Ok(());
+    }
+    match locked(&partial) {
+        Ok(_locked) => fs::remove_file(&partial).map_err(|error| at(&partial, &error)),
+        Err(RecordError::Locked { .. }) => Ok(()),
+        Err(error) => Err(error),
+    }
 }
 
 /// Name of a finished recording.
@@ -185,7 +279,7 @@ fn read_part(file: &mut File, part: &mut Vec<u8>) -> io::Result<()> {
 }
 
 /// Makes the new name last. Only Unix opens folders.
-fn sync_folder(path: &Path) -> Result<(), RecordError> {
+pub(crate) fn sync_folder(path: &Path) -> Result<(), RecordError> {
     let folder = match path.parent() {
         Some(folder) if cfg!(unix) && !folder.as_os_str().is_empty() => folder,
         Some(_) if cfg!(unix) => Path::new("."),
@@ -198,6 +292,6 @@ fn named(path: &Path, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
 
-fn at(path: &Path, error: &io::Error) -> RecordError {
+pub(crate) fn at(path: &Path, error: &io::Error) -> RecordError {
     RecordError::Io(named(path, error))
 }

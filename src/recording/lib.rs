@@ -3,6 +3,7 @@
 //! Nothing here knows physics beyond the columns and messages that a model declares.
 
 pub mod channels;
+pub mod checkpoint;
 pub mod error;
 pub mod file;
 pub mod frame;
@@ -17,6 +18,7 @@ mod container;
 mod descriptor;
 mod frames;
 mod header;
+mod open_chunk;
 mod playback;
 mod scene;
 mod sink;

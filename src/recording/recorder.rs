@@ -6,9 +6,12 @@ pub use crate::provenance::Outcome;
 use crate::channels::{self, Channel as _, ChannelDeclaration, FrameClock};
 use crate::descriptor::file_descriptor_set;
 use crate::error::RecordError;
+use crate::file::{RecordingFile, Syncer};
 use crate::frame::{Frame, Level, LogLine};
+use crate::open_chunk::OpenChunk;
 use crate::playback::log_time_ns;
 use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
+use crate::reader::{RecordedFrame, Recording};
 use crate::scene::Stage;
 use crate::sink::CountingSink;
 use crate::table::encode_state;
@@ -17,9 +20,11 @@ use foxglove::Encode as _;
 use foxglove::messages::{Log, PointCloud, SceneUpdate, Timestamp, log};
 use mcap::records::{MessageHeader, Metadata};
 use prost::Message;
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -47,8 +52,27 @@ pub struct Recorder<W: Write> {
     channel_ids: BTreeMap<&'static str, u16>,
     frames: u64,
     payload_in_chunk: u64,
+    // Frames in closed chunks.
+    closed_frames: u64,
+    resumable: Option<Resumable>,
     buffer: Vec<u8>,
     written: Arc<AtomicU64>,
+}
+
+/// What a recorder keeps to be gone on with after a kill.
+struct Resumable {
+    open: OpenChunk,
+    syncer: Syncer,
+}
+
+/// What a recorder goes on from, beside the whole chunks in its file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecorderState {
+    frames: u64,
+    closed_frames: u64,
+    closed_bytes: u64,
+    open: OpenChunk,
+    trail: Trail,
 }
 
 impl<W: Write> Recorder<W> {
@@ -82,6 +106,8 @@ impl<W: Write> Recorder<W> {
             channel_ids: BTreeMap::new(),
             frames: 0,
             payload_in_chunk: 0,
+            closed_frames: 0,
+            resumable: None,
             buffer: Vec::new(),
             written,
         })
@@ -113,6 +139,7 @@ impl<W: Write> Recorder<W> {
         let log_time = self.log_time()?;
         self.check_frame(frame)?;
         self.add_channels()?;
+        self.expect(size_of_val(frame.state()) as u64);
         let time =
             Timestamp::new((log_time / 1_000_000_000) as u32, (log_time % 1_000_000_000) as u32);
         let frame_clock = FrameClock {
@@ -137,12 +164,30 @@ impl<W: Write> Recorder<W> {
         }
         self.draw(frame, log_time, time)?;
         self.write_log(frame.log_lines(), log_time, time)?;
+        self.end_frame()
+    }
+
+    fn end_frame(&mut self) -> Result<(), RecordError> {
         self.frames += 1;
         if self.payload_in_chunk >= CHUNK_PAYLOAD {
-            self.payload_in_chunk = 0;
             self.writer()?.flush()?;
+            self.payload_in_chunk = 0;
+            self.closed_frames = self.frames;
+            if let Some(Resumable { open, .. }) = &mut self.resumable {
+                open.clear();
+            }
         }
         Ok(())
+    }
+
+    /// A frame whose state alone fills the chunk closes it at its end: its messages need not be remembered.
+    fn expect(&mut self, state_bytes: u64) {
+        if let Some(Resumable { open, .. }) = &mut self.resumable
+            && state_bytes >= CHUNK_PAYLOAD
+            && self.recorded.contains(&channels::STATE)
+        {
+            open.forget_until_closed();
+        }
     }
 
     /// Adds a line to the log of the last frame written: what ended the run, say. Nothing before the first frame.
@@ -307,6 +352,104 @@ impl<W: Write> Recorder<W> {
         };
         self.writer()?.write_to_known_channel(&header, payload)?;
         self.payload_in_chunk += payload.len() as u64;
+        if let Some(Resumable { open, .. }) = &mut self.resumable {
+            open.push(channel_id, self.frames, log_time, payload);
+        }
+        Ok(())
+    }
+}
+
+impl Recorder<RecordingFile> {
+    /// Starts a recording that can be gone on with after a kill: see [`Recorder::save_point`].
+    ///
+    /// # Errors
+    /// As [`Recorder::create`].
+    pub fn create_resumable(file: RecordingFile, header: &Header) -> Result<Self, RecordError> {
+        let syncer = file.syncer()?;
+        let mut recorder = Self::create(file, header)?;
+        recorder.resumable = Some(Resumable { open: OpenChunk::default(), syncer });
+        Ok(recorder)
+    }
+
+    /// Brings the file's bytes to the disk and returns what [`Recorder::resume`] needs beside them, between two frames.
+    ///
+    /// # Errors
+    /// A disk that fails, or a recorder that was not created to be resumed: a defect of the program.
+    pub fn save_point(&self) -> Result<RecorderState, RecordError> {
+        let Some(Resumable { open, syncer }) = &self.resumable else {
+            return Err(RecordError::Container("this recording can't be resumed".to_owned()));
+        };
+        syncer.sync()?;
+        Ok(RecorderState {
+            frames: self.frames,
+            closed_frames: self.closed_frames,
+            closed_bytes: self.bytes_written(),
+            open: open.clone(),
+            trail: self.trail.clone(),
+        })
+    }
+
+    /// Goes on with the partial file of a killed run. The intact messages go once more through the same writer, which
+    /// compares its bytes with those on the disk and appends after them; then the messages that were still in memory.
+    ///
+    /// # Errors
+    /// A file that is not the one of this state and header, or a disk that fails.
+    pub fn resume(
+        folder: &Path,
+        stem: &str,
+        header: &Header,
+        state: RecorderState,
+    ) -> Result<Self, RecordError> {
+        let file = RecordingFile::reopen(folder, stem, state.closed_bytes)?;
+        let path = file.partial_path().to_owned();
+        let broken = |what: String| RecordError::NotContinued { path: path.clone(), what };
+        let mut recorder = Self::create_resumable(file, header)?;
+        if state.closed_frames > 0 {
+            let intact = Recording::open(&path).and_then(|recording| recording.frames());
+            let mut intact = intact.map_err(|error| broken(error.to_string()))?;
+            for _ in 0..state.closed_frames {
+                match intact.next() {
+                    Some(Ok(frame)) => recorder.replay(&frame)?,
+                    Some(Err(error)) => return Err(broken(error.to_string())),
+                    None => return Err(broken("it has fewer frames than its checkpoint".into())),
+                }
+            }
+        }
+        if recorder.bytes_written() != state.closed_bytes {
+            return Err(broken("its chunks end elsewhere than its checkpoint says".to_owned()));
+        }
+        recorder.replay_open(state)?;
+        Ok(recorder)
+    }
+
+    fn replay(&mut self, frame: &RecordedFrame) -> Result<(), RecordError> {
+        self.add_channels()?;
+        for message in frame.messages() {
+            let known = self.recorded.iter().find(|topic| **topic == message.topic());
+            let topic = *known.ok_or_else(|| {
+                RecordError::Container(format!("{} has no channel", message.topic()))
+            })?;
+            self.payload(topic, message.log_time_ns(), message.payload())?;
+        }
+        self.end_frame()
+    }
+
+    fn replay_open(&mut self, state: RecorderState) -> Result<(), RecordError> {
+        if state.frames > 0 {
+            self.add_channels()?;
+        }
+        let topics: BTreeMap<u16, &str> =
+            self.channel_ids.iter().map(|(topic, id)| (*id, *topic)).collect();
+        for message in state.open.messages() {
+            let topic = topics.get(&message.channel_id);
+            let topic =
+                *topic.ok_or_else(|| RecordError::Container("a channel is missing".to_owned()))?;
+            // The sequence number is the frame's index.
+            self.frames = message.frame;
+            self.payload(topic, message.log_time, message.payload)?;
+        }
+        self.frames = state.frames;
+        self.trail = state.trail;
         Ok(())
     }
 }

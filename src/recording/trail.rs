@@ -1,10 +1,12 @@
 //! The path of the first particle so far, in a bounded number of points.
 
+use serde::{Deserialize, Serialize};
+
 /// Points kept at most.
 const POINTS: usize = 512;
 
 /// Every k-th position since the start; when full, every other one goes and k doubles.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Trail {
     every: u64,
     kept: Vec<[f64; 2]>,

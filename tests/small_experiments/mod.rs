@@ -1,16 +1,20 @@
 //! A short experiment of each model and variant, and its trajectory as bits.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(dead_code, reason = "each test uses its part")]
+
 use kinetoscope::model::{Model, Progress};
 use kinetoscope::models::{ForModel, with_model};
 use kinetoscope::random::Seed;
 use kinetoscope::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::RecordInterval;
+use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::frame::Frame;
 use std::num::NonZeroU64;
 
 /// Manifests that exercise every way of moving a particle, a fraction of a second each.
-pub const MANIFESTS: &[(&str, &str)] = &[
+pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     (
         "dem",
         "seed = 3\n[model.dem]\ndiscs = 30\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.04\n[record]\nframes = 20\n",
@@ -47,7 +51,7 @@ pub const MANIFESTS: &[(&str, &str)] = &[
 ];
 
 /// The one run of a manifest.
-pub fn run_of(name: &str, manifest: &str) -> RunManifest {
+pub(crate) fn run_of(name: &str, manifest: &str) -> RunManifest {
     let experiment = kinetoscope_manifest::parse(manifest, &format!("{name}.toml"), &[])
         .unwrap_or_else(|diagnostics| panic!("{diagnostics}"));
     assert_eq!(experiment.runs.len(), 1);
@@ -56,25 +60,32 @@ pub fn run_of(name: &str, manifest: &str) -> RunManifest {
 
 /// How a trajectory is taken.
 #[derive(Clone, Copy)]
-pub struct Taking {
+pub(crate) struct Taking {
     /// Steps or events a call.
-    pub budget: u64,
+    pub(crate) budget: u64,
     /// Frames; `None` as the manifest says.
-    pub frames: Option<u64>,
+    pub(crate) frames: Option<u64>,
     /// Whether every frame is looked at, or the last alone.
-    pub look_at_all: bool,
+    pub(crate) look_at_all: bool,
     /// Whether the per-collision series is collected.
-    pub per_collision: bool,
+    pub(crate) per_collision: bool,
+    /// Whether the model is saved, dropped and restored whenever its budget is used up, and after each frame.
+    pub(crate) restore: bool,
 }
 
 impl Taking {
     /// As a run does it.
-    pub const PLAIN: Self =
-        Self { budget: u64::MAX, frames: None, look_at_all: true, per_collision: false };
+    pub(crate) const PLAIN: Self = Self {
+        budget: u64::MAX,
+        frames: None,
+        look_at_all: true,
+        per_collision: false,
+        restore: false,
+    };
 }
 
 /// The frames that were looked at, the last one last.
-pub fn trajectory(manifest: &RunManifest, taking: Taking) -> Vec<Frame> {
+pub(crate) fn trajectory(manifest: &RunManifest, taking: Taking) -> Vec<Frame> {
     struct Action<'a>(&'a RunManifest, Taking);
     impl ForModel for Action<'_> {
         type Output = Vec<Frame>;
@@ -89,12 +100,15 @@ pub fn trajectory(manifest: &RunManifest, taking: Taking) -> Vec<Frame> {
             let mut frames = Vec::new();
             for index in 1..=schedule.frames() {
                 let target = schedule.target(index);
-                while model.advance(target, taking.budget).unwrap() == Progress::Working {}
+                while model.advance(target, taking.budget).unwrap() == Progress::Working {
+                    model = if taking.restore { restored(&model) } else { model };
+                }
                 if taking.look_at_all || index == schedule.frames() {
                     let mut frame = Frame::new();
                     model.observe(&mut frame);
                     frames.push(frame);
                 }
+                model = if taking.restore { restored(&model) } else { model };
             }
             frames
         }
@@ -102,7 +116,13 @@ pub fn trajectory(manifest: &RunManifest, taking: Taking) -> Vec<Frame> {
     with_model(&manifest.model, Action(manifest, taking))
 }
 
+/// The model as a checkpoint brings it back.
+fn restored<M: Model>(model: &M) -> M {
+    let bytes = checkpoint::encode("a model", model).unwrap();
+    checkpoint::decode(&bytes, "a model").unwrap()
+}
+
 /// The bits of a frame's state.
-pub fn bits(frame: &Frame) -> Vec<u64> {
+pub(crate) fn bits(frame: &Frame) -> Vec<u64> {
     frame.state().iter().map(|value| value.to_bits()).collect()
 }
