@@ -6,6 +6,7 @@
 pub mod constants;
 pub mod placement;
 pub mod random;
+pub mod sum;
 
 pub mod model;
 pub mod models;

@@ -1,6 +1,8 @@
 //! Promise: looking does not disturb. The state at the end of a run has the same bits whether every frame was looked at,
 //! a few, or the last alone, and whether per-collision series were collected.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod small_experiments;
 
 use small_experiments::{MANIFESTS, Taking, bits, run_of, trajectory};

@@ -1,6 +1,8 @@
 //! Promise: the same manifest gives the same bytes. Each model's recording is made twice, with one and two runs side by
 //! side, in two folders, and by other builds of the program where they are named; all files are compared byte for byte.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod small_experiments;
 
 use small_experiments::MANIFESTS;

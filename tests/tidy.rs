@@ -1,6 +1,8 @@
 //! The documents say what is there: every path that ARCHITECTURE.md and the README name exists, every experiment has its
 //! row in the README with a test that exists, and given packages are used in their one home.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};

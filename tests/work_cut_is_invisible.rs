@@ -1,6 +1,8 @@
 //! Promise: how work is cut does not change a bit. A model that is given 1 step or event at a time, 7, or all at once
 //! shows the same states, messages, contacts and log at every frame.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod small_experiments;
 
 use small_experiments::{MANIFESTS, Taking, run_of, trajectory};

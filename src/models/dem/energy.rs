@@ -3,32 +3,7 @@
 //! What is left of that constant is the integrator's error, and is reported apart.
 
 use super::contacts::{Contact, Discs};
-use serde::{Deserialize, Serialize};
-
-/// A sum that keeps what rounding would lose over millions of terms (Neumaier, Z. Angew. Math. Mech. 54 (1974) 39).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct CompensatedSum {
-    sum: f64,
-    lost: f64,
-}
-
-impl CompensatedSum {
-    /// Adds a term.
-    pub(super) fn add(&mut self, term: f64) {
-        let total = self.sum + term;
-        self.lost += if self.sum.abs() >= term.abs() {
-            (self.sum - total) + term
-        } else {
-            (term - total) + self.sum
-        };
-        self.sum = total;
-    }
-
-    /// The sum so far.
-    pub(super) fn value(&self) -> f64 {
-        self.sum + self.lost
-    }
-}
+use crate::sum::CompensatedSum;
 
 /// The mechanical energy of an instant, J.
 #[derive(Clone, Copy, Debug, PartialEq)]

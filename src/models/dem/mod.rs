@@ -20,8 +20,8 @@ mod step;
 
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::Seed;
+use crate::sum::CompensatedSum;
 use contacts::Discs;
-use energy::CompensatedSum;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Stability};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, DemContacts, DemEnergy, DemEnergyShare, DemTemperature,

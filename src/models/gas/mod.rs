@@ -15,7 +15,6 @@ pub mod pressure;
 pub mod speeds;
 mod start;
 pub mod stepped;
-pub mod sum;
 mod wall;
 
 use self::exact::ExactClock;

@@ -6,9 +6,9 @@ use super::pressure::{
     temperature_of,
 };
 use super::speeds::{SpeedLaw, histogram};
-use super::sum::CompensatedSum;
 use super::{Gas, Propagator, limits};
 use crate::model::Model;
+use crate::sum::CompensatedSum;
 use kinetoscope_recording::channels::{GasCollisions, GasInvariants, GasPressure, GasTemperature};
 use kinetoscope_recording::frame::{Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};

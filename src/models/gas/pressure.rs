@@ -3,7 +3,7 @@
 //! forces a length, N/m.
 
 use super::motion::Particle;
-use super::sum::CompensatedSum;
+use crate::sum::CompensatedSum;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 

@@ -1,7 +1,7 @@
 //! What the wall felt: hits and normal impulse, since the start and since the last frame.
 
 use super::motion::Flight;
-use super::sum::CompensatedSum;
+use crate::sum::CompensatedSum;
 use serde::{Deserialize, Serialize};
 
 /// Hits of the wall and their normal impulse over the mass of a particle, m/s.

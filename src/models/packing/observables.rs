@@ -2,6 +2,7 @@
 
 use super::engine::{Arena, Changes, Collision, With};
 use super::motion::Vector;
+use crate::sum::CompensatedSum;
 use kinetoscope_recording::channels::{
     PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
 };
@@ -58,30 +59,6 @@ impl Moments {
 
 fn square(velocity: Vector) -> f64 {
     velocity[0] * velocity[0] + velocity[1] * velocity[1]
-}
-
-/// A sum that carries what rounding left out (Neumaier, Z. Angew. Math. Mech. 54, 39, 1974): its error does not grow with
-/// the number of terms.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct CompensatedSum {
-    sum: f64,
-    left_out: f64,
-}
-
-impl CompensatedSum {
-    fn add(&mut self, term: f64) {
-        let sum = self.sum + term;
-        self.left_out += if self.sum.abs() >= term.abs() {
-            (self.sum - sum) + term
-        } else {
-            (term - sum) + self.sum
-        };
-        self.sum = sum;
-    }
-
-    fn value(&self) -> f64 {
-        self.sum + self.left_out
-    }
 }
 
 /// What collisions have added up to since the start.

@@ -1,4 +1,4 @@
-//! Long sums that keep their last digits.
+//! Long sums that keep their last digits: shared by the models.
 
 use serde::{Deserialize, Serialize};
 
