@@ -211,10 +211,11 @@ impl Report {
         }
         if !self.verdicts.is_empty() {
             let _ = writeln!(text, "\nchecks");
+            let inside = Terminal { width: terminal.width - 2, ..terminal };
             for verdict in &self.verdicts {
                 let (tone, word) =
                     if verdict.holds { (Tone::Good, "ok") } else { (Tone::Bad, "FAILED") };
-                let line = terminal.wrapped(&format!("{word} {}", verdict.text), 4);
+                let line = inside.wrapped(&format!("{word} {}", verdict.text), 4);
                 let _ = writeln!(text, "  {}", line.replacen(word, &terminal.paint(tone, word), 1));
             }
         }

@@ -1,7 +1,7 @@
 //! Numbers in the terminal: a table that fits its width.
 
 use crate::metrics::Metric;
-use crate::plot::short_number;
+use crate::plot::{short_number, three_digits};
 
 /// How the terminal takes text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -165,7 +165,7 @@ fn row(metric: &Metric) -> [String; 4] {
     [metric.name.clone(), value, theory, apart(metric)]
 }
 
-/// Deviation from theory, in standard errors where these are known, else in per cent; "rounding" where it is no more.
+/// Deviation from theory, in standard errors where these are known and tell something, else in per cent or as a factor; "rounding" where it is no more.
 fn apart(metric: &Metric) -> String {
     let Some(theory) = metric.theory else { return String::new() };
     let deviation = metric.value - theory;
@@ -175,9 +175,16 @@ fn apart(metric: &Metric) -> String {
         return "rounding".to_owned();
     }
     match metric.standard_error {
-        Some(error) if error > 0.0 => format!("{:+.1} σ", deviation / error).replace('-', "−"),
+        Some(error) if error > 0.0 && deviation.abs() < 1000.0 * error => {
+            format!("{:+.1} σ", deviation / error).replace('-', "−")
+        }
         _ if theory != 0.0 => {
-            format!("{:+.2} %", 100.0 * deviation / theory.abs()).replace('-', "−")
+            let percent = 100.0 * deviation / theory.abs();
+            if percent.abs() < 1000.0 {
+                format!("{percent:+.2} %").replace('-', "−")
+            } else {
+                format!("× {}", three_digits(metric.value / theory))
+            }
         }
         _ => String::new(),
     }

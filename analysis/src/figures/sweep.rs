@@ -127,7 +127,8 @@ fn is_flat(curves: &[Curve]) -> bool {
     let values = || curves.iter().flat_map(|curve| &curve.points).map(|point| point.y);
     let least = values().fold(f64::INFINITY, f64::min);
     let greatest = values().fold(f64::NEG_INFINITY, f64::max);
-    !(greatest - least > 1e-9 * greatest.abs())
+    let empty = least > greatest;
+    empty || greatest - least <= 1e-9 * greatest.abs()
 }
 
 /// Data and, where there is one, the theory's line of one group.

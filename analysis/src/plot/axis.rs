@@ -252,6 +252,12 @@ pub fn short_number(value: f64) -> String {
     if mantissa == "1" { power } else { format!("{mantissa}·{power}") }
 }
 
+/// A number in three digits.
+#[must_use]
+pub fn three_digits(value: f64) -> String {
+    short_number(format!("{value:.2e}").parse().unwrap_or(value))
+}
+
 fn trim_zeros(digits: &str) -> String {
     if digits.contains('.') {
         digits.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -5,7 +5,7 @@ mod canvas;
 mod chart;
 mod picture;
 
-pub use axis::{Axis, Scale, short_number};
+pub use axis::{Axis, Scale, short_number, three_digits};
 pub use chart::{Chart, Curve, Point, Style, thinned};
 pub use picture::{Body, Container, MOST_BODIES, Picture};
 

@@ -1,7 +1,7 @@
 //! Pictures of a state: particles in their container, to scale, coloured by speed.
 
 use super::DrawingError;
-use super::axis::short_number;
+use super::axis::{short_number, three_digits};
 use super::canvas::{INK, Sheet, draw, failure, fine, stroke, text_style};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -183,17 +183,12 @@ impl Picture {
             sheet.draw(&Rectangle::new(corners, speed_colour(share).filled())).map_err(failure)?;
         }
         for (share, down) in [(1.0, top), (0.5, (top + bottom) / 2), (0.0, bottom)] {
-            let text = short_number(three_digits(share * fastest));
+            let text = three_digits(share * fastest);
             let style = text_style(12, HPos::Left, VPos::Center);
             sheet.draw(&Text::new(text, (fine(left + 22), fine(down)), style)).map_err(failure)?;
         }
         Ok(())
     }
-}
-
-/// Rounded to three digits, for a colour bar.
-fn three_digits(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
 }
 
 /// Dark blue for rest to orange for the fastest: even in brightness on white.
