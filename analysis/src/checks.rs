@@ -3,6 +3,7 @@
 use crate::coordinates;
 use crate::metrics::{Metric, Place};
 use kinetoscope_manifest::{Bound, Check};
+use std::collections::BTreeSet;
 
 /// What became of a check at one place.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,18 +21,18 @@ pub fn judge(check: &Check, metrics: &[Metric]) -> Vec<Verdict> {
     let named: Vec<&Metric> = metrics.iter().filter(|metric| metric.name == check.metric).collect();
     let selected: Vec<&Metric> =
         named.iter().copied().filter(|metric| check.selects(metric.coordinates())).collect();
-    let is_mean = |metric: &Metric| matches!(metric.place, Place::Sweep(_));
-    let judged: Vec<&Metric> = selected
+    let means: BTreeSet<String> = selected
         .iter()
-        .copied()
+        .filter(|metric| matches!(metric.place, Place::Sweep(_)))
+        .map(|metric| coordinates::text(metric.coordinates()))
+        .collect();
+    let judged: Vec<&Metric> = selected
+        .into_iter()
         .filter(|metric| match &metric.place {
             Place::Sweep(_) => true,
             Place::Run(run) => {
                 let whole = run.outcome == "complete" || run.outcome.starts_with("fault");
-                let replaced = selected.iter().any(|other| {
-                    is_mean(other) && other.coordinates() == run.coordinates.as_slice()
-                });
-                whole && !replaced
+                whole && !means.contains(&coordinates::text(&run.coordinates))
             }
         })
         .collect();

@@ -2,7 +2,7 @@
 
 use crate::coordinates;
 use crate::run::{self, OpenRun, is_partial};
-use kinetoscope_manifest::{Coordinate, ExperimentRecord, RunRecord};
+use kinetoscope_manifest::{Coordinate, ExperimentRecord};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,8 @@ pub struct Source {
     pub name: String,
     /// What was run, where the folder says so and it is about these recordings.
     pub record: Option<ExperimentRecord>,
+    /// Which of the record's runs a file name stands for.
+    index: BTreeMap<String, usize>,
     /// The recordings, sorted.
     pub files: Vec<PathBuf>,
     /// Whether the whole folder was named, rather than some of its files.
@@ -97,6 +99,7 @@ fn source(folder: PathBuf, files: Vec<PathBuf>, whole: bool) -> Source {
         folder,
         name,
         record: None,
+        index: BTreeMap::new(),
         files,
         whole,
         notes: Vec::new(),
@@ -135,7 +138,9 @@ impl Source {
 
     /// Leaves out what does not belong to the experiment as it was run last.
     fn sort_by(&mut self, record: ExperimentRecord) {
-        let belongs = |path: &PathBuf| run_of(&record, &file_name(path)).is_some();
+        let names = record.runs.iter().enumerate().map(|(at, run)| (run.file.clone(), at));
+        let index: BTreeMap<String, usize> = names.collect();
+        let belongs = |path: &PathBuf| index.contains_key(&finished_name(&file_name(path)));
         let (files, stale): (Vec<_>, Vec<_>) = self.files.drain(..).partition(belongs);
         if files.is_empty() || !self.whole && !stale.is_empty() {
             // Files that were named one by one are read all the same, but not as parts of this experiment.
@@ -155,9 +160,7 @@ impl Source {
         self.files = files;
         self.name.clone_from(&record.name);
         if self.whole {
-            let present =
-                |run: &&RunRecord| self.files.iter().any(|path| file_name(path) == run.file);
-            let missing = record.runs.len() - record.runs.iter().filter(present).count();
+            let missing = record.runs.len() - self.files.len();
             if missing > 0 {
                 self.notes.push(format!(
                     "{missing} of {} runs have no finished recording yet: run the experiment again to go on",
@@ -165,6 +168,7 @@ impl Source {
                 ));
             }
         }
+        self.index = index;
         self.record = Some(record);
     }
 
@@ -184,7 +188,8 @@ impl Source {
         };
         let mut ordered: Vec<(usize, OpenRun, Vec<Coordinate>)> = Vec::new();
         for (file, run) in opened {
-            let Some((index, entry)) = run_of(record, &file) else { continue };
+            let Some(&index) = self.index.get(&finished_name(&file)) else { continue };
+            let entry = &record.runs[index];
             if run.content_key == entry.content_key.to_string() {
                 ordered.push((index, run, entry.coordinates.clone()));
             } else {
@@ -198,11 +203,10 @@ impl Source {
     }
 }
 
-/// The run that a file belongs to; a partial file belongs to the run that it will be.
-fn run_of<'a>(record: &'a ExperimentRecord, file: &str) -> Option<(usize, &'a RunRecord)> {
-    let finished = file.strip_suffix(".partial.mcap").map(|stem| format!("{stem}.mcap"));
-    let file = finished.as_deref().unwrap_or(file);
-    record.runs.iter().enumerate().find(|(_, run)| run.file == file)
+/// The name that a partial file's recording will have; other names as they are.
+fn finished_name(file: &str) -> String {
+    file.strip_suffix(".partial.mcap")
+        .map_or_else(|| file.to_owned(), |stem| format!("{stem}.mcap"))
 }
 
 fn file_name(path: &Path) -> String {

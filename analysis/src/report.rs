@@ -9,7 +9,7 @@ use crate::plot::Plot;
 use crate::run::{self, Ending, RunAnalysis};
 use crate::sweep;
 use crate::table::{Terminal, Tone, table};
-use kinetoscope_manifest::Check;
+use kinetoscope_manifest::{Check, Coordinate};
 use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -46,10 +46,14 @@ pub fn analyse(mut source: Source, checks: &[Check]) -> Report {
     let opened = source.open();
     let mut runs: Vec<RunAnalysis> = Vec::new();
     let (mut notes, mut unreadable) = (source.notes, source.unreadable);
+    let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
     for (open, coordinates) in opened {
-        let drawn = runs.iter().filter(|run| run.figures != Figures::default()).count();
-        let new_point = !runs.iter().any(|run| run.coordinates == coordinates);
-        let with_figures = new_point && drawn < figures::sweep::MOST_CURVES;
+        // One run a point is drawn, and no more points than a chart can hold: plots are the largest part of memory.
+        let with_figures =
+            drawn.len() < figures::sweep::MOST_CURVES && !drawn.contains(&coordinates);
+        if with_figures {
+            drawn.push(coordinates.clone());
+        }
         match run::analyse(open, coordinates, with_figures) {
             Ok(run) => runs.push(run),
             Err(run::Unreadable(why)) => unreadable.push(why),

@@ -142,7 +142,7 @@ const FITS: &[Fit] = &[
         along: "model.orbit.time_step_days",
         of: "position_error.final",
         shape: Shape::Power,
-        theory: |model| orbit_order(model, orbit::order),
+        theory: |model| orbit::orbit_order(model, orbit::order),
         law: orbit::CONVERGENCE,
         equal_ends: true,
     },
@@ -151,7 +151,7 @@ const FITS: &[Fit] = &[
         along: "model.orbit.time_step_days",
         of: "energy.largest_error_relative",
         shape: Shape::Power,
-        theory: |model| orbit_order(model, orbit::energy_order),
+        theory: |model| orbit::orbit_order(model, orbit::energy_order),
         law: orbit::ENERGY_CONVERGENCE,
         equal_ends: true,
     },
@@ -163,14 +163,6 @@ fn gas_slope(model: &ModelConfig, square: fn(&gas::SpeedMoments) -> f64) -> Opti
     let temperature = gas::temperature_k(config).filter(|temperature| *temperature > 0.0)?;
     let moments = gas::speed_moments(config)?;
     Some(gas::pressure_n_per_m(config, square(&moments)) / temperature)
-}
-
-fn orbit_order(
-    model: &ModelConfig,
-    order: fn(kinetoscope_manifest::model::OrbitIntegrator) -> Option<f64>,
-) -> Option<f64> {
-    let ModelConfig::Orbit(config) = model else { return None };
-    order(config.integrator)
 }
 
 /// All fits that the points allow, a group of equal other coordinates at a time, and why one that was possible was not made.

@@ -1,7 +1,7 @@
 //! Plots of a DEM run: the energy ledger over time and the discs at the end.
 
 use super::{Comparison, Figures, chart, count_text, curve};
-use crate::observables::dem::DemRun;
+use crate::observables::dem::{DemRun, Ledger};
 use crate::plot::{Axis, Container, Picture, Plot, Point, Style, short_number, thinned};
 use kinetoscope_manifest::model::DiscRadius;
 
@@ -25,9 +25,8 @@ pub fn figures(run: &DemRun) -> Figures {
 
 fn ledger(run: &DemRun) -> Plot {
     let first = run.ledger.first().map_or(0.0, |entry| entry.balance_j());
-    let series = |of: fn(&crate::observables::dem::Ledger) -> f64| {
-        run.ledger.iter().map(move |entry| (entry.time_s, of(entry)))
-    };
+    let series =
+        |of: fn(&Ledger) -> f64| run.ledger.iter().map(move |entry| (entry.time_s, of(entry)));
     let residual = run.ledger.iter().map(|entry| (entry.time_s, entry.balance_j() - first));
     let curves = vec![
         curve("kinetic", Style::Line, 0, series(|entry| entry.kinetic_j)),
@@ -57,7 +56,7 @@ fn residual(run: &DemRun, start: f64) -> Plot {
 
 fn comparisons(run: &DemRun, start: f64) -> Vec<Comparison> {
     let first = run.ledger.first().map_or(0.0, |entry| entry.balance_j());
-    let points = |of: &dyn Fn(&crate::observables::dem::Ledger) -> f64| {
+    let points = |of: &dyn Fn(&Ledger) -> f64| {
         let points = run.ledger.iter().map(|entry| Point::bare(entry.time_s, of(entry) / start));
         thinned(points.collect(), super::MOST_POINTS)
     };
@@ -67,7 +66,6 @@ fn comparisons(run: &DemRun, start: f64) -> Vec<Comparison> {
             title: "Mechanical energy",
             x: Axis::linear("time", "s"),
             y: Axis::linear("energy / energy at the start", ""),
-            equal_aspect: false,
             points: points(&|entry| entry.total_j()),
         },
         Comparison {
@@ -75,7 +73,6 @@ fn comparisons(run: &DemRun, start: f64) -> Vec<Comparison> {
             title: "Size of the ledger's residual",
             x: Axis::linear("time", "s"),
             y: Axis::logarithmic("|residual| / energy at the start", ""),
-            equal_aspect: false,
             points: points(&|entry| (entry.balance_j() - first).abs()),
         },
     ]

@@ -28,8 +28,6 @@ pub struct Comparison {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// Whether a unit is as long along x as along y.
-    pub equal_aspect: bool,
     /// The run's curve.
     pub points: Vec<Point>,
 }

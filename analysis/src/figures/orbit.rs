@@ -3,7 +3,7 @@
 use super::{Comparison, Figures, chart, curve};
 use crate::laws::orbit as law;
 use crate::observables::orbit::{OrbitRun, Station};
-use crate::plot::{Axis, Chart, Plot, Point, Style, thinned};
+use crate::plot::{Axis, Chart, Curve, Plot, Point, Style, thinned};
 use kinetoscope_manifest::model::OrbitIntegrator;
 
 /// All plots of a run.
@@ -26,12 +26,8 @@ fn path(run: &OrbitRun) -> Plot {
     let stations = run.stations.iter().step_by(stride.max(1));
     let points =
         stations.map(|station| Point::bare(station.position_au[0], station.position_au[1]));
-    let earth = crate::plot::Curve {
-        name: "Earth".to_owned(),
-        style: Style::Line,
-        colour: 0,
-        points: points.collect(),
-    };
+    let earth =
+        Curve { name: "Earth".to_owned(), style: Style::Line, colour: 0, points: points.collect() };
     Plot::Chart(Chart {
         stem: "path".to_owned(),
         title: "Path about the Sun".to_owned(),
@@ -83,7 +79,6 @@ fn comparisons(run: &OrbitRun, first: &Station) -> Vec<Comparison> {
             title: "Size of the energy error",
             x: time_axis(),
             y: Axis::logarithmic("|E − E₀| / |E₀|", ""),
-            equal_aspect: false,
             points: points(&|station| drift(station, first).abs()),
         },
         Comparison {
@@ -91,7 +86,6 @@ fn comparisons(run: &OrbitRun, first: &Station) -> Vec<Comparison> {
             title: "Distance from the exact position",
             x: time_axis(),
             y: Axis::logarithmic("position error", "AU"),
-            equal_aspect: false,
             points: points(&|station| station.position_error_au),
         },
     ]

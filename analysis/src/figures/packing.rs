@@ -77,7 +77,6 @@ fn comparison(run: &PackingRun) -> Comparison {
         title: "Temperature over its start",
         x: Axis::linear("collisions a disc, pair and wall", ""),
         y: Axis::linear("T / T at the start", ""),
-        equal_aspect: false,
         points: thinned(points.collect(), super::MOST_POINTS),
     }
 }

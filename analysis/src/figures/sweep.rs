@@ -2,10 +2,12 @@
 
 use super::Comparison;
 use crate::coordinates::{self, grouped, last_part, without};
+use crate::laws::orbit::{self, orbit_order};
 use crate::plot::{Axis, Chart, Curve, Plot, Point, Scale, Style};
 use crate::run::RunAnalysis;
 use crate::statistics::{mean, mean_of_independent};
 use crate::sweep::SweepPoint;
+use kinetoscope_manifest::model::ModelConfig;
 
 /// A metric that is plotted against swept numbers.
 struct Ordinate {
@@ -15,10 +17,12 @@ struct Ordinate {
     power_law: bool,
     /// A second metric in the same chart, with its name there.
     beside: Option<(&'static str, &'static str)>,
+    /// Order of an error in the swept number, drawn as a line through the point of the least one.
+    order: fn(&ModelConfig) -> Option<f64>,
 }
 
 const fn ordinate(metric: &'static str, title: &'static str) -> Ordinate {
-    Ordinate { metric, title, power_law: false, beside: None }
+    Ordinate { metric, title, power_law: false, beside: None, order: |_| None }
 }
 
 const ORDINATES: &[Ordinate] = &[
@@ -36,15 +40,20 @@ const ORDINATES: &[Ordinate] = &[
     ordinate("compressibility_factor", "compressibility factor"),
     ordinate("a2.mean", "mean a₂"),
     ordinate("temperature.final_over_initial", "T / T at the start"),
-    Ordinate { power_law: true, ..ordinate("position_error.final", "position error") },
     Ordinate {
         power_law: true,
+        order: |model| orbit_order(model, orbit::order),
+        ..ordinate("position_error.final", "position error")
+    },
+    Ordinate {
+        power_law: true,
+        order: |model| orbit_order(model, orbit::energy_order),
         ..ordinate("energy.largest_error_relative", "largest |E − E₀| / |E₀|")
     },
 ];
 
-/// More curves than these can't be told apart.
-pub const MOST_CURVES: usize = 12;
+/// More curves than there are colours can't be told apart.
+pub const MOST_CURVES: usize = 7;
 
 /// All plots of the sweep's numeric axes.
 #[must_use]
@@ -84,6 +93,9 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
             colour,
             ["measured", "theory"],
         ));
+        if key == "model.orbit.time_step_days" {
+            curves.extend(order_line(group, &curves, ordinate, &label, colour));
+        }
         if let Some((metric, name)) = ordinate.beside {
             let name = [name, ""];
             let colour = colour + 1;
@@ -120,6 +132,23 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
         equal_aspect: false,
         curves,
     }))
+}
+
+/// The line of an error of known order through the group's first point, where the group has no theory of its own.
+fn order_line(
+    group: &[&SweepPoint<'_>],
+    curves: &[Curve],
+    ordinate: &Ordinate,
+    label: &str,
+    colour: usize,
+) -> Option<Curve> {
+    let last = curves.last().filter(|last| last.style == Style::Data && last.colour == colour)?;
+    let order = (ordinate.order)(group.first()?.runs.first()?.model())?;
+    let (first, end) = (last.points.first()?, last.points.last()?);
+    let at = |x: f64| Point::bare(x, first.y * (x / first.x).powf(order));
+    let name = format!("order {order}");
+    let name = if label.is_empty() { name } else { format!("{label}: {name}") };
+    Some(Curve { name, style: Style::Theory, colour, points: vec![at(first.x), at(end.x)] })
 }
 
 /// Whether there is nothing to see: no points, or all the same up to rounding.
@@ -233,7 +262,7 @@ pub fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
             title: shared.title.to_owned(),
             x: shared.x.clone(),
             y,
-            equal_aspect: shared.equal_aspect,
+            equal_aspect: false,
             curves,
         }));
     }

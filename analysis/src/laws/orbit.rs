@@ -1,7 +1,7 @@
 //! Laws of an orbit about a fixed Sun, exact and as integrators bend them.
 
 use super::Law;
-use kinetoscope_manifest::model::OrbitIntegrator;
+use kinetoscope_manifest::model::{ModelConfig, OrbitIntegrator};
 use std::f64::consts::{PI, TAU};
 
 /// Gravitational constant times the Sun's mass, AU^3/day^2 (orbit document, exercise 14to4).
@@ -58,6 +58,15 @@ pub const fn energy_order(integrator: OrbitIntegrator) -> Option<f64> {
     match integrator {
         OrbitIntegrator::Rk4 => Some(5.0),
         other => order(other),
+    }
+}
+
+/// One of the orders above for a model; `None` for one that is no orbit.
+#[must_use]
+pub fn orbit_order(model: &ModelConfig, order: fn(OrbitIntegrator) -> Option<f64>) -> Option<f64> {
+    match model {
+        ModelConfig::Orbit(config) => order(config.integrator),
+        _ => None,
     }
 }
 
