@@ -150,6 +150,45 @@ pub fn execute(
     with_model(&assignment.manifest.model, Action(assignment, interrupt, on_frame))
 }
 
+/// A run to be done again: what its recording says of itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Replay<'a> {
+    /// Model, seed, replicate and what to record.
+    pub manifest: &'a RunManifest,
+    /// The text of `manifest` as the recording has it.
+    pub embedded: &'a str,
+    /// The content key as the recording has it.
+    pub content_key: &'a str,
+}
+
+/// Does a run as [`execute`] would and records it into any sink, which it gives back with how the run ended.
+///
+/// # Errors
+/// A refused start, or a sink that fails.
+pub fn replay_into<W: Write>(
+    replay: Replay<'_>,
+    sink: W,
+    interrupt: &Interrupt,
+    on_frame: &dyn Fn(u64, u64),
+) -> Result<(W, Outcome), RunError> {
+    struct Action<'a, W>(Replay<'a>, W, &'a Interrupt, &'a dyn Fn(u64, u64));
+    impl<W: Write> ForModel for Action<'_, W> {
+        type Output = Result<(W, Outcome), RunError>;
+        fn call<M: Model>(self, config: &M::Config) -> Self::Output {
+            let Self(Replay { manifest, embedded, content_key }, sink, interrupt, on_frame) = self;
+            let per_collision = selects(&manifest.record, PerCollision::TOPIC);
+            let mut model = M::prepare(config, seed(manifest), per_collision)?;
+            let schedule = Schedule::new(manifest.record.interval, model.extent())?;
+            let (text, key) = (embedded.to_owned(), content_key.to_owned());
+            let header = header(&model, manifest, text, key, &schedule);
+            let mut recorder = Recorder::create(sink, &header)?;
+            let outcome = record_frames(&mut model, &schedule, &mut recorder, interrupt, on_frame)?;
+            Ok((recorder.finish(&outcome)?, outcome))
+        }
+    }
+    with_model(&replay.manifest.model, Action(replay, sink, interrupt, on_frame))
+}
+
 /// The layout for the viewer that goes with a run, as JSON.
 ///
 /// # Errors

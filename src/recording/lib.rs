@@ -4,6 +4,7 @@
 
 pub mod channels;
 pub mod error;
+pub mod fields;
 pub mod file;
 pub mod frame;
 pub mod layout;
