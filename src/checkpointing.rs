@@ -6,6 +6,7 @@ use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::recorder::{Header, Recorder, RecorderState};
 use serde::{Deserialize, Serialize};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -13,11 +14,11 @@ use std::time::{Duration, Instant};
 const COST_RATIO: u32 = 50;
 
 /// A run between two frames or in the middle of one.
-pub struct Underway<M> {
+pub struct Underway<M, W: Write = RecordingFile> {
     /// The model, somewhere on its way to frame `next`.
     pub model: M,
     /// The recorder, after frame `next - 1`.
-    pub recorder: Recorder<RecordingFile>,
+    pub recorder: Recorder<W>,
     /// The frame that comes next.
     pub next: u64,
 }
@@ -54,23 +55,38 @@ impl Checkpointer {
         let (last, cost) = (Instant::now(), Duration::ZERO);
         Self { folder, stem, identity, every, last, cost }
     }
+}
+
+/// How a run under way is kept safe.
+pub trait Safekeeping<M, W: Write> {
+    /// Saves the run.
+    ///
+    /// # Errors
+    /// A disk that fails.
+    fn save(&mut self, underway: &Underway<M, W>) -> Result<(), RecordError>;
 
     /// Saves the run if it is time.
     ///
     /// # Errors
     /// A disk that fails.
-    pub fn save_if_due<M: Model>(&mut self, underway: &Underway<M>) -> Result<(), RecordError> {
-        let affordable = self.cost * COST_RATIO;
-        // Zero asks for all that can be had, whatever it costs.
-        let pause = if self.every.is_zero() { self.every } else { self.every.max(affordable) };
-        if self.last.elapsed() < pause { Ok(()) } else { self.save(underway) }
+    fn save_if_due(&mut self, underway: &Underway<M, W>) -> Result<(), RecordError>;
+}
+
+/// For a run that is not to be gone on with.
+pub struct NeverSaved;
+
+impl<M, W: Write> Safekeeping<M, W> for NeverSaved {
+    fn save(&mut self, _: &Underway<M, W>) -> Result<(), RecordError> {
+        Ok(())
     }
 
-    /// Saves the run.
-    ///
-    /// # Errors
-    /// A disk that fails.
-    pub fn save<M: Model>(&mut self, underway: &Underway<M>) -> Result<(), RecordError> {
+    fn save_if_due(&mut self, _: &Underway<M, W>) -> Result<(), RecordError> {
+        Ok(())
+    }
+}
+
+impl<M: Model> Safekeeping<M, RecordingFile> for Checkpointer {
+    fn save(&mut self, underway: &Underway<M>) -> Result<(), RecordError> {
         let started = Instant::now();
         let recorder = underway.recorder.save_point()?;
         let saved = Saved { next: underway.next, recorder, model: &underway.model };
@@ -78,6 +94,13 @@ impl Checkpointer {
         self.last = Instant::now();
         self.cost = started.elapsed();
         Ok(())
+    }
+
+    fn save_if_due(&mut self, underway: &Underway<M>) -> Result<(), RecordError> {
+        let affordable = self.cost * COST_RATIO;
+        // Zero asks for all that can be had, whatever it costs.
+        let pause = if self.every.is_zero() { self.every } else { self.every.max(affordable) };
+        if self.last.elapsed() < pause { Ok(()) } else { self.save(underway) }
     }
 }
 

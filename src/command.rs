@@ -1,11 +1,14 @@
 //! The command line of `run-experiment`: what is asked, the plan, the runs, what was written and the next command.
 
+use crate::evidence::{Evidence, Report};
 use crate::executor::local;
+use crate::exit::{EXIT_CODES, Exit};
 use crate::interrupt::Interrupt;
 use crate::plan::{Plan, PlannedRun, Status};
 use crate::progress::{ProgressDisplay, Verbosity, size};
 use crate::run::{Ending, RunError};
 use crate::side_files;
+use crate::why::Earlier;
 use clap::Parser;
 use kinetoscope_manifest::{Experiment, Override};
 use kinetoscope_recording::file;
@@ -14,7 +17,6 @@ use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::Duration;
 
 /// Run the experiment of a manifest and record every frame, one MCAP file a run.
@@ -22,7 +24,7 @@ use std::time::Duration;
 #[command(name = "run-experiment", version, after_help = EXIT_CODES)]
 pub struct Arguments {
     /// The manifest, a TOML file
-    #[arg(required_unless_present_any = ["schema", "new"], value_name = "MANIFEST")]
+    #[arg(required_unless_present_any = ["schema", "new", "evidence"], value_name = "MANIFEST")]
     manifest: Option<PathBuf>,
     /// Folder of the recordings: they go to DIR/NAME
     #[arg(long, value_name = "DIR", default_value = "recordings")]
@@ -42,6 +44,11 @@ pub struct Arguments {
     /// Print the plan and stop
     #[arg(long)]
     dry_run: bool,
+    /// Say for each run whether it is to be done and why, and stop
+    #[arg(long, conflicts_with_all = ["force", "dry_run"])]
+    why: bool,
+    #[command(flatten)]
+    evidence: Evidence,
     /// Say nothing but errors
     #[arg(long, short, conflicts_with = "verbose")]
     quiet: bool,
@@ -57,41 +64,6 @@ pub struct Arguments {
     new: Option<String>,
 }
 
-const EXIT_CODES: &str = "Exit codes:
-  0    done
-  1    a run ended in a physical fault or failed for good
-  2    bad manifest or arguments
-  75   a disk or another input or output failed: the same command again may succeed
-  130  ended by Ctrl-C
-  143  ended by SIGTERM";
-
-/// How the program ends. The numbers are documented and do not change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Exit {
-    /// Everything asked for is there.
-    Done,
-    /// A run failed and would fail again.
-    RunFailed,
-    /// The manifest or the arguments are wrong.
-    BadManifest,
-    /// A disk or another input or output failed.
-    Retryable,
-    /// Ended by a signal; the code is 128 and its number.
-    Signal(u8),
-}
-
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        Self::from(match exit {
-            Exit::Done => 0,
-            Exit::RunFailed => 1,
-            Exit::BadManifest => 2,
-            Exit::Retryable => 75,
-            Exit::Signal(code) => code,
-        })
-    }
-}
-
 impl Arguments {
     /// Does what the arguments ask.
     #[must_use]
@@ -102,9 +74,22 @@ impl Arguments {
         if let Some(starter) = self.new.as_deref().and_then(kinetoscope_manifest::starter) {
             return print(starter);
         }
+        if let Some(report) = self.evidence.execute(self.verbosity()) {
+            return self.report(&report);
+        }
         match &self.manifest {
             Some(path) => self.run(path),
             None => Exit::BadManifest,
+        }
+    }
+
+    fn report(&self, report: &Report) -> Exit {
+        if !report.text.is_empty() {
+            self.say(&report.text);
+        }
+        match &report.complaint {
+            Some(complaint) => fail(report.exit, complaint),
+            None => report.exit,
         }
     }
 
@@ -120,6 +105,13 @@ impl Arguments {
             .collect();
         if !refusals.is_empty() {
             return fail(Exit::BadManifest, &refusals.join("\n"));
+        }
+        if self.why {
+            let earlier = Earlier::in_folder(&plan.folder);
+            let lines = plan.runs.iter().map(|run| {
+                format!("{}: {}", name_of(run, &experiment), earlier.reason(run, &plan.folder))
+            });
+            return print(&lines.collect::<Vec<_>>().join("\n"));
         }
         let jobs = self.jobs().get().min(plan.to_do().len().max(1));
         self.say(&describe(&experiment, &plan, jobs));

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt {
     signal: Arc<AtomicUsize>,
+    enough: Arc<AtomicBool>,
 }
 
 impl Interrupt {
@@ -39,7 +40,18 @@ impl Interrupt {
     /// Whether to stop at the next opportunity.
     #[must_use]
     pub fn is_raised(&self) -> bool {
-        self.signal.load(Ordering::Relaxed) != 0
+        self.signal.load(Ordering::Relaxed) != 0 || self.enough.load(Ordering::Relaxed)
+    }
+
+    /// The same signals, and a wish of the program's own to stop: that of [`Interrupt::stop`].
+    #[must_use]
+    pub fn with_own_stop(&self) -> Self {
+        Self { signal: Arc::clone(&self.signal), enough: Arc::default() }
+    }
+
+    /// Asks to stop without a signal: enough was done.
+    pub fn stop(&self) {
+        self.enough.store(true, Ordering::Relaxed);
     }
 
     /// The exit code by convention, 128 and the signal's number, if one came.

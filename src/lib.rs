@@ -1,7 +1,7 @@
 //! Kinetoscope: reproducible particle experiments. A model moves, a recording testifies, a law judges.
 //!
 //! In reading order: what may be random, where a model meets the rest, the models, when frames are taken, one run, the plan
-//! of all runs, who executes it, and the command line on top.
+//! of all runs, who executes it, what proves a recording, and the command line on top.
 
 pub mod constants;
 pub mod placement;
@@ -22,5 +22,16 @@ pub mod executor;
 pub mod interrupt;
 pub mod progress;
 pub mod side_files;
+
+pub mod difference;
+
+pub mod attestation;
+pub mod compare;
+pub mod verify;
+pub mod why;
+
+pub mod evidence;
+
+pub mod exit;
 
 pub mod command;

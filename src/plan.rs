@@ -1,7 +1,7 @@
 //! The plan: all runs of an experiment with their content keys, what is there already, and what the rest will take.
 
-use crate::model::{Model, Refusal};
-use crate::models::{ForModel, with_model};
+use crate::model::Refusal;
+use crate::models::physics_version;
 use crate::run::{Assignment, Estimate, estimate};
 use kinetoscope_manifest::{ContentKey, Experiment, Run, content_key};
 use kinetoscope_recording::channels::SCHEMA_VERSION;
@@ -54,7 +54,7 @@ impl Plan {
             .iter()
             .map(|run| {
                 let canonical = run.manifest.canonical();
-                let physics_version = with_model(&run.manifest.model, PhysicsVersion);
+                let physics_version = physics_version(&run.manifest.model);
                 let content_key = content_key(&canonical, physics_version, SCHEMA_VERSION);
                 let stem = run.file_stem(&experiment.name, &content_key, experiment.replicates);
                 let there = (!force).then(|| finished(&folder, &stem, &content_key)).flatten();
@@ -115,15 +115,6 @@ impl PlannedRun {
     #[must_use]
     pub fn file_name(&self) -> String {
         format!("{}.mcap", self.stem)
-    }
-}
-
-struct PhysicsVersion;
-
-impl ForModel for PhysicsVersion {
-    type Output = u32;
-    fn call<M: Model>(self, _: &M::Config) -> u32 {
-        M::PHYSICS_VERSION
     }
 }
 

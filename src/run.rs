@@ -1,6 +1,6 @@
 //! One run: prepare the model, move it from frame to frame, record, and end in order whatever happens.
 
-use crate::checkpointing::{self, Checkpointer, Underway};
+use crate::checkpointing::{self, Checkpointer, NeverSaved, Safekeeping, Underway};
 use crate::interrupt::Interrupt;
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::models::{ForModel, with_model};
@@ -18,6 +18,7 @@ use kinetoscope_recording::recorder::{self, Clock, Header, Outcome, Recorder, Se
 use kinetoscope_recording::scenery::Scenery;
 use std::fmt;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -174,6 +175,45 @@ pub fn execute(assignment: Assignment<'_>, conduct: Conduct<'_>) -> Result<Endin
     with_model(&assignment.manifest.model, Action(assignment, conduct))
 }
 
+/// A run to be done again: what its recording says of itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Replay<'a> {
+    /// Model, seed, replicate and what to record.
+    pub manifest: &'a RunManifest,
+    /// The text of `manifest` as the recording has it.
+    pub embedded: &'a str,
+    /// The content key as the recording has it.
+    pub content_key: &'a str,
+}
+
+/// Does a run as [`execute`] would and records it into any sink, which it gives back with how the run ended.
+///
+/// # Errors
+/// A refused start, or a sink that fails.
+pub fn replay_into<W: Write>(
+    replay: Replay<'_>,
+    sink: W,
+    interrupt: &Interrupt,
+    on_frame: &dyn Fn(u64, u64),
+) -> Result<(W, Outcome), RunError> {
+    struct Action<'a, W>(Replay<'a>, W, &'a Interrupt, &'a dyn Fn(u64, u64));
+    impl<W: Write> ForModel for Action<'_, W> {
+        type Output = Result<(W, Outcome), RunError>;
+        fn call<M: Model>(self, config: &M::Config) -> Self::Output {
+            let Self(Replay { manifest, embedded, content_key }, sink, interrupt, on_frame) = self;
+            let per_collision = selects(&manifest.record, PerCollision::TOPIC);
+            let model = M::prepare(config, seed(manifest), per_collision)?;
+            let schedule = Schedule::new(manifest.record.interval, model.extent())?;
+            let header = header(&model, manifest, embedded.to_owned(), content_key.to_owned());
+            let mut underway = record_start(model, Recorder::create(sink, &header)?)?;
+            let outcome =
+                record_frames(&mut underway, &schedule, &mut NeverSaved, interrupt, on_frame)?;
+            Ok((underway.recorder.finish(&outcome)?, outcome))
+        }
+    }
+    with_model(&replay.manifest.model, Action(replay, sink, interrupt, on_frame))
+}
+
 /// The layout for the viewer that goes with a run, as JSON.
 ///
 /// # Errors
@@ -213,7 +253,8 @@ fn drive<M: Model>(
     let schedule = Schedule::new(manifest.record.interval, underway.model.extent())?;
     let every = conduct.checkpoint_every;
     let mut checkpointer = Checkpointer::new(folder, stem, identity, every);
-    let outcome = record_frames(&mut underway, &schedule, &mut checkpointer, conduct)?;
+    let Conduct { interrupt, on_frame, .. } = conduct;
+    let outcome = record_frames(&mut underway, &schedule, &mut checkpointer, interrupt, on_frame)?;
     let frames = underway.recorder.frames_written();
     let work = underway.model.count();
     let file = underway.recorder.finish(&outcome)?;
@@ -259,27 +300,35 @@ fn begin<M: Model>(
     let file = RecordingFile::create(folder, stem)?;
     // From here on an older checkpoint would count on bytes that are gone.
     checkpoint::remove(folder, stem)?;
-    let mut recorder = Recorder::create_resumable(file, &header(&model))?;
+    let recorder = Recorder::create_resumable(file, &header(&model))?;
+    Ok((record_start(model, recorder)?, beginning))
+}
+
+fn record_start<M: Model, W: Write>(
+    model: M,
+    mut recorder: Recorder<W>,
+) -> Result<Underway<M, W>, RecordError> {
     let mut start = Frame::new();
     model.observe(&mut start);
     recorder.write(clock(&model), &start)?;
-    Ok((Underway { model, recorder, next: 1 }, beginning))
+    Ok(Underway { model, recorder, next: 1 })
 }
 
-fn record_frames<M: Model>(
-    underway: &mut Underway<M>,
+fn record_frames<M: Model, W: Write>(
+    underway: &mut Underway<M, W>,
     schedule: &Schedule,
-    checkpointer: &mut Checkpointer,
-    conduct: Conduct<'_>,
+    safekeeping: &mut impl Safekeeping<M, W>,
+    interrupt: &Interrupt,
+    on_frame: &dyn Fn(u64, u64),
 ) -> Result<Outcome, RecordError> {
     let mut frame = Frame::new();
     let mut budget = Budget::default();
     while underway.next <= schedule.frames() {
         let target = schedule.target(underway.next);
-        match advance_to(underway, target, &mut budget, checkpointer, conduct.interrupt)? {
+        match advance_to(underway, target, &mut budget, safekeeping, interrupt)? {
             Ok(Arrival::Reached) => {}
             Ok(Arrival::Interrupted) => {
-                checkpointer.save(underway)?;
+                safekeeping.save(underway)?;
                 return Ok(Outcome::Interrupted);
             }
             Err(fault) => {
@@ -291,9 +340,9 @@ fn record_frames<M: Model>(
         frame.clear();
         underway.model.observe(&mut frame);
         underway.recorder.write(clock(&underway.model), &frame)?;
-        (conduct.on_frame)(underway.next, schedule.frames());
+        on_frame(underway.next, schedule.frames());
         underway.next += 1;
-        checkpointer.save_if_due(underway)?;
+        safekeeping.save_if_due(underway)?;
     }
     Ok(Outcome::Complete)
 }
@@ -303,11 +352,11 @@ enum Arrival {
     Interrupted,
 }
 
-fn advance_to<M: Model>(
-    underway: &mut Underway<M>,
+fn advance_to<M: Model, W: Write>(
+    underway: &mut Underway<M, W>,
     target: Target,
     budget: &mut Budget,
-    checkpointer: &mut Checkpointer,
+    safekeeping: &mut impl Safekeeping<M, W>,
     interrupt: &Interrupt,
 ) -> Result<Result<Arrival, Fault>, RecordError> {
     loop {
@@ -323,7 +372,7 @@ fn advance_to<M: Model>(
         if progress == Progress::Reached {
             return Ok(Ok(Arrival::Reached));
         }
-        checkpointer.save_if_due(underway)?;
+        safekeeping.save_if_due(underway)?;
     }
 }
 

@@ -95,7 +95,7 @@ fn peak_memory_bytes() -> Option<u64> {
 }
 
 /// Replaces a file as a whole: a reader sees the old one or the new one, never half.
-fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
+pub(crate) fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(".tmp");
     let mut file = File::create(&temporary)?;

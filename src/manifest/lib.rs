@@ -18,12 +18,14 @@ mod checks;
 mod sweep;
 
 mod canonical;
+mod comparison;
 mod schema;
 mod sidecar;
 mod starter;
 
 pub use canonical::{ContentKey, RunManifest, content_key, parse_run};
 pub use checks::{Bound, Check, parse_checks};
+pub use comparison::{KeyDifference, differing_keys};
 pub use diagnostics::Diagnostics;
 pub use experiment::{Experiment, Override, Run, parse};
 pub use schema::json_schema;

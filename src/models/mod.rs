@@ -26,3 +26,16 @@ pub fn with_model<A: ForModel>(config: &ModelConfig, action: A) -> A::Output {
         ModelConfig::Orbit(config) => action.call::<orbit::Orbit>(config),
     }
 }
+
+/// The version of a model's physics.
+#[must_use]
+pub fn physics_version(config: &ModelConfig) -> u32 {
+    struct Action;
+    impl ForModel for Action {
+        type Output = u32;
+        fn call<M: Model>(self, _: &M::Config) -> u32 {
+            M::PHYSICS_VERSION
+        }
+    }
+    with_model(config, Action)
+}

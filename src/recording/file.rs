@@ -256,7 +256,11 @@ fn take_name(partial: &Path, destination: &Path) -> io::Result<()> {
     }
 }
 
-fn same_bytes(left: &Path, right: &Path) -> Result<bool, RecordError> {
+/// Whether two files hold the same bytes.
+///
+/// # Errors
+/// A file that can't be read.
+pub fn same_bytes(left: &Path, right: &Path) -> Result<bool, RecordError> {
     let open = |path: &Path| File::open(path).map_err(|error| at(path, &error));
     let (mut left_file, mut right_file) = (open(left)?, open(right)?);
     let (mut left_part, mut right_part) = (Vec::new(), Vec::new());

@@ -37,6 +37,12 @@ impl RecordedMessage {
         &self.topic.name
     }
 
+    /// Full name of its schema.
+    #[must_use]
+    pub fn schema(&self) -> &str {
+        &self.topic.schema
+    }
+
     /// When it plays, ns.
     #[must_use]
     pub fn log_time_ns(&self) -> u64 {

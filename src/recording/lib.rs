@@ -5,6 +5,7 @@
 pub mod channels;
 pub mod checkpoint;
 pub mod error;
+pub mod fields;
 pub mod file;
 pub mod frame;
 pub mod layout;
