@@ -1,7 +1,10 @@
 //! Promise: `--verify` does the run of a recording again and finds it equal in every byte: for each model, for a run that
 //! ended in a fault, and for every compression. A recording of another version of the program is equal in its messages.
 
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
 mod forged_recording;
+#[allow(dead_code, unreachable_pub, reason = "other tests use more of it")]
 mod small_experiments;
 
 use forged_recording::{Forgery, record, run_experiment, stderr, stdout};
@@ -11,7 +14,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// Restitution far below what the explicit dashpot can stand with so large a step: energies grow until they are refused.
+/// So strong a damping that explicit steps of the default length diverge, until the overlaps are no longer physics.
 const FAULT: &str = "seed = 3\n[model.dem]\ndiscs = 30\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.04\n\
     damping_n_s_per_m = 1.5e3\nstability = \"warn\"\n[record]\nframes = 20\n";
 

@@ -2,10 +2,13 @@
 //! frame, simulated time, particle and field, both values. Each recording here is a good one with one thing changed behind
 //! right checksums, so that only a re-run can tell.
 
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
 mod forged_recording;
+#[allow(dead_code, unreachable_pub, reason = "other tests use more of it")]
 mod small_experiments;
 
-use forged_recording::{Forgery, record, run_experiment, stderr, stdout};
+use forged_recording::{Forgery, MessageChange, record, run_experiment, stderr, stdout};
 use kinetoscope_recording::channels::{Channel, PackingTemperature};
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use prost::Message as _;
@@ -15,7 +18,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-/// The frame, particle and column (vy of id, x, y, vx, vy or the like) that are changed.
+/// The frame, particle and column that are changed.
 const FRAME: u64 = 5;
 const PARTICLE: usize = 7;
 const COLUMN: usize = 3;
@@ -44,7 +47,7 @@ impl Packing {
     }
 
     /// What `--verify` says when messages are changed so.
-    fn changed(&self, change: &dyn Fn(&str, u64, &mut Vec<u8>) -> bool) -> Output {
+    fn changed(&self, change: MessageChange<'_>) -> Output {
         verify(&self.forged(&Forgery { message: Some(change), ..Forgery::default() }))
     }
 }

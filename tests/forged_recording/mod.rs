@@ -1,6 +1,7 @@
 //! Recordings written again by the container's own library, with right checksums, after a change that their maker hides.
 
 #![allow(dead_code, reason = "each test uses its part")]
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -9,20 +10,23 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+/// Changes a message's payload, by topic and frame; false leaves the message out.
+pub(crate) type MessageChange<'a> = &'a dyn Fn(&str, u64, &mut Vec<u8>) -> bool;
+
 /// What is changed in a recording.
 #[derive(Default)]
-pub struct Forgery<'a> {
+pub(crate) struct Forgery<'a> {
     /// Changes the text of the manifest.
-    pub manifest: Option<&'a dyn Fn(&str) -> String>,
+    pub(crate) manifest: Option<&'a dyn Fn(&str) -> String>,
     /// Values of the two metadata records, by key.
-    pub metadata: BTreeMap<String, String>,
-    /// Changes a message's payload, by topic and frame; false leaves the message out.
-    pub message: Option<&'a dyn Fn(&str, u64, &mut Vec<u8>) -> bool>,
+    pub(crate) metadata: BTreeMap<String, String>,
+    /// Changes messages or leaves them out.
+    pub(crate) message: Option<MessageChange<'a>>,
 }
 
 impl Forgery<'_> {
     /// Writes the recording `original` with the change to `forged`, a chunk a frame.
-    pub fn write(&self, original: &Path, forged: &Path) {
+    pub(crate) fn write(&self, original: &Path, forged: &Path) {
         let bytes = fs::read(original).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
         let mut writer = mcap::WriteOptions::new()
@@ -80,12 +84,14 @@ impl Forgery<'_> {
 }
 
 /// Calls `run-experiment`.
-pub fn run_experiment<A: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item = A>) -> Output {
+pub(crate) fn run_experiment<A: AsRef<std::ffi::OsStr>>(
+    arguments: impl IntoIterator<Item = A>,
+) -> Output {
     Command::new(env!("CARGO_BIN_EXE_run-experiment")).args(arguments).output().unwrap()
 }
 
 /// Records the one run of a manifest below `folder`, and returns its file.
-pub fn record(folder: &Path, name: &str, manifest: &str) -> PathBuf {
+pub(crate) fn record(folder: &Path, name: &str, manifest: &str) -> PathBuf {
     let path = folder.join(format!("{name}.toml"));
     fs::write(&path, manifest).unwrap();
     let output = folder.join("recordings");
@@ -105,7 +111,7 @@ pub fn record(folder: &Path, name: &str, manifest: &str) -> PathBuf {
 }
 
 /// The recordings in a folder.
-pub fn recordings(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn recordings(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten();
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
@@ -114,11 +120,11 @@ pub fn recordings(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// What a program printed.
-pub fn stdout(output: &Output) -> String {
+pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
 /// What a program complained of.
-pub fn stderr(output: &Output) -> String {
+pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
