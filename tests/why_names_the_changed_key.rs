@@ -121,10 +121,10 @@ fn versions_and_broken_files_are_reasons() {
 #[test]
 fn a_run_that_cannot_be_done_is_said_to_be_so() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("crowded.toml");
-    // A hundred unit discs have an area of 314 in a box of 100.
-    fs::write(&path, "[model.packing]\ndiscs = 100\nwidth = 10.0\nheight = 10.0\n").unwrap();
+    let path = folder.path().join("unstable.toml");
+    // The model refuses steps at which so strong a damping diverges.
+    fs::write(&path, "[model.dem]\ndamping_n_s_per_m = 1.5e3\n").unwrap();
     let asked = run_experiment(["--why".as_ref(), path.as_os_str()]);
     assert_eq!(asked.status.code(), Some(2), "{}", stderr(&asked));
-    assert!(stdout(&asked).starts_with("crowded: can't be done: "), "{}", stdout(&asked));
+    assert!(stdout(&asked).starts_with("unstable: can't be done: "), "{}", stdout(&asked));
 }
