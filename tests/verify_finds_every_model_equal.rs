@@ -109,3 +109,33 @@ fn other_versions_are_named_and_compared() {
     assert!(text.contains(&format!("Recorded with physics version {physics} of gas")), "{text}");
     assert!(text.contains("equal in every message"), "{text}");
 }
+
+#[test]
+fn a_manifest_of_another_version_is_read_as_far_as_it_is_understood() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(folder.path(), "gas", MANIFESTS[3].1);
+    let opened = Recording::open(&recording).unwrap();
+    let provenance = opened.provenance();
+    let other = folder.path().join("other.mcap");
+    let forge = |change: &dyn Fn(&str) -> String| {
+        let key = kinetoscope_manifest::content_key(
+            &change(opened.manifest()),
+            provenance.physics_version,
+            provenance.schema_version,
+        );
+        let metadata = BTreeMap::from([("content_key".to_owned(), key.to_string())]);
+        Forgery { manifest: Some(change), metadata, message: None }.write(&recording, &other);
+        verify(&other)
+    };
+    // An older version without a key that has its default here.
+    let older = forge(&|text| text.replace("propagation = \"exact\"\n", ""));
+    assert_eq!(older.status.code(), Some(0), "{}", stderr(&older));
+    let note =
+        "This version reads the manifest otherwise: model.gas.propagation: (none) → \"exact\"";
+    assert!(stdout(&older).contains(note), "{}", stdout(&older));
+
+    let newer = forge(&|text| text.replace("propagation = \"exact\"\n", "viscosity = 1.0\n"));
+    assert_eq!(newer.status.code(), Some(5));
+    assert!(stderr(&newer).contains("does not understand"), "{}", stderr(&newer));
+    assert!(stderr(&newer).contains("viscosity"), "{}", stderr(&newer));
+}
