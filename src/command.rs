@@ -99,19 +99,15 @@ impl Arguments {
             Err(message) => return fail(Exit::BadManifest, &message),
         };
         let plan = Plan::new(&experiment, &self.output, self.force);
+        if self.why {
+            return explain(&experiment, &plan);
+        }
         let refusals: Vec<String> = plan
             .refused()
             .map(|(run, refusal)| format!("{}: {refusal}", name_of(run, &experiment)))
             .collect();
         if !refusals.is_empty() {
             return fail(Exit::BadManifest, &refusals.join("\n"));
-        }
-        if self.why {
-            let earlier = Earlier::in_folder(&plan.folder);
-            let lines = plan.runs.iter().map(|run| {
-                format!("{}: {}", name_of(run, &experiment), earlier.reason(run, &plan.folder))
-            });
-            return print(&lines.collect::<Vec<_>>().join("\n"));
         }
         let jobs = self.jobs().get().min(plan.to_do().len().max(1));
         self.say(&describe(&experiment, &plan, jobs));
@@ -254,6 +250,15 @@ impl Arguments {
             print(text);
         }
     }
+}
+
+/// Says of each run whether it is to be done, and why.
+fn explain(experiment: &Experiment, plan: &Plan) -> Exit {
+    let earlier = Earlier::in_folder(&plan.folder);
+    for run in &plan.runs {
+        print(&format!("{}: {}", name_of(run, experiment), earlier.reason(run, &plan.folder)));
+    }
+    if plan.refused().next().is_some() { Exit::BadManifest } else { Exit::Done }
 }
 
 fn prepare_folder(experiment: &Experiment, plan: &Plan) -> io::Result<()> {

@@ -52,7 +52,7 @@ pub enum Difference {
 /// What of a message differs, the left one before the right one.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Mismatch {
-    /// Only one of the frames has a message here; whether that is the left one.
+    /// Only one of the frames has this message.
     Missing {
         /// Whether it is the left frame that lacks it.
         in_left: bool,

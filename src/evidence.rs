@@ -1,6 +1,6 @@
 //! What the command line asks of recordings that are there: verify, compare, look at the attestation.
 
-use crate::attestation::{Attestation, Standing, Verdict, standing};
+use crate::attestation::{Attestation, Standing, Verdict, attestation_path, standing};
 use crate::compare::{CompareError, RecordingComparison, compare_recordings};
 use crate::difference::Comparison;
 use crate::exit::Exit;
@@ -172,7 +172,7 @@ fn attest(verification: &Verification, verdict: Verdict) -> String {
         Ok(path) => format!("Attested in {}", path.display()),
         Err(error) => format!(
             "No attestation could be written to {}: {error}",
-            crate::attestation::attestation_path(recording.path()).display()
+            attestation_path(recording.path()).display()
         ),
     }
 }

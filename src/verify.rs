@@ -5,7 +5,7 @@ use crate::interrupt::Interrupt;
 use crate::models::physics_version;
 use crate::run::{Replay, RunError, replay_into};
 use kinetoscope_manifest::{KeyDifference, RunManifest, content_key, differing_keys, parse_run};
-use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
 use kinetoscope_recording::reader::{Outcome, Recording};
 use std::cell::Cell;
 use std::fmt;
@@ -40,7 +40,7 @@ pub enum Finding {
         frames: u64,
     },
     /// Bytes differ; so much the messages say, the file on the left and the re-run on the right.
-    Messages(Comparison),
+    Messages(Box<Comparison>),
 }
 
 /// Why a recording can't be verified.
@@ -115,7 +115,7 @@ pub fn verify(
     let finding = if !rerun.extent.damaged && same_versions && rerun.has_same_bytes(path)? {
         Finding::SameBytes { frames: rerun.extent.frames }
     } else {
-        Finding::Messages(rerun.compare_messages()?)
+        Finding::Messages(Box::new(rerun.compare_messages()?))
     };
     Ok(Verification {
         physics_version: physics_version(&manifest.model),
@@ -182,7 +182,13 @@ impl Rerun<'_> {
             .suffix(".mcap")
             .tempfile()
             .map_err(VerifyError::Temporary)?;
-        let mut output = self.record_into(BufWriter::new(file.as_file()))?;
+        let recorded = self.record_into(BufWriter::new(file.as_file()));
+        let mut output = recorded.map_err(|error| match error {
+            VerifyError::Run(RunError::Record(RecordError::Io(source))) => {
+                VerifyError::Temporary(source)
+            }
+            other => other,
+        })?;
         output.flush().map_err(VerifyError::Temporary)?;
         drop(output);
         let again = Recording::open(file.path())?;
@@ -220,7 +226,7 @@ impl Rerun<'_> {
         VerifyError::Read(ReadError {
             path: self.recording.path().to_path_buf(),
             intact_frames: 0,
-            fault: kinetoscope_recording::error::ReadFault::Io(source),
+            fault: ReadFault::Io(source),
         })
     }
 }
