@@ -197,7 +197,7 @@ fn killed_runs_go_on_to_the_same_bytes() {
 
 #[test]
 #[ignore = "the whole harness: 240 kills, some minutes"]
-fn two_hundred_and_forty_kills_leave_no_trace() {
+fn full_harness_two_hundred_and_forty_kills_leave_no_trace() {
     let (killed, went_on) = kill_and_compare(60, 2);
     println!("{killed} kills, {went_on} recordings went on from a checkpoint");
     assert!(killed >= 240 && went_on > 20);

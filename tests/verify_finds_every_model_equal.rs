@@ -4,7 +4,6 @@
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 mod forged_recording;
-#[allow(dead_code, unreachable_pub, reason = "other tests use more of it")]
 mod small_experiments;
 
 use forged_recording::{Forgery, record, run_experiment, stderr, stdout};
