@@ -1,6 +1,7 @@
 //! When a run is saved, and how it goes on: checkpoints by the clock, which leave no trace in the recording.
 
 use crate::model::Model;
+use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::RecordingFile;
@@ -18,7 +19,7 @@ pub struct Underway<M, W: Write = RecordingFile> {
     /// The model, somewhere on its way to frame `next`.
     pub model: M,
     /// The recorder, after frame `next - 1`.
-    pub recorder: Recorder<W>,
+    pub recorder: FrameWriter<W>,
     /// The frame that comes next.
     pub next: u64,
 }
@@ -63,30 +64,30 @@ pub trait Safekeeping<M, W: Write> {
     ///
     /// # Errors
     /// A disk that fails.
-    fn save(&mut self, underway: &Underway<M, W>) -> Result<(), RecordError>;
+    fn save(&mut self, underway: &mut Underway<M, W>) -> Result<(), RecordError>;
 
     /// Saves the run if it is time.
     ///
     /// # Errors
     /// A disk that fails.
-    fn save_if_due(&mut self, underway: &Underway<M, W>) -> Result<(), RecordError>;
+    fn save_if_due(&mut self, underway: &mut Underway<M, W>) -> Result<(), RecordError>;
 }
 
 /// For a run that is not to be gone on with.
 pub struct NeverSaved;
 
 impl<M, W: Write> Safekeeping<M, W> for NeverSaved {
-    fn save(&mut self, _: &Underway<M, W>) -> Result<(), RecordError> {
+    fn save(&mut self, _: &mut Underway<M, W>) -> Result<(), RecordError> {
         Ok(())
     }
 
-    fn save_if_due(&mut self, _: &Underway<M, W>) -> Result<(), RecordError> {
+    fn save_if_due(&mut self, _: &mut Underway<M, W>) -> Result<(), RecordError> {
         Ok(())
     }
 }
 
 impl<M: Model> Safekeeping<M, RecordingFile> for Checkpointer {
-    fn save(&mut self, underway: &Underway<M>) -> Result<(), RecordError> {
+    fn save(&mut self, underway: &mut Underway<M>) -> Result<(), RecordError> {
         let started = Instant::now();
         let recorder = underway.recorder.save_point()?;
         let saved = Saved { next: underway.next, recorder, model: &underway.model };
@@ -96,7 +97,7 @@ impl<M: Model> Safekeeping<M, RecordingFile> for Checkpointer {
         Ok(())
     }
 
-    fn save_if_due(&mut self, underway: &Underway<M>) -> Result<(), RecordError> {
+    fn save_if_due(&mut self, underway: &mut Underway<M>) -> Result<(), RecordError> {
         let affordable = self.cost * COST_RATIO;
         // Zero asks for all that can be had, whatever it costs.
         let pause = if self.every.is_zero() { self.every } else { self.every.max(affordable) };
@@ -104,7 +105,8 @@ impl<M: Model> Safekeeping<M, RecordingFile> for Checkpointer {
     }
 }
 
-/// Goes on from the last checkpoint; `None` where there is none. `header` makes the recording's header from the model.
+/// Goes on from the last checkpoint; `None` where there is none. `header` makes the recording's header from the model;
+/// `beside` gives the recorder a thread of its own.
 ///
 /// # Errors
 /// A checkpoint or a partial file that can't be gone on with, or a disk that fails.
@@ -112,6 +114,7 @@ pub fn go_on<M: Model>(
     folder: &Path,
     stem: &str,
     identity: &str,
+    beside: bool,
     header: impl FnOnce(&M) -> Header,
 ) -> Result<Option<Underway<M>>, RecordError> {
     let Some(restored) = checkpoint::read::<Restored<M>>(folder, stem, identity)? else {
@@ -119,5 +122,11 @@ pub fn go_on<M: Model>(
     };
     let Restored { next, recorder, model } = restored;
     let recorder = Recorder::resume(folder, stem, &header(&model), recorder)?;
-    Ok(Some(Underway { model, recorder, next }))
+    Ok(Some(Underway { model, recorder: writer(recorder, beside), next }))
+}
+
+/// A recorder with a thread of its own, or in place.
+#[must_use]
+pub fn writer(recorder: Recorder<RecordingFile>, beside: bool) -> FrameWriter<RecordingFile> {
+    if beside { FrameWriter::beside(recorder) } else { FrameWriter::in_place(recorder) }
 }

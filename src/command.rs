@@ -6,7 +6,7 @@ use crate::exit::{EXIT_CODES, Exit};
 use crate::interrupt::Interrupt;
 use crate::plan::{Plan, PlannedRun, Status};
 use crate::progress::{ProgressDisplay, Verbosity, size};
-use crate::run::{Ending, RunError};
+use crate::run::{Conduct, Ending, RunError};
 use crate::side_files;
 use crate::why::Earlier;
 use clap::Parser;
@@ -32,6 +32,9 @@ pub struct Arguments {
     /// Runs side by side [default: one a processor]
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
+    /// Threads of one run [default: the processors that the runs side by side leave]
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
     /// Override a key of the manifest, such as model.gas.particles=5000
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
@@ -164,8 +167,12 @@ impl Arguments {
             &runs,
             &plan.folder,
             NonZeroUsize::new(jobs).unwrap_or(NonZeroUsize::MIN),
-            &interrupt,
-            self.checkpoint_every,
+            Conduct {
+                interrupt: &interrupt,
+                threads: self.threads(jobs),
+                checkpoint_every: self.checkpoint_every,
+                on_frame: &|_, _| {},
+            },
             &progress,
         );
         progress.close();
@@ -235,6 +242,11 @@ impl Arguments {
 
     fn jobs(&self) -> NonZeroUsize {
         self.jobs.or_else(|| std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
+    }
+
+    fn threads(&self, jobs: usize) -> NonZeroUsize {
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        self.threads.or_else(|| NonZeroUsize::new(processors / jobs)).unwrap_or(NonZeroUsize::MIN)
     }
 
     fn verbosity(&self) -> Verbosity {

@@ -8,6 +8,7 @@ use crate::random::Seed;
 use crate::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::{Compression, RecordConfig};
+use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::channels::{Channel, PerCollision};
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
@@ -19,6 +20,7 @@ use kinetoscope_recording::scenery::Scenery;
 use std::fmt;
 use std::fs;
 use std::io::Write;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -75,6 +77,8 @@ pub enum Beginning {
 pub struct Conduct<'a> {
     /// Whether to stop.
     pub interrupt: &'a Interrupt,
+    /// Threads of one run: with more than one the recorder has its own.
+    pub threads: NonZeroUsize,
     /// Time between two checkpoints, at least.
     pub checkpoint_every: Duration,
     /// Hears how many frames after the start are done and how many there will be.
@@ -205,7 +209,8 @@ pub fn replay_into<W: Write>(
             let model = M::prepare(config, seed(manifest), per_collision)?;
             let schedule = Schedule::new(manifest.record.interval, model.extent())?;
             let header = header(&model, manifest, embedded.to_owned(), content_key.to_owned());
-            let mut underway = record_start(model, Recorder::create(sink, &header)?)?;
+            let mut underway =
+                record_start(model, FrameWriter::in_place(Recorder::create(sink, &header)?))?;
             let outcome =
                 record_frames(&mut underway, &schedule, &mut NeverSaved, interrupt, on_frame)?;
             Ok((underway.recorder.finish(&outcome)?, outcome))
@@ -249,7 +254,8 @@ fn drive<M: Model>(
         M::NAME,
         M::PHYSICS_VERSION
     );
-    let (mut underway, beginning) = begin::<M>(config, assignment, &identity)?;
+    let (mut underway, beginning) =
+        begin::<M>(config, assignment, &identity, conduct.threads.get() > 1)?;
     let schedule = Schedule::new(manifest.record.interval, underway.model.extent())?;
     let every = conduct.checkpoint_every;
     let mut checkpointer = Checkpointer::new(folder, stem, identity, every);
@@ -283,10 +289,11 @@ fn begin<M: Model>(
     config: &M::Config,
     assignment: Assignment<'_>,
     identity: &str,
+    beside: bool,
 ) -> Result<(Underway<M>, Beginning), RunError> {
     let Assignment { manifest, canonical, content_key, folder, stem } = assignment;
     let header = |model: &M| header(model, manifest, canonical.to_owned(), content_key.to_owned());
-    let beginning = match checkpointing::go_on(folder, stem, identity, header) {
+    let beginning = match checkpointing::go_on(folder, stem, identity, beside, header) {
         Ok(Some(underway)) => {
             let beginning = Beginning::WentOn { frame: underway.next };
             return Ok((underway, beginning));
@@ -301,16 +308,16 @@ fn begin<M: Model>(
     // From here on an older checkpoint would count on bytes that are gone.
     checkpoint::remove(folder, stem)?;
     let recorder = Recorder::create_resumable(file, &header(&model))?;
-    Ok((record_start(model, recorder)?, beginning))
+    Ok((record_start(model, checkpointing::writer(recorder, beside))?, beginning))
 }
 
 fn record_start<M: Model, W: Write>(
     model: M,
-    mut recorder: Recorder<W>,
+    mut recorder: FrameWriter<W>,
 ) -> Result<Underway<M, W>, RecordError> {
     let mut start = Frame::new();
     model.observe(&mut start);
-    recorder.write(clock(&model), &start)?;
+    recorder.write(clock(&model), &mut start)?;
     Ok(Underway { model, recorder, next: 1 })
 }
 
@@ -337,9 +344,8 @@ fn record_frames<M: Model, W: Write>(
                 return Ok(Outcome::Fault(fault.0));
             }
         }
-        frame.clear();
         underway.model.observe(&mut frame);
-        underway.recorder.write(clock(&underway.model), &frame)?;
+        underway.recorder.write(clock(&underway.model), &mut frame)?;
         on_frame(underway.next, schedule.frames());
         underway.next += 1;
         safekeeping.save_if_due(underway)?;

@@ -1,6 +1,5 @@
 //! The plan on this machine: so many runs side by side.
 
-use crate::interrupt::Interrupt;
 use crate::plan::PlannedRun;
 use crate::progress::ProgressDisplay;
 use crate::run::{Conduct, Ending, RunError, execute};
@@ -9,7 +8,6 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
-use std::time::Duration;
 
 /// What became of one run: `None` where an interruption came before its start.
 pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<Ending, RunError>>);
@@ -20,8 +18,7 @@ pub fn run_all<'a>(
     runs: &[&'a PlannedRun],
     folder: &Path,
     jobs: NonZeroUsize,
-    interrupt: &Interrupt,
-    checkpoint_every: Duration,
+    conduct: Conduct<'_>,
     progress: &ProgressDisplay,
 ) -> Vec<Result<'a>> {
     let next = AtomicUsize::new(0);
@@ -29,12 +26,12 @@ pub fn run_all<'a>(
     thread::scope(|scope| {
         for _ in 0..jobs.get().min(runs.len()) {
             scope.spawn(|| {
-                while !interrupt.is_raised() {
+                while !conduct.interrupt.is_raised() {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(run) = runs.get(index) else { break };
                     let bar = progress.start_run(&run.stem);
                     let on_frame = |done, of| bar.frame(done, of);
-                    let conduct = Conduct { interrupt, checkpoint_every, on_frame: &on_frame };
+                    let conduct = Conduct { on_frame: &on_frame, ..conduct };
                     let ending = execute(run.assignment(folder), conduct);
                     bar.finish(&ending);
                     finished

@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows physics beyond the columns and messages that a model declares.
 
+pub mod background;
 pub mod channels;
 pub mod checkpoint;
 pub mod error;
