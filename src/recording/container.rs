@@ -49,7 +49,8 @@ impl From<io::Error> for Broken {
     }
 }
 
-fn damaged(what: &str) -> Broken {
+/// Damage, in words.
+pub(crate) fn damaged(what: &str) -> Broken {
     Broken::Damaged(what.to_owned())
 }
 
@@ -95,9 +96,9 @@ impl<R: Read> Records<R> {
         if start == MAGIC { Ok(()) } else { Err(Broken::NotMcap) }
     }
 
-    /// Checksum of all bytes read so far.
-    pub(crate) fn checksum(&self) -> u32 {
-        self.checksum.clone().finalize()
+    /// Checksum of the bytes read since the start or the last [`Records::restart_checksum`].
+    pub(crate) fn checksum(&self) -> crc32fast::Hasher {
+        self.checksum.clone()
     }
 
     /// Forgets the checksum of the bytes so far.
@@ -128,11 +129,23 @@ impl<R: Read> Records<R> {
         Ok(bytes)
     }
 
-    /// A record's body. The buffer grows with the bytes that come, not with the length that is claimed.
+    /// A record's body.
     pub(crate) fn body(&mut self, prefix: Prefix, buffer: &mut Vec<u8>) -> Result<(), Broken> {
+        let read = self.body_without_checksum(prefix, buffer);
+        self.checksum.update(buffer);
+        read
+    }
+
+    /// A record's body, left out of the checksum. The buffer grows with the bytes that come, not with the length that is
+    /// claimed.
+    pub(crate) fn body_without_checksum(
+        &mut self,
+        prefix: Prefix,
+        buffer: &mut Vec<u8>,
+    ) -> Result<(), Broken> {
         buffer.clear();
         let count = self.input.by_ref().take(prefix.length).read_to_end(buffer)?;
-        self.passed(buffer);
+        self.position += count as u64;
         if count as u64 == prefix.length { Ok(()) } else { Err(Broken::Torn) }
     }
 

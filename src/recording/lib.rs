@@ -14,6 +14,7 @@ pub mod scenery;
 
 mod colour;
 mod container;
+mod data_section;
 mod descriptor;
 mod frames;
 mod header;
@@ -22,3 +23,4 @@ mod scene;
 mod sink;
 mod table;
 mod trail;
+mod unpacking;
