@@ -41,6 +41,8 @@ pub(crate) struct DataSection {
     /// What was read ahead, each with its first byte; an error, or the data's end, is the last.
     ahead: VecDeque<(u64, Result<Ahead, Broken>)>,
     all_read: bool,
+    /// Memory of chunks that were unpacked, for those to come.
+    spare: Vec<Vec<u8>>,
     /// Checksum of the bytes before the record at hand.
     checksum: crc32fast::Hasher,
     /// Start of the record at hand.
@@ -55,6 +57,7 @@ impl DataSection {
             unpackers: Unpackers::new(threads),
             ahead: VecDeque::new(),
             all_read: false,
+            spare: Vec::new(),
             checksum: crc32fast::Hasher::new(),
             byte: 0,
         }
@@ -72,9 +75,10 @@ impl DataSection {
         self.byte = byte;
         match record? {
             Ahead::Chunk { before, ticket } => {
-                let chunk = ticket.take()?;
+                let (chunk, checksum) = self.unpackers.take(ticket)?;
                 self.checksum.combine(&before);
-                self.checksum.combine(&chunk.checksum);
+                self.checksum.combine(&checksum);
+                self.spare.extend(chunk.spare);
                 Ok(DataRecord::Chunk(chunk.content))
             }
             Ahead::Metadata(body) => {
@@ -107,7 +111,7 @@ impl DataSection {
         if self.records.position() == 0 {
             self.records.magic()?;
         }
-        let mut body = Vec::new();
+        let mut body = self.spare.pop().unwrap_or_default();
         loop {
             *byte = self.records.position();
             let before = self.records.checksum();

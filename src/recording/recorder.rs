@@ -48,6 +48,7 @@ pub struct Recorder<W: Write> {
     frames: u64,
     payload_in_chunk: u64,
     buffer: Vec<u8>,
+    state_buffer: Vec<u8>,
     written: Arc<AtomicU64>,
 }
 
@@ -83,6 +84,7 @@ impl<W: Write> Recorder<W> {
             frames: 0,
             payload_in_chunk: 0,
             buffer: Vec::new(),
+            state_buffer: Vec::new(),
             written,
         })
     }
@@ -123,10 +125,10 @@ impl<W: Write> Recorder<W> {
         };
         self.message(FrameClock::TOPIC, log_time, &frame_clock)?;
         if self.wants(channels::STATE) {
-            let mut buffer = std::mem::take(&mut self.buffer);
+            let mut buffer = std::mem::take(&mut self.state_buffer);
             encode_state(self.header.state_columns, frame.state(), time, &mut buffer);
             let written = self.payload(channels::STATE, log_time, &buffer);
-            self.buffer = buffer;
+            self.state_buffer = buffer;
             written?;
         }
         for channel in self.header.channels {

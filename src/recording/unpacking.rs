@@ -1,22 +1,14 @@
 //! Chunks unpacked side by side: a few threads take chunks as they come, and each result is taken by its ticket.
 
-use crate::container::{Broken, unpack_chunk};
-use prost::bytes::Bytes;
+use crate::container::{Broken, Unpacked, Unpacker};
 use std::io;
 use std::num::NonZeroUsize;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
-/// A chunk's content, with what the file's own checksum needs of it.
-pub(crate) struct Unpacked {
-    /// The chunk's records.
-    pub(crate) content: Bytes,
-    /// Checksum of the record's body as it stands in the file.
-    pub(crate) checksum: crc32fast::Hasher,
-}
-
-type Outcome = Result<Unpacked, Broken>;
+/// A chunk's content, and the checksum of its record's body as it stands in the file.
+type Outcome = Result<(Unpacked, crc32fast::Hasher), Broken>;
 
 /// A chunk on its way to a thread.
 struct Job {
@@ -32,21 +24,11 @@ pub(crate) enum Ticket {
     OnThread(Receiver<Outcome>),
 }
 
-impl Ticket {
-    /// The chunk's content, waited for.
-    pub(crate) fn take(self) -> Outcome {
-        match self {
-            Self::InPlace(body) => unpack(body),
-            Self::OnThread(outcome) => outcome.recv().unwrap_or_else(|_| {
-                Err(Broken::Io(io::Error::other("a thread that unpacks chunks has stopped")))
-            }),
-        }
-    }
-}
-
 /// The threads. They end, and are waited for, when this value is dropped.
 pub(crate) struct Unpackers {
     limit: NonZeroUsize,
+    /// For what is unpacked in place.
+    own: Unpacker,
     threads: Vec<JoinHandle<()>>,
     // Empty only while being dropped: its end is what ends the threads.
     jobs: Option<Sender<Job>>,
@@ -58,7 +40,7 @@ impl Unpackers {
     pub(crate) fn new(limit: NonZeroUsize) -> Self {
         let (jobs, queue) = channel();
         let queue = Arc::new(Mutex::new(queue));
-        Self { limit, threads: Vec::new(), jobs: Some(jobs), queue }
+        Self { limit, own: Unpacker::new(), threads: Vec::new(), jobs: Some(jobs), queue }
     }
 
     /// Chunks that should be handed in and not taken yet: one under way and one next for each thread.
@@ -84,6 +66,16 @@ impl Unpackers {
             Err(unsent) => Ticket::InPlace(unsent.0.body),
         }
     }
+
+    /// The chunk of a ticket, waited for.
+    pub(crate) fn take(&mut self, ticket: Ticket) -> Outcome {
+        match ticket {
+            Ticket::InPlace(body) => unpack(&mut self.own, body),
+            Ticket::OnThread(outcome) => outcome.recv().unwrap_or_else(|_| {
+                Err(Broken::Io(io::Error::other("a thread that unpacks chunks has stopped")))
+            }),
+        }
+    }
 }
 
 impl Drop for Unpackers {
@@ -98,16 +90,17 @@ impl Drop for Unpackers {
 
 /// One thread: chunk after chunk, until no more can come.
 fn work(queue: &Mutex<Receiver<Job>>) {
+    let mut unpacker = Unpacker::new();
     loop {
         let job = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
         let Ok(Job { body, outcome }) = job else { return };
         // Nobody waits any more where the reader was dropped.
-        drop(outcome.send(unpack(body)));
+        drop(outcome.send(unpack(&mut unpacker, body)));
     }
 }
 
-fn unpack(body: Vec<u8>) -> Outcome {
+fn unpack(unpacker: &mut Unpacker, body: Vec<u8>) -> Outcome {
     let mut checksum = crc32fast::Hasher::new();
     checksum.update(&body);
-    Ok(Unpacked { content: unpack_chunk(body)?, checksum })
+    Ok((unpacker.unpack(body)?, checksum))
 }
