@@ -221,6 +221,12 @@ impl<'a> Fields<'a> {
     }
 }
 
+/// Whether the chunk of a record's body names a compression; where it is too short to, unpacking tells what is wrong.
+pub(crate) fn is_packed(body: &[u8]) -> bool {
+    // Behind start and end time, size and checksum.
+    body.get(28..32).is_some_and(|length| length != [0; 4])
+}
+
 /// Unpacks chunks, one after the other.
 pub(crate) struct Unpacker {
     // Kept from chunk to chunk: its tables cost more memory than a chunk.

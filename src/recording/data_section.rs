@@ -174,12 +174,18 @@ mod tests {
     /// The bound that `Frames` documents. Chunks without content, written by hand after the container's specification.
     #[test]
     fn at_most_two_chunks_a_thread_are_under_way() {
+        let packed = zstd::bulk::compress(&[], 1).unwrap();
+        // Start time, end time, size and checksum are zero.
+        let mut chunk = vec![0; 28];
+        chunk.extend(4_u32.to_le_bytes());
+        chunk.extend(b"zstd");
+        chunk.extend((packed.len() as u64).to_le_bytes());
+        chunk.extend(packed);
         let mut bytes = MAGIC.to_vec();
         for _ in 0..100 {
             bytes.push(kind::CHUNK);
-            // Start time, end time, size, checksum, name of the compression, packed size: all zero or empty.
-            bytes.extend(40_u64.to_le_bytes());
-            bytes.extend([0; 40]);
+            bytes.extend((chunk.len() as u64).to_le_bytes());
+            bytes.extend(&chunk);
         }
         let mut file = tempfile::tempfile().unwrap();
         file.write_all(&bytes).unwrap();

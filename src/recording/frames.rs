@@ -111,7 +111,7 @@ struct RawFrame {
 ///
 /// Memory: with one thread one chunk as it stands in the file, and its content; with `n` threads at most `2 n` chunks that
 /// were read ahead, and the one whose frames are being delivered. A recorded chunk holds 1 MiB, or one frame where that is
-/// more. The threads end with this value.
+/// more. Chunks that are not packed are not read ahead. The threads end with this value.
 pub struct Frames {
     data: DataSection,
     path: Arc<Path>,

@@ -84,8 +84,8 @@ impl Recording {
         self.frames_on(if cores < MOST_THREADS { cores } else { MOST_THREADS })
     }
 
-    /// The frames from the start, with so many threads that unpack chunks beside the caller's; with 1, the caller's does it
-    /// all. Frames and errors do not depend on the number.
+    /// The frames from the start, with up to so many threads that unpack chunks beside the caller's; with 1, the caller's
+    /// does it all. Frames and errors do not depend on the number.
     ///
     /// # Errors
     /// A file that can't be opened.

@@ -1,6 +1,6 @@
 //! Chunks unpacked side by side: a few threads take chunks as they come, and each result is taken by its ticket.
 
-use crate::container::{Broken, Unpacked, Unpacker};
+use crate::container::{Broken, Unpacked, Unpacker, is_packed};
 use std::io;
 use std::num::NonZeroUsize;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
@@ -45,13 +45,17 @@ impl Unpackers {
 
     /// Chunks that should be handed in and not taken yet: one under way and one next for each thread.
     pub(crate) fn look_ahead(&self) -> usize {
-        if self.limit == NonZeroUsize::MIN { 1 } else { 2 * self.limit.get() }
+        if self.threads.is_empty() { 1 } else { 2 * self.limit.get() }
     }
 
     /// Hands in the body of a chunk's record. A thread is started for it as long as there are fewer than the limit, so that
-    /// a short file starts few.
+    /// a short file starts few. A chunk that is stored as it is stays here: its checksum takes less time than its way to
+    /// another core and back.
     pub(crate) fn hand_in(&mut self, body: Vec<u8>) -> Ticket {
-        if self.limit > NonZeroUsize::MIN && self.threads.len() < self.limit.get() {
+        if self.limit == NonZeroUsize::MIN || !is_packed(&body) {
+            return Ticket::InPlace(body);
+        }
+        if self.threads.len() < self.limit.get() {
             let queue = Arc::clone(&self.queue);
             let started = Builder::new().name("unpack".to_owned()).spawn(move || work(&queue));
             // A machine that gives no thread is served by those that there are.

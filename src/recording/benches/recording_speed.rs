@@ -13,7 +13,8 @@ use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::Instant;
@@ -37,6 +38,7 @@ const CHUNK_PAYLOAD: usize = 1 << 20;
 fn main() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("speed.mcap");
+    let written = folder.path().join("written.mcap");
     let frames = random_frames();
     println!("{:<24}{:>10}{:>10}{:>9}", "MB/s of state", "ours", "bare mcap", "ratio");
     for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
@@ -44,11 +46,15 @@ fn main() {
         std::fs::write(&path, record(Vec::new(), &header, &frames)).unwrap();
         let messages = messages(&path);
         compare(
+            &format!("write {compression:?}, no file"),
+            || drop(record(Box::new(std::io::sink()) as Box<dyn Write>, &header, &frames)),
+            || write_bare(Box::new(std::io::sink()), compression, &messages),
+        );
+        let file = || Box::new(BufWriter::new(File::create(&written).unwrap()));
+        compare(
             &format!("write {compression:?}"),
-            || {
-                record(std::io::sink(), &header, &frames);
-            },
-            || write_bare(compression, &messages),
+            || record(file() as Box<dyn Write>, &header, &frames).flush().unwrap(),
+            || write_bare(file(), compression, &messages),
         );
         for threads in [1, 2] {
             compare(
@@ -155,7 +161,7 @@ fn messages(path: &Path) -> Vec<BareMessage> {
 }
 
 /// The recorder's options, and its chunks.
-fn write_bare(compression: Compression, messages: &[BareMessage]) {
+fn write_bare(sink: Box<dyn Write>, compression: Compression, messages: &[BareMessage]) {
     let options = mcap::WriteOptions::new()
         .compression(match compression {
             Compression::Zstd => Some(mcap::Compression::Zstd),
@@ -166,7 +172,7 @@ fn write_bare(compression: Compression, messages: &[BareMessage]) {
         .compression_threads(0)
         .chunk_size(None)
         .disable_seeking(true);
-    let mut writer = options.create(mcap::write::NoSeek::new(std::io::sink())).unwrap();
+    let mut writer = options.create(mcap::write::NoSeek::new(sink)).unwrap();
     let channels = ["/frame", "/state"].map(|topic| {
         let schema = writer.add_schema(topic, "protobuf", &[]).unwrap();
         writer.add_channel(schema, topic, "protobuf", &BTreeMap::new()).unwrap()
@@ -187,6 +193,7 @@ fn write_bare(compression: Compression, messages: &[BareMessage]) {
         }
     }
     writer.finish().unwrap();
+    writer.into_inner().into_inner().flush().unwrap();
 }
 
 fn read(path: &Path, threads: usize) {
