@@ -1,5 +1,5 @@
 //! MCAP records from a file whose length is known, without trust: no length is believed that the file can't hold, and
-//! nothing is allocated ahead of the bytes.
+//! no memory is filled ahead of the bytes.
 //!
 //! Layout of the records: <https://mcap.dev/spec>.
 
@@ -11,6 +11,8 @@ use std::io::{self, Read};
 pub(crate) const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 /// Bytes before a record's body: its kind and its length.
 pub(crate) const PREFIX: u64 = 9;
+/// Room that a record's body gets before its first byte has come, at most.
+const ROOM: u64 = 4 << 20;
 /// A chunk may unpack to this much whatever its size...
 const UNPACKED_FLOOR: u64 = 64 << 20;
 /// ...or to so many times its size: more than any recorded state packs.
@@ -49,7 +51,8 @@ impl From<io::Error> for Broken {
     }
 }
 
-fn damaged(what: &str) -> Broken {
+/// Damage, in words.
+pub(crate) fn damaged(what: &str) -> Broken {
     Broken::Damaged(what.to_owned())
 }
 
@@ -95,9 +98,9 @@ impl<R: Read> Records<R> {
         if start == MAGIC { Ok(()) } else { Err(Broken::NotMcap) }
     }
 
-    /// Checksum of all bytes read so far.
-    pub(crate) fn checksum(&self) -> u32 {
-        self.checksum.clone().finalize()
+    /// Checksum of the bytes read since the start or the last [`Records::restart_checksum`].
+    pub(crate) fn checksum(&self) -> crc32fast::Hasher {
+        self.checksum.clone()
     }
 
     /// Forgets the checksum of the bytes so far.
@@ -128,11 +131,24 @@ impl<R: Read> Records<R> {
         Ok(bytes)
     }
 
-    /// A record's body. The buffer grows with the bytes that come, not with the length that is claimed.
+    /// A record's body.
     pub(crate) fn body(&mut self, prefix: Prefix, buffer: &mut Vec<u8>) -> Result<(), Broken> {
+        let read = self.body_without_checksum(prefix, buffer);
+        self.checksum.update(buffer);
+        read
+    }
+
+    /// A record's body, left out of the checksum. A large buffer grows with the bytes that come, not with the length that
+    /// is claimed.
+    pub(crate) fn body_without_checksum(
+        &mut self,
+        prefix: Prefix,
+        buffer: &mut Vec<u8>,
+    ) -> Result<(), Broken> {
         buffer.clear();
+        buffer.reserve(if prefix.length < ROOM { prefix.length } else { ROOM } as usize);
         let count = self.input.by_ref().take(prefix.length).read_to_end(buffer)?;
-        self.passed(buffer);
+        self.position += count as u64;
         if count as u64 == prefix.length { Ok(()) } else { Err(Broken::Torn) }
     }
 
@@ -205,52 +221,95 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// A chunk's records, unpacked and checked.
-pub(crate) fn unpack_chunk(body: Vec<u8>) -> Result<Bytes, Broken> {
-    let body = Bytes::from(body);
-    let mut fields = Fields(&body);
-    let _start_and_end_time = (fields.u64()?, fields.u64()?);
-    let unpacked_size = fields.u64()?;
-    let checksum = fields.u32()?;
-    let compression = fields.string()?;
-    let packed_size = fields.u64()?;
-    let packed = fields.0;
-    if packed.len() as u64 != packed_size {
-        return Err(damaged("a chunk's size does not fit its record"));
+/// Whether the chunk of a record's body names a compression; where it is too short to, unpacking tells what is wrong.
+pub(crate) fn is_packed(body: &[u8]) -> bool {
+    // Behind start and end time, size and checksum.
+    body.get(28..32).is_some_and(|length| length != [0; 4])
+}
+
+/// Unpacks chunks, one after the other.
+pub(crate) struct Unpacker {
+    // Kept from chunk to chunk: its tables cost more memory than a chunk.
+    zstd: Option<zstd::bulk::Decompressor<'static>>,
+}
+
+/// A chunk's content.
+pub(crate) struct Unpacked {
+    /// The chunk's records.
+    pub(crate) content: Bytes,
+    /// The memory of the packed chunk, where the content does not lie in it.
+    pub(crate) spare: Option<Vec<u8>>,
+}
+
+impl Unpacker {
+    pub(crate) fn new() -> Self {
+        Self { zstd: None }
     }
-    let limit = packed_size.saturating_mul(UNPACKED_RATIO);
-    if unpacked_size > if limit > UNPACKED_FLOOR { limit } else { UNPACKED_FLOOR } {
-        return Err(damaged("a chunk claims a size that no recording has"));
-    }
-    let unpacked = match compression {
-        "" => body.slice_ref(packed),
-        "zstd" => {
-            let decoder = zstd::stream::read::Decoder::with_buffer(packed);
-            read_bounded(decoder, unpacked_size, packed_size)?
+
+    /// The records in a chunk record's body, unpacked and checked.
+    pub(crate) fn unpack(&mut self, body: Vec<u8>) -> Result<Unpacked, Broken> {
+        let mut fields = Fields(&body);
+        let _start_and_end_time = (fields.u64()?, fields.u64()?);
+        let unpacked_size = fields.u64()?;
+        let checksum = fields.u32()?;
+        let compression = fields.string()?;
+        let packed_size = fields.u64()?;
+        let packed = fields.0;
+        if packed.len() as u64 != packed_size {
+            return Err(damaged("a chunk's size does not fit its record"));
         }
-        "lz4" => read_bounded(lz4::Decoder::new(packed), unpacked_size, packed_size)?,
-        _ => return Err(damaged("a chunk is packed by an unknown method")),
-    };
-    if unpacked.len() as u64 != unpacked_size || crc32fast::hash(&unpacked) != checksum {
-        return Err(damaged("a chunk does not fit its checksum"));
+        let limit = packed_size.saturating_mul(UNPACKED_RATIO);
+        if unpacked_size > if limit > UNPACKED_FLOOR { limit } else { UNPACKED_FLOOR } {
+            return Err(damaged("a chunk claims a size that no recording has"));
+        }
+        let unpacked = match compression {
+            "" => None,
+            "zstd" => Some(self.zstd(packed, unpacked_size)),
+            "lz4" => Some(lz4(packed, unpacked_size)),
+            _ => return Err(damaged("a chunk is packed by an unknown method")),
+        };
+        let unpacked = unpacked.transpose().map_err(cannot_be_unpacked)?;
+        let content = unpacked.as_deref().unwrap_or(packed);
+        if content.len() as u64 != unpacked_size || crc32fast::hash(content) != checksum {
+            return Err(damaged("a chunk does not fit its checksum"));
+        }
+        Ok(match unpacked {
+            Some(content) => Unpacked { content: content.into(), spare: Some(body) },
+            None => {
+                let start = body.len() - packed.len();
+                Unpacked { content: Bytes::from(body).slice(start..), spare: None }
+            }
+        })
     }
+
+    fn zstd(&mut self, packed: &[u8], expected: u64) -> io::Result<Vec<u8>> {
+        let mut unpacked = room(expected)?;
+        let decompressor = match &mut self.zstd {
+            Some(decompressor) => decompressor,
+            none => none.insert(zstd::bulk::Decompressor::new()?),
+        };
+        decompressor.decompress_to_buffer(packed, &mut unpacked)?;
+        Ok(unpacked)
+    }
+}
+
+/// Up to one byte more than expected.
+fn lz4(packed: &[u8], expected: u64) -> io::Result<Vec<u8>> {
+    let mut unpacked = room(expected)?;
+    lz4::Decoder::new(packed)?.take(expected + 1).read_to_end(&mut unpacked)?;
     Ok(unpacked)
 }
 
-/// What a decoder gives, up to one byte more than expected.
-fn read_bounded(
-    decoder: io::Result<impl Read>,
-    expected: u64,
-    packed: u64,
-) -> Result<Bytes, Broken> {
-    // Room for what may well come; the rest as it comes.
-    let likely = if expected < 4 * packed { expected } else { 4 * packed };
-    let mut unpacked = Vec::with_capacity(likely as usize + 1);
-    // A decoder's errors speak of its data, never of the file.
-    decoder
-        .and_then(|decoder| decoder.take(expected + 1).read_to_end(&mut unpacked))
-        .map_err(|error| Broken::Damaged(format!("a chunk can't be unpacked ({error})")))?;
-    Ok(unpacked.into())
+/// Room for so many bytes and one more: address space, which takes memory only as bytes come.
+fn room(expected: u64) -> io::Result<Vec<u8>> {
+    let mut room = Vec::new();
+    room.try_reserve_exact(expected as usize + 1)?;
+    Ok(room)
+}
+
+/// A decoder's errors speak of its data, never of the file.
+fn cannot_be_unpacked(error: io::Error) -> Broken {
+    Broken::Damaged(format!("a chunk can't be unpacked ({error})"))
 }
 
 /// An attachment's name and content, checked.

@@ -1,7 +1,8 @@
-//! Frames of a recording, one after the other, in the memory of one chunk.
+//! Frames of a recording, one after the other, in the memory of a few chunks.
 
 use crate::channels::{self, Channel, FrameClock};
-use crate::container::{Broken, Fields, MAGIC, Prefix, Records, kind, metadata, unpack_chunk};
+use crate::container::{Broken, Fields, damaged, kind};
+use crate::data_section::{DataRecord, DataSection};
 use crate::error::{ReadError, ReadFault};
 use crate::frame::{Level, LogLine};
 use crate::provenance::{OUTCOME_RECORD, Outcome};
@@ -10,8 +11,6 @@ use foxglove::messages::{Log, PointCloud, log};
 use prost::Message as _;
 use prost::bytes::Bytes;
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -115,8 +114,12 @@ struct RawFrame {
 
 /// The frames of a recording in order. Every frame that comes is whole and bit-equal to what was recorded; where the file
 /// is torn or damaged the last item is an error that says what is lost.
+///
+/// Memory: with one thread one chunk as it stands in the file, and its content; with `n` threads at most `2 n` chunks that
+/// were read ahead, and the one whose frames are being delivered. A recorded chunk holds 1 MiB, or one frame where that is
+/// more. Chunks that are not packed are not read ahead. The threads end with this value.
 pub struct Frames {
-    records: Records<BufReader<File>>,
+    data: DataSection,
     path: Arc<Path>,
     state_columns: Arc<[String]>,
     outcome: Option<Outcome>,
@@ -126,21 +129,19 @@ pub struct Frames {
     waiting: VecDeque<RawFrame>,
     delivered: u64,
     last_log_time: Option<u64>,
-    /// Start of the record at hand.
-    byte: u64,
     ended: bool,
 }
 
 impl Frames {
-    /// `records` stands at the start of the file.
+    /// `data` stands at the start of the file.
     pub(crate) fn new(
-        records: Records<BufReader<File>>,
+        data: DataSection,
         path: Arc<Path>,
         state_columns: Arc<[String]>,
         outcome: Option<Outcome>,
     ) -> Self {
         Self {
-            records,
+            data,
             path,
             state_columns,
             outcome,
@@ -150,88 +151,28 @@ impl Frames {
             waiting: VecDeque::new(),
             delivered: 0,
             last_log_time: None,
-            byte: 0,
             ended: false,
         }
     }
 
     /// The next frame, or `None` after the file's end was checked.
     fn advance(&mut self) -> Result<Option<RecordedFrame>, Broken> {
-        if self.records.position() == 0 {
-            self.records.magic()?;
-        }
         loop {
             if let Some(raw) = self.waiting.pop_front() {
                 return self.decode(raw).map(Some);
             }
-            if self.next_record()? {
-                return Ok(None);
-            }
-        }
-    }
-
-    /// Takes one record of the data section, or the whole rest after its end. True at the file's end.
-    fn next_record(&mut self) -> Result<bool, Broken> {
-        self.byte = self.records.position();
-        let checksum = self.records.checksum();
-        let prefix = self.records.prefix()?;
-        let mut body = Vec::new();
-        match prefix.kind {
-            kind::CHUNK => {
-                self.records.body(prefix, &mut body)?;
-                self.group(&unpack_chunk(body)?)?;
-            }
-            kind::METADATA => {
-                self.records.body(prefix, &mut body)?;
-                let (name, entries) = metadata(&body)?;
-                if name == OUTCOME_RECORD {
+            match self.data.advance()? {
+                DataRecord::Chunk(content) => self.group(&content)?,
+                DataRecord::Metadata(name, entries) if name == OUTCOME_RECORD => {
                     self.outcome_seen = true;
                     if Outcome::from_metadata(&entries) != self.outcome {
                         return Err(damaged("the outcome is not the one that the index leads to"));
                     }
                 }
+                DataRecord::Metadata(..) => {}
+                DataRecord::End if self.outcome_seen => return Ok(None),
+                DataRecord::End => return Err(damaged("the recording has no outcome")),
             }
-            kind::MESSAGE | kind::FOOTER => {
-                return Err(damaged("a record stands where no recording has one"));
-            }
-            kind::DATA_END => {
-                self.records.body(prefix, &mut body)?;
-                if Fields(&body).u32()? != checksum {
-                    return Err(damaged("what is outside of the chunks does not fit its checksum"));
-                }
-                self.summary()?;
-                return Ok(true);
-            }
-            _ => self.records.skip(prefix)?,
-        }
-        Ok(false)
-    }
-
-    /// Checks all that follows the data: viewers go by it.
-    fn summary(&mut self) -> Result<(), Broken> {
-        self.records.restart_checksum();
-        loop {
-            self.byte = self.records.position();
-            let prefix = self.records.prefix()?;
-            if prefix.kind != kind::FOOTER {
-                self.records.skip(prefix)?;
-                continue;
-            }
-            if prefix != (Prefix { kind: kind::FOOTER, length: 20 }) {
-                return Err(damaged("the footer has a wrong length"));
-            }
-            let _starts: [u8; 16] = self.records.array()?;
-            let checksum = self.records.checksum();
-            if u32::from_le_bytes(self.records.array()?) != checksum {
-                return Err(damaged("the summary does not fit its checksum"));
-            }
-            if self.records.array()? != MAGIC || !self.records.at_end() {
-                return Err(damaged("the last bytes are not those of an MCAP file"));
-            }
-            if !self.outcome_seen {
-                return Err(damaged("the recording has no outcome"));
-            }
-            return Ok(());
         }
     }
 
@@ -321,7 +262,7 @@ impl Frames {
             return Err(damaged("the frames are not in order"));
         }
         self.delivered += 1;
-        let (path, byte) = (Arc::clone(&self.path), self.byte);
+        let (path, byte) = (Arc::clone(&self.path), self.data.byte());
         Ok(RecordedFrame { clock, state, log, messages: raw.messages, path, byte })
     }
 }
@@ -341,14 +282,10 @@ impl Iterator for Frames {
             }
             Err(broken) => {
                 self.ended = true;
-                Some(Err(ReadError::new(&self.path, self.delivered, self.byte, broken)))
+                Some(Err(ReadError::new(&self.path, self.delivered, self.data.byte(), broken)))
             }
         }
     }
-}
-
-fn damaged(what: &str) -> Broken {
-    Broken::Damaged(what.to_owned())
 }
 
 fn log_line(message: Log) -> LogLine {

@@ -17,6 +17,7 @@ pub mod scenery;
 
 mod colour;
 mod container;
+mod data_section;
 mod descriptor;
 mod frames;
 mod header;
@@ -26,3 +27,4 @@ mod scene;
 mod sink;
 mod table;
 mod trail;
+mod unpacking;

@@ -6,15 +6,20 @@ pub use crate::table::StateTable;
 
 use crate::channels::SCHEMA_VERSION;
 use crate::container::{Broken, Fields, MAGIC, PREFIX, Records, attachment, kind, metadata};
+use crate::data_section::DataSection;
 use crate::error::{ReadError, ReadFault};
 use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
 use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom};
+use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Arc;
+use std::thread::available_parallelism;
 
 /// Bytes of the footer with the magic behind it.
 const TAIL: u64 = PREFIX + 20 + MAGIC.len() as u64;
+/// Threads beyond this number wait for the one that reads the file and decodes the frames.
+const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(4).unwrap();
 
 /// A recording, opened.
 #[derive(Clone, Debug)]
@@ -69,14 +74,26 @@ impl Recording {
         &self.state_columns
     }
 
-    /// The frames from the start. Only when the iterator came to its end without an error is the whole file intact.
+    /// The frames from the start, with as many threads as help on this machine. Only when the iterator came to its end
+    /// without an error is the whole file intact.
     ///
     /// # Errors
     /// A file that can't be opened.
     pub fn frames(&self) -> Result<Frames, ReadError> {
+        let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        self.frames_on(if cores < MOST_THREADS { cores } else { MOST_THREADS })
+    }
+
+    /// The frames from the start, with up to so many threads that unpack chunks beside the caller's; with 1, the caller's
+    /// does it all. Frames and errors do not depend on the number.
+    ///
+    /// # Errors
+    /// A file that can't be opened.
+    pub fn frames_on(&self, threads: NonZeroUsize) -> Result<Frames, ReadError> {
         let (records, _) = open_records(&self.path)?;
+        let data = DataSection::new(records, threads);
         let (path, columns) = (Arc::clone(&self.path), Arc::clone(&self.state_columns));
-        Ok(Frames::new(records, path, columns, self.provenance.outcome.clone()))
+        Ok(Frames::new(data, path, columns, self.provenance.outcome.clone()))
     }
 }
 

@@ -56,6 +56,7 @@ pub struct Recorder<W: Write> {
     closed_frames: u64,
     resumable: Option<Resumable>,
     buffer: Vec<u8>,
+    state_buffer: Vec<u8>,
     written: Arc<AtomicU64>,
 }
 
@@ -109,6 +110,7 @@ impl<W: Write> Recorder<W> {
             closed_frames: 0,
             resumable: None,
             buffer: Vec::new(),
+            state_buffer: Vec::new(),
             written,
         })
     }
@@ -150,10 +152,10 @@ impl<W: Write> Recorder<W> {
         };
         self.message(FrameClock::TOPIC, log_time, &frame_clock)?;
         if self.wants(channels::STATE) {
-            let mut buffer = std::mem::take(&mut self.buffer);
+            let mut buffer = std::mem::take(&mut self.state_buffer);
             encode_state(self.header.state_columns, frame.state(), time, &mut buffer);
             let written = self.payload(channels::STATE, log_time, &buffer);
-            self.buffer = buffer;
+            self.state_buffer = buffer;
             written?;
         }
         for channel in self.header.channels {

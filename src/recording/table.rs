@@ -12,7 +12,7 @@ use std::sync::Arc;
 const DATA_TAG: u32 = 6;
 
 /// Encodes the exact state as a `foxglove.PointCloud` with FLOAT64 fields, row by row. The values, which may be many, go
-/// straight into the buffer.
+/// straight into the buffer; what the buffer holds is written over, so that one kept from frame to frame is never zeroed.
 pub(crate) fn encode_state(
     columns: &[StateColumn],
     state: &[f64],
@@ -32,13 +32,13 @@ pub(crate) fn encode_state(
         fields: fields.collect(),
         ..PointCloud::default()
     };
-    buffer.clear();
-    cloud.encode_raw(buffer);
-    encode_key(DATA_TAG, WireType::LengthDelimited, buffer);
-    encode_varint(8 * state.len() as u64, buffer);
-    let start = buffer.len();
-    buffer.resize(start + 8 * state.len(), 0);
-    let (slots, _) = buffer[start..].as_chunks_mut();
+    let mut head = cloud.encode_to_vec();
+    encode_key(DATA_TAG, WireType::LengthDelimited, &mut head);
+    encode_varint(8 * state.len() as u64, &mut head);
+    buffer.resize(head.len() + 8 * state.len(), 0);
+    let (start, values) = buffer.split_at_mut(head.len());
+    start.copy_from_slice(&head);
+    let (slots, _) = values.as_chunks_mut();
     for (slot, value) in slots.iter_mut().zip(state) {
         *slot = value.to_le_bytes();
     }

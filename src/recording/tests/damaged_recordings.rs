@@ -1,5 +1,5 @@
 //! Promise: of a torn or damaged recording every frame that is delivered is bit-equal to what was recorded, and an error
-//! follows that says what is lost. No input makes the reader panic or take memory that the file's size does not justify.
+//! follows that says what is lost. Frames and error do not depend on the number of threads. No input makes the reader panic or take memory that the file's size does not justify.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -7,7 +7,7 @@ mod sample;
 
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use kinetoscope_recording::recorder::{Clock, Compression, Outcome, Recorder, Selection};
-use sample::{fill, header, read, read_file, record};
+use sample::{fill, header, read, read_on, record};
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
@@ -36,11 +36,16 @@ fn same(one: &RecordedFrame, other: &RecordedFrame) -> bool {
 
 fn check(bytes: &[u8], original: &[RecordedFrame], path: &Path, what: &str) {
     std::fs::write(path, bytes).unwrap();
-    check_file(path, original, what);
+    check_file(path, original, &[2, 4], what);
 }
 
-fn check_file(path: &Path, original: &[RecordedFrame], what: &str) {
-    let (frames, error) = read_file(path);
+fn check_file(path: &Path, original: &[RecordedFrame], side_by_side: &[usize], what: &str) {
+    let (frames, error) = read_on(path, 1);
+    for &threads in side_by_side {
+        let on_threads = read_on(path, threads);
+        assert!(on_threads.0 == frames, "{what}: other frames on {threads} threads");
+        assert_eq!(on_threads.1, error, "{what}: {threads} threads");
+    }
     assert!(error.is_some(), "{what}: no error");
     assert!(frames.len() <= original.len(), "{what}");
     assert!(frames.iter().zip(original).all(|(one, other)| same(one, other)), "{what}");
@@ -57,7 +62,7 @@ fn a_cut_at_any_byte_is_reported_and_leaves_whole_frames() {
         let file = File::options().write(true).open(&path).unwrap();
         for cut in (0..bytes.len()).rev() {
             file.set_len(cut as u64).unwrap();
-            check_file(&path, &original, &format!("{compression:?}, cut at {cut}"));
+            check_file(&path, &original, &[2], &format!("{compression:?}, cut at {cut}"));
         }
     }
 }
@@ -77,7 +82,12 @@ fn a_flipped_bit_in_any_byte_is_reported_and_changes_no_frame() {
         for (place, &byte) in bytes.iter().enumerate() {
             let mask = 1 << (place % 8);
             put(place, byte ^ mask);
-            check_file(&path, &original, &format!("{compression:?}, byte {place} ^ {mask:#x}"));
+            check_file(
+                &path,
+                &original,
+                &[2],
+                &format!("{compression:?}, byte {place} ^ {mask:#x}"),
+            );
             put(place, byte);
         }
     }

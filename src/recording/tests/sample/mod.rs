@@ -6,11 +6,12 @@
 use kinetoscope_recording::channels::{
     ChannelDeclaration, GasSpeeds, GasTemperature, PerCollision,
 };
-use kinetoscope_recording::error::RecordError;
+use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::frame::{ContactLine, Frame, Level, StateColumn};
-use kinetoscope_recording::reader::{RecordedFrame, Recording};
+use kinetoscope_recording::reader::{Frames, RecordedFrame, Recording};
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 pub(crate) const COLUMNS: &[StateColumn] = &[
@@ -128,7 +129,16 @@ pub(crate) fn read(bytes: &[u8], path: &Path) -> (Vec<RecordedFrame>, Option<Str
 
 /// What a reader makes of a file.
 pub(crate) fn read_file(path: &Path) -> (Vec<RecordedFrame>, Option<String>) {
-    let frames = Recording::open(path).and_then(|recording| recording.frames());
+    drain(Recording::open(path).and_then(|recording| recording.frames()))
+}
+
+/// What a reader with so many threads makes of a file.
+pub(crate) fn read_on(path: &Path, threads: usize) -> (Vec<RecordedFrame>, Option<String>) {
+    let threads = NonZeroUsize::new(threads).unwrap();
+    drain(Recording::open(path).and_then(|recording| recording.frames_on(threads)))
+}
+
+fn drain(frames: Result<Frames, ReadError>) -> (Vec<RecordedFrame>, Option<String>) {
     let mut whole = Vec::new();
     match frames {
         Err(error) => (whole, Some(error.to_string())),

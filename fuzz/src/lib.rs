@@ -1,0 +1,106 @@
+//! What the fuzz targets share: small valid recordings, and a reader's answer to a file.
+
+use kinetoscope_recording::channels::{ChannelDeclaration, GasSpeeds, GasTemperature};
+use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::frame::{Frame, Level, StateColumn};
+use kinetoscope_recording::reader::{RecordedFrame, Recording};
+use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
+use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+const COLUMNS: &[StateColumn] =
+    &[StateColumn { name: "x", unit: "m" }, StateColumn { name: "y", unit: "m" }];
+const CHANNELS: &[ChannelDeclaration] =
+    &[ChannelDeclaration::of::<GasTemperature>(), ChannelDeclaration::of::<GasSpeeds>()];
+
+/// Recordings of three frames, one for each compression.
+pub fn recordings() -> Vec<Vec<u8>> {
+    [Compression::None, Compression::Lz4, Compression::Zstd].map(recording).into()
+}
+
+fn recording(compression: Compression) -> Vec<u8> {
+    let header = Header {
+        manifest: "name = \"sample\"\n".to_owned(),
+        content_key: "00c0ffee".repeat(8),
+        model: "gas",
+        physics_version: 1,
+        program_version: "0.1.0".to_owned(),
+        time_unit: "s",
+        state_columns: COLUMNS,
+        channels: CHANNELS,
+        selection: Selection::Named(vec![
+            "state".to_owned(),
+            "temperature".to_owned(),
+            "speeds".to_owned(),
+        ]),
+        scenery: Scenery {
+            walls: Vec::new(),
+            view: [[0.0, 0.0], [1.0, 1.0]],
+            drawn_radius: DrawnRadius::Fixed(0.1),
+            speed_range_top: 1.0,
+            speed_unit: "m/s",
+            arrows: false,
+            force_range_top: None,
+            trail: false,
+        },
+        playback_rate: 25.0,
+        compression,
+        frames_expected: Some(3),
+        model_time: Some(1.0),
+    };
+    let mut recorder = Recorder::create(Vec::new(), &header).unwrap();
+    for count in 0..3 {
+        let mut frame = Frame::new();
+        let value = (1.0 + count as f64) / 3.0;
+        frame.push_state(&[value, -value]);
+        frame.push_state(&[1.0 / value, 0.0]);
+        frame.push(&GasTemperature {
+            mean_square_temperature_k: value,
+            ..GasTemperature::default()
+        });
+        frame.push(&GasSpeeds { density: vec![value; 3], ..GasSpeeds::default() });
+        frame.log(Level::Warning, "a line");
+        recorder.write(Clock { count, time: value }, &frame).unwrap();
+    }
+    recorder.finish(&Outcome::Complete).unwrap()
+}
+
+/// A file of this process, in memory where the system has a place for that.
+pub fn scratch_file() -> PathBuf {
+    let memory = Path::new("/dev/shm");
+    let folder = if memory.is_dir() { memory.to_owned() } else { std::env::temp_dir() };
+    folder.join(format!("kinetoscope-fuzz-{}.mcap", std::process::id()))
+}
+
+/// All frames that a reader with so many threads delivers of a file, with what it made of every message, and the error that
+/// follows, if any. Panics where a frame comes after an error.
+pub fn read(path: &Path, threads: usize) -> (Vec<RecordedFrame>, Option<String>) {
+    let threads = NonZeroUsize::new(threads).unwrap();
+    let mut whole = Vec::new();
+    let frames = match Recording::open(path).and_then(|recording| recording.frames_on(threads)) {
+        Ok(frames) => frames,
+        Err(error) => return (whole, Some(error.to_string())),
+    };
+    let mut error = None;
+    for frame in frames {
+        assert_eq!(error, None, "something follows an error");
+        match frame.and_then(look_into) {
+            Ok(frame) => whole.push(frame),
+            Err(fault) => error = Some(fault.to_string()),
+        }
+    }
+    (whole, error)
+}
+
+/// Decodes what analysis would decode; an undecodable message is an error, not the frame's.
+fn look_into(frame: RecordedFrame) -> Result<RecordedFrame, ReadError> {
+    if let Some(state) = frame.state() {
+        (0..state.rows()).for_each(|row| assert_eq!(state.row(row).len(), state.columns().len()));
+    }
+    for answer in [frame.get::<GasTemperature>().map(|_| ()), frame.get::<GasSpeeds>().map(|_| ())]
+    {
+        drop(answer.map_err(|error| error.to_string()));
+    }
+    Ok(frame)
+}

@@ -1,0 +1,207 @@
+//! The records between a file's first bytes and its last, in order, with chunks read ahead so that threads can unpack them.
+
+use crate::container::{Broken, Fields, MAGIC, Prefix, Records, damaged, kind, metadata};
+use crate::unpacking::{Ticket, Unpackers};
+use prost::bytes::Bytes;
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
+use std::io::BufReader;
+use std::num::NonZeroUsize;
+
+/// A record that says something of frames.
+pub(crate) enum DataRecord {
+    /// The records of a chunk.
+    Chunk(Bytes),
+    /// A metadata record's name and entries.
+    Metadata(String, BTreeMap<String, String>),
+    /// The file's end; all its checksums fit.
+    End,
+}
+
+/// A record that was read and not judged yet.
+enum Ahead {
+    Chunk {
+        /// Checksum of the bytes between the last chunk's body and this one's.
+        before: crc32fast::Hasher,
+        ticket: Ticket,
+    },
+    Metadata(Vec<u8>),
+    DataEnd {
+        /// Checksum of the bytes between the last chunk's body and this record.
+        before: crc32fast::Hasher,
+        body: Vec<u8>,
+    },
+}
+
+/// Reads a file from its first byte to its last. What comes, and which error, does not depend on the number of threads: a
+/// record is judged when its turn comes, whatever was read behind it.
+pub(crate) struct DataSection {
+    records: Records<BufReader<File>>,
+    unpackers: Unpackers,
+    /// What was read ahead, each with its first byte; an error, or the data's end, is the last.
+    ahead: VecDeque<(u64, Result<Ahead, Broken>)>,
+    all_read: bool,
+    /// Memory of chunks that were unpacked, for those to come.
+    spare: Vec<Vec<u8>>,
+    /// Checksum of the bytes before the record at hand.
+    checksum: crc32fast::Hasher,
+    /// Start of the record at hand.
+    byte: u64,
+}
+
+impl DataSection {
+    /// `records` stands at the start of the file.
+    pub(crate) fn new(records: Records<BufReader<File>>, threads: NonZeroUsize) -> Self {
+        Self {
+            records,
+            unpackers: Unpackers::new(threads),
+            ahead: VecDeque::new(),
+            all_read: false,
+            spare: Vec::new(),
+            checksum: crc32fast::Hasher::new(),
+            byte: 0,
+        }
+    }
+
+    /// Where the record at hand starts.
+    pub(crate) fn byte(&self) -> u64 {
+        self.byte
+    }
+
+    /// The next record.
+    pub(crate) fn advance(&mut self) -> Result<DataRecord, Broken> {
+        self.read_ahead();
+        let Some((byte, record)) = self.ahead.pop_front() else { return Ok(DataRecord::End) };
+        self.byte = byte;
+        match record? {
+            Ahead::Chunk { before, ticket } => {
+                let (chunk, checksum) = self.unpackers.take(ticket)?;
+                self.checksum.combine(&before);
+                self.checksum.combine(&checksum);
+                self.spare.extend(chunk.spare);
+                Ok(DataRecord::Chunk(chunk.content))
+            }
+            Ahead::Metadata(body) => {
+                let (name, entries) = metadata(&body)?;
+                Ok(DataRecord::Metadata(name.to_owned(), entries))
+            }
+            Ahead::DataEnd { before, body } => {
+                self.checksum.combine(&before);
+                if Fields(&body).u32()? != self.checksum.clone().finalize() {
+                    return Err(damaged("what is outside of the chunks does not fit its checksum"));
+                }
+                self.summary()?;
+                Ok(DataRecord::End)
+            }
+        }
+    }
+
+    /// Reads until enough chunks are on their way.
+    fn read_ahead(&mut self) {
+        while !self.all_read && self.ahead.len() < self.unpackers.look_ahead() {
+            let mut byte = self.records.position();
+            let record = self.read(&mut byte);
+            self.all_read = matches!(record, Err(_) | Ok(Ahead::DataEnd { .. }));
+            self.ahead.push_back((byte, record));
+        }
+    }
+
+    /// Reads up to the end of the next record that says something of frames; `byte` becomes the start of the last one seen.
+    fn read(&mut self, byte: &mut u64) -> Result<Ahead, Broken> {
+        if self.records.position() == 0 {
+            self.records.magic()?;
+        }
+        let mut body = self.spare.pop().unwrap_or_default();
+        loop {
+            *byte = self.records.position();
+            let before = self.records.checksum();
+            let prefix = self.records.prefix()?;
+            match prefix.kind {
+                kind::CHUNK => {
+                    let before = self.records.checksum();
+                    self.records.body_without_checksum(prefix, &mut body)?;
+                    self.records.restart_checksum();
+                    let ticket = self.unpackers.hand_in(body);
+                    return Ok(Ahead::Chunk { before, ticket });
+                }
+                kind::METADATA => {
+                    self.records.body(prefix, &mut body)?;
+                    return Ok(Ahead::Metadata(body));
+                }
+                kind::MESSAGE | kind::FOOTER => {
+                    return Err(damaged("a record stands where no recording has one"));
+                }
+                kind::DATA_END => {
+                    self.records.body(prefix, &mut body)?;
+                    return Ok(Ahead::DataEnd { before, body });
+                }
+                _ => self.records.skip(prefix)?,
+            }
+        }
+    }
+
+    /// Checks all that follows the data: viewers go by it.
+    fn summary(&mut self) -> Result<(), Broken> {
+        self.records.restart_checksum();
+        loop {
+            self.byte = self.records.position();
+            let prefix = self.records.prefix()?;
+            if prefix.kind != kind::FOOTER {
+                self.records.skip(prefix)?;
+                continue;
+            }
+            if prefix != (Prefix { kind: kind::FOOTER, length: 20 }) {
+                return Err(damaged("the footer has a wrong length"));
+            }
+            let _starts: [u8; 16] = self.records.array()?;
+            let checksum = self.records.checksum().finalize();
+            if u32::from_le_bytes(self.records.array()?) != checksum {
+                return Err(damaged("the summary does not fit its checksum"));
+            }
+            if self.records.array()? != MAGIC || !self.records.at_end() {
+                return Err(damaged("the last bytes are not those of an MCAP file"));
+            }
+            return Ok(());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{Seek as _, Write as _};
+
+    /// The bound that `Frames` documents. Chunks without content, written by hand after the container's specification.
+    #[test]
+    fn at_most_two_chunks_a_thread_are_under_way() {
+        let packed = zstd::bulk::compress(&[], 1).unwrap();
+        // Start time, end time, size and checksum are zero.
+        let mut chunk = vec![0; 28];
+        chunk.extend(4_u32.to_le_bytes());
+        chunk.extend(b"zstd");
+        chunk.extend((packed.len() as u64).to_le_bytes());
+        chunk.extend(packed);
+        let mut bytes = MAGIC.to_vec();
+        for _ in 0..100 {
+            bytes.push(kind::CHUNK);
+            bytes.extend((chunk.len() as u64).to_le_bytes());
+            bytes.extend(&chunk);
+        }
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(&bytes).unwrap();
+        for (threads, bound) in [(1, 1), (2, 4), (4, 8)] {
+            file.rewind().unwrap();
+            let input = BufReader::new(file.try_clone().unwrap());
+            let records = Records::new(input, 0, bytes.len() as u64);
+            let mut data = DataSection::new(records, NonZeroUsize::new(threads).unwrap());
+            for chunk in 0..100 {
+                assert!(
+                    matches!(data.advance(), Ok(DataRecord::Chunk(content)) if content.is_empty())
+                );
+                // The one just delivered was under way, too; behind the last stands the torn end.
+                assert_eq!(data.ahead.len() + 1, bound.min(101 - chunk));
+            }
+            assert!(matches!(data.advance(), Err(Broken::Torn)));
+        }
+    }
+}
