@@ -105,8 +105,7 @@ impl<M: Model> Safekeeping<M, RecordingFile> for Checkpointer {
     }
 }
 
-/// Goes on from the last checkpoint; `None` where there is none. `header` makes the recording's header from the model;
-/// `beside` gives the recorder a thread of its own.
+/// Goes on from the last checkpoint; `None` where there is none. `header` makes the recording's header from the model.
 ///
 /// # Errors
 /// A checkpoint or a partial file that can't be gone on with, or a disk that fails.
@@ -114,7 +113,6 @@ pub fn go_on<M: Model>(
     folder: &Path,
     stem: &str,
     identity: &str,
-    beside: bool,
     header: impl FnOnce(&M) -> Header,
 ) -> Result<Option<Underway<M>>, RecordError> {
     let Some(restored) = checkpoint::read::<Restored<M>>(folder, stem, identity)? else {
@@ -122,11 +120,5 @@ pub fn go_on<M: Model>(
     };
     let Restored { next, recorder, model } = restored;
     let recorder = Recorder::resume(folder, stem, &header(&model), recorder)?;
-    Ok(Some(Underway { model, recorder: writer(recorder, beside), next }))
-}
-
-/// A recorder with a thread of its own, or in place.
-#[must_use]
-pub fn writer(recorder: Recorder<RecordingFile>, beside: bool) -> FrameWriter<RecordingFile> {
-    if beside { FrameWriter::beside(recorder) } else { FrameWriter::in_place(recorder) }
+    Ok(Some(Underway { model, recorder: FrameWriter::start(recorder), next }))
 }

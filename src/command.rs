@@ -1,7 +1,7 @@
 //! The command line of `run-experiment`: what is asked, the plan, the runs, what was written and the next command.
 
 use crate::evidence::{Evidence, Report};
-use crate::executor::local;
+use crate::executor::local::{self, Workforce};
 use crate::exit::{EXIT_CODES, Exit};
 use crate::interrupt::Interrupt;
 use crate::plan::{Plan, PlannedRun, Status};
@@ -32,7 +32,7 @@ pub struct Arguments {
     /// Runs side by side [default: one a processor]
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
-    /// Threads of one run [default: the processors that the runs side by side leave]
+    /// Threads that one run computes with [default: the processors that the runs side by side leave]
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
     /// Override a key of the manifest, such as model.gas.particles=5000
@@ -166,10 +166,9 @@ impl Arguments {
         let results = local::run_all(
             &runs,
             &plan.folder,
-            NonZeroUsize::new(jobs).unwrap_or(NonZeroUsize::MIN),
+            self.workforce(jobs),
             Conduct {
                 interrupt: &interrupt,
-                threads: self.threads(jobs),
                 checkpoint_every: self.checkpoint_every,
                 on_frame: &|_, _| {},
             },
@@ -244,9 +243,13 @@ impl Arguments {
         self.jobs.or_else(|| std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
     }
 
-    fn threads(&self, jobs: usize) -> NonZeroUsize {
+    fn workforce(&self, jobs: usize) -> Workforce {
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
-        self.threads.or_else(|| NonZeroUsize::new(processors / jobs)).unwrap_or(NonZeroUsize::MIN)
+        let left = self.threads.or_else(|| NonZeroUsize::new(processors / jobs));
+        Workforce {
+            jobs: NonZeroUsize::new(jobs).unwrap_or(NonZeroUsize::MIN),
+            threads: left.unwrap_or(NonZeroUsize::MIN),
+        }
     }
 
     fn verbosity(&self) -> Verbosity {

@@ -20,7 +20,6 @@ use kinetoscope_recording::scenery::Scenery;
 use std::fmt;
 use std::fs;
 use std::io::Write;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -77,12 +76,10 @@ pub enum Beginning {
 pub struct Conduct<'a> {
     /// Whether to stop.
     pub interrupt: &'a Interrupt,
-    /// Threads of one run: with more than one the recorder has its own.
-    pub threads: NonZeroUsize,
     /// Time between two checkpoints, at least.
     pub checkpoint_every: Duration,
     /// Hears how many frames after the start are done and how many there will be.
-    pub on_frame: &'a dyn Fn(u64, u64),
+    pub on_frame: &'a (dyn Fn(u64, u64) + Sync),
 }
 
 /// Why a run left no usable recording.
@@ -194,14 +191,14 @@ pub struct Replay<'a> {
 ///
 /// # Errors
 /// A refused start, or a sink that fails.
-pub fn replay_into<W: Write>(
+pub fn replay_into<W: Write + Send + 'static>(
     replay: Replay<'_>,
     sink: W,
     interrupt: &Interrupt,
-    on_frame: &dyn Fn(u64, u64),
+    on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<(W, Outcome), RunError> {
-    struct Action<'a, W>(Replay<'a>, W, &'a Interrupt, &'a dyn Fn(u64, u64));
-    impl<W: Write> ForModel for Action<'_, W> {
+    struct Action<'a, W>(Replay<'a>, W, &'a Interrupt, &'a (dyn Fn(u64, u64) + Sync));
+    impl<W: Write + Send + 'static> ForModel for Action<'_, W> {
         type Output = Result<(W, Outcome), RunError>;
         fn call<M: Model>(self, config: &M::Config) -> Self::Output {
             let Self(Replay { manifest, embedded, content_key }, sink, interrupt, on_frame) = self;
@@ -210,7 +207,7 @@ pub fn replay_into<W: Write>(
             let schedule = Schedule::new(manifest.record.interval, model.extent())?;
             let header = header(&model, manifest, embedded.to_owned(), content_key.to_owned());
             let mut underway =
-                record_start(model, FrameWriter::in_place(Recorder::create(sink, &header)?))?;
+                record_start(model, FrameWriter::start(Recorder::create(sink, &header)?))?;
             let outcome =
                 record_frames(&mut underway, &schedule, &mut NeverSaved, interrupt, on_frame)?;
             Ok((underway.recorder.finish(&outcome)?, outcome))
@@ -254,8 +251,7 @@ fn drive<M: Model>(
         M::NAME,
         M::PHYSICS_VERSION
     );
-    let (mut underway, beginning) =
-        begin::<M>(config, assignment, &identity, conduct.threads.get() > 1)?;
+    let (mut underway, beginning) = begin::<M>(config, assignment, &identity)?;
     let schedule = Schedule::new(manifest.record.interval, underway.model.extent())?;
     let every = conduct.checkpoint_every;
     let mut checkpointer = Checkpointer::new(folder, stem, identity, every);
@@ -289,11 +285,10 @@ fn begin<M: Model>(
     config: &M::Config,
     assignment: Assignment<'_>,
     identity: &str,
-    beside: bool,
 ) -> Result<(Underway<M>, Beginning), RunError> {
     let Assignment { manifest, canonical, content_key, folder, stem } = assignment;
     let header = |model: &M| header(model, manifest, canonical.to_owned(), content_key.to_owned());
-    let beginning = match checkpointing::go_on(folder, stem, identity, beside, header) {
+    let beginning = match checkpointing::go_on(folder, stem, identity, header) {
         Ok(Some(underway)) => {
             let beginning = Beginning::WentOn { frame: underway.next };
             return Ok((underway, beginning));
@@ -308,7 +303,7 @@ fn begin<M: Model>(
     // From here on an older checkpoint would count on bytes that are gone.
     checkpoint::remove(folder, stem)?;
     let recorder = Recorder::create_resumable(file, &header(&model))?;
-    Ok((record_start(model, checkpointing::writer(recorder, beside))?, beginning))
+    Ok((record_start(model, FrameWriter::start(recorder))?, beginning))
 }
 
 fn record_start<M: Model, W: Write>(
@@ -326,7 +321,7 @@ fn record_frames<M: Model, W: Write>(
     schedule: &Schedule,
     safekeeping: &mut impl Safekeeping<M, W>,
     interrupt: &Interrupt,
-    on_frame: &dyn Fn(u64, u64),
+    on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Outcome, RecordError> {
     let mut frame = Frame::new();
     let mut budget = Budget::default();

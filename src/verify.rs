@@ -7,11 +7,12 @@ use crate::run::{Replay, RunError, replay_into};
 use kinetoscope_manifest::{KeyDifference, RunManifest, content_key, differing_keys, parse_run};
 use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
 use kinetoscope_recording::reader::{Outcome, Recording};
-use std::cell::Cell;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Bytes of the recording that are compared at once.
 const COMPARED_AT_ONCE: usize = 1 << 16;
@@ -95,7 +96,7 @@ impl From<ReadError> for VerifyError {
 pub fn verify(
     path: &Path,
     interrupt: &Interrupt,
-    on_frame: &dyn Fn(u64, u64),
+    on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Verification, VerifyError> {
     let recording = Recording::open(path)?;
     let manifest = parse_run(recording.manifest())
@@ -152,25 +153,25 @@ struct Rerun<'a> {
     manifest: &'a RunManifest,
     extent: IntactPart,
     interrupt: &'a Interrupt,
-    on_frame: &'a dyn Fn(u64, u64),
+    on_frame: &'a (dyn Fn(u64, u64) + Sync),
 }
 
 impl Rerun<'_> {
     /// Whether the re-run has the bytes of the file. It is given up at the first byte that differs.
     fn has_same_bytes(&self, path: &Path) -> Result<bool, VerifyError> {
-        let differs = Cell::new(false);
+        let differs = Arc::new(AtomicBool::new(false));
         let expected = File::open(path).map_err(|error| self.unreadable(error))?;
         let sink = ByteComparison {
             expected: BufReader::new(expected),
             part: vec![0; COMPARED_AT_ONCE],
-            differs: &differs,
+            differs: Arc::clone(&differs),
         };
         match self.record_into(sink) {
             Ok(mut sink) => {
                 let rest = sink.expected.read(&mut sink.part);
                 Ok(rest.map_err(|error| self.unreadable(error))? == 0)
             }
-            Err(VerifyError::Run(_)) if differs.get() => Ok(false),
+            Err(VerifyError::Run(_)) if differs.load(Ordering::Relaxed) => Ok(false),
             Err(error) => Err(error),
         }
     }
@@ -182,7 +183,8 @@ impl Rerun<'_> {
             .suffix(".mcap")
             .tempfile()
             .map_err(VerifyError::Temporary)?;
-        let recorded = self.record_into(BufWriter::new(file.as_file()));
+        let sink = file.as_file().try_clone().map_err(VerifyError::Temporary)?;
+        let recorded = self.record_into(BufWriter::new(sink));
         let mut output = recorded.map_err(|error| match error {
             VerifyError::Run(RunError::Record(RecordError::Io(source))) => {
                 VerifyError::Temporary(source)
@@ -195,7 +197,7 @@ impl Rerun<'_> {
         Ok(compare_messages(self.recording, &again)?)
     }
 
-    fn record_into<W: Write>(&self, sink: W) -> Result<W, VerifyError> {
+    fn record_into<W: Write + Send + 'static>(&self, sink: W) -> Result<W, VerifyError> {
         let interrupt = self.interrupt.with_own_stop();
         let unfinished = self.extent.damaged
             || self.recording.provenance().outcome == Some(Outcome::Interrupted);
@@ -232,18 +234,18 @@ impl Rerun<'_> {
 }
 
 /// Compares what is written with what a file holds, and refuses the first byte that differs.
-struct ByteComparison<'a> {
+struct ByteComparison {
     expected: BufReader<File>,
     part: Vec<u8>,
-    differs: &'a Cell<bool>,
+    differs: Arc<AtomicBool>,
 }
 
-impl Write for ByteComparison<'_> {
+impl Write for ByteComparison {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let wanted = bytes.len().min(self.part.len());
         let count = self.expected.read(&mut self.part[..wanted])?;
         if self.part[..count] != bytes[..count] || (count == 0 && wanted > 0) {
-            self.differs.set(true);
+            self.differs.store(true, Ordering::Relaxed);
             return Err(io::Error::other("the bytes differ"));
         }
         Ok(count)

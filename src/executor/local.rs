@@ -3,11 +3,21 @@
 use crate::plan::PlannedRun;
 use crate::progress::ProgressDisplay;
 use crate::run::{Conduct, Ending, RunError, execute};
+use rayon::ThreadPoolBuilder;
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
+
+/// How many threads work, and on what. It does not change a byte of a recording.
+#[derive(Clone, Copy, Debug)]
+pub struct Workforce {
+    /// Runs side by side.
+    pub jobs: NonZeroUsize,
+    /// Threads that the model of one run computes with; its recorder has one more, which mostly waits.
+    pub threads: NonZeroUsize,
+}
 
 /// What became of one run: `None` where an interruption came before its start.
 pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<Ending, RunError>>);
@@ -17,22 +27,26 @@ pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<Ending, RunErr
 pub fn run_all<'a>(
     runs: &[&'a PlannedRun],
     folder: &Path,
-    jobs: NonZeroUsize,
+    workforce: Workforce,
     conduct: Conduct<'_>,
     progress: &ProgressDisplay,
 ) -> Vec<Result<'a>> {
     let next = AtomicUsize::new(0);
     let finished = Mutex::new(Vec::with_capacity(runs.len()));
     thread::scope(|scope| {
-        for _ in 0..jobs.get().min(runs.len()) {
+        for _ in 0..workforce.jobs.get().min(runs.len()) {
             scope.spawn(|| {
+                let pool = ThreadPoolBuilder::new().num_threads(workforce.threads.get()).build();
                 while !conduct.interrupt.is_raised() {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(run) = runs.get(index) else { break };
                     let bar = progress.start_run(&run.stem);
                     let on_frame = |done, of| bar.frame(done, of);
                     let conduct = Conduct { on_frame: &on_frame, ..conduct };
-                    let ending = execute(run.assignment(folder), conduct);
+                    let run_it = || execute(run.assignment(folder), conduct);
+                    // Without threads of its own a run has the pool that all share.
+                    let ending =
+                        pool.as_ref().map_or_else(|_| run_it(), |pool| pool.install(run_it));
                     bar.finish(&ending);
                     finished
                         .lock()

@@ -22,16 +22,8 @@ enum Task<W: Write> {
 
 type Action<W> = Box<dyn FnOnce(&Recorder<W>) + Send>;
 
-/// Writes one recording beside the caller's work, or in place.
-pub enum FrameWriter<W: Write> {
-    /// In place: the caller waits.
-    InPlace(Box<Recorder<W>>),
-    /// On a thread of its own.
-    Beside(Background<W>),
-}
-
-/// The thread and the ways to it.
-pub struct Background<W: Write> {
+/// Writes one recording beside the caller's work, on a thread of its own.
+pub struct FrameWriter<W: Write> {
     tasks: SyncSender<Task<W>>,
     used_frames: Receiver<Frame>,
     // Gone once it has been asked why it ended.
@@ -42,80 +34,7 @@ pub struct Background<W: Write> {
 impl<W: Write + Send + 'static> FrameWriter<W> {
     /// Gives a recorder a thread of its own.
     #[must_use]
-    pub fn beside(recorder: Recorder<W>) -> Self {
-        Self::Beside(Background::start(recorder))
-    }
-}
-
-impl<W: Write> FrameWriter<W> {
-    /// Lets the caller wait for the recorder.
-    #[must_use]
-    pub fn in_place(recorder: Recorder<W>) -> Self {
-        Self::InPlace(Box::new(recorder))
-    }
-
-    /// Writes the next frame: the frame comes back empty, perhaps as another one.
-    ///
-    /// # Errors
-    /// As [`Recorder::write`]; an error may show a few frames later.
-    pub fn write(&mut self, clock: Clock, frame: &mut Frame) -> Result<(), RecordError> {
-        match self {
-            Self::InPlace(recorder) => {
-                recorder.write(clock, frame)?;
-                frame.clear();
-                Ok(())
-            }
-            Self::Beside(background) => background.write(clock, frame),
-        }
-    }
-
-    /// As [`Recorder::remark`].
-    ///
-    /// # Errors
-    /// A sink that fails.
-    pub fn remark(&mut self, line: LogLine) -> Result<(), RecordError> {
-        match self {
-            Self::InPlace(recorder) => recorder.remark(line),
-            Self::Beside(background) => background.ask(Task::Remark(line)),
-        }
-    }
-
-    /// Frames handed over so far.
-    #[must_use]
-    pub fn frames_written(&self) -> u64 {
-        match self {
-            Self::InPlace(recorder) => recorder.frames_written(),
-            Self::Beside(background) => background.frames,
-        }
-    }
-
-    /// As [`Recorder::finish`], after all frames.
-    ///
-    /// # Errors
-    /// A sink that fails; the recording is then torn.
-    pub fn finish(self, outcome: &Outcome) -> Result<W, RecordError> {
-        match self {
-            Self::InPlace(recorder) => recorder.finish(outcome),
-            Self::Beside(background) => background.join()?.finish(outcome),
-        }
-    }
-}
-
-impl FrameWriter<RecordingFile> {
-    /// As [`Recorder::save_point`], after all frames handed over so far.
-    ///
-    /// # Errors
-    /// A disk that fails.
-    pub fn save_point(&mut self) -> Result<RecorderState, RecordError> {
-        match self {
-            Self::InPlace(recorder) => recorder.save_point(),
-            Self::Beside(background) => background.save_point(),
-        }
-    }
-}
-
-impl<W: Write + Send + 'static> Background<W> {
-    fn start(recorder: Recorder<W>) -> Self {
+    pub fn start(recorder: Recorder<W>) -> Self {
         let (tasks, to_do) = sync_channel(FRAMES_UNDER_WAY);
         // One frame more than can be under way: giving one back never waits.
         let (give_back, used_frames) = sync_channel(FRAMES_UNDER_WAY + 2);
@@ -125,12 +44,38 @@ impl<W: Write + Send + 'static> Background<W> {
     }
 }
 
-impl<W: Write> Background<W> {
-    fn write(&mut self, clock: Clock, frame: &mut Frame) -> Result<(), RecordError> {
+impl<W: Write> FrameWriter<W> {
+    /// Writes the next frame after all that was handed over before; the frame comes back empty, perhaps as another one.
+    ///
+    /// # Errors
+    /// As [`Recorder::write`], of this frame or of one handed over before.
+    pub fn write(&mut self, clock: Clock, frame: &mut Frame) -> Result<(), RecordError> {
         let empty = self.used_frames.try_recv().unwrap_or_default();
         self.ask(Task::Write(clock, std::mem::replace(frame, empty)))?;
         self.frames += 1;
         Ok(())
+    }
+
+    /// As [`Recorder::remark`].
+    ///
+    /// # Errors
+    /// A sink that fails, now or before.
+    pub fn remark(&mut self, line: LogLine) -> Result<(), RecordError> {
+        self.ask(Task::Remark(line))
+    }
+
+    /// Frames handed over so far.
+    #[must_use]
+    pub fn frames_written(&self) -> u64 {
+        self.frames
+    }
+
+    /// As [`Recorder::finish`], after all frames.
+    ///
+    /// # Errors
+    /// A sink that fails; the recording is then torn.
+    pub fn finish(self, outcome: &Outcome) -> Result<W, RecordError> {
+        self.join()?.finish(outcome)
     }
 
     fn ask(&mut self, task: Task<W>) -> Result<(), RecordError> {
@@ -155,8 +100,12 @@ impl<W: Write> Background<W> {
     }
 }
 
-impl Background<RecordingFile> {
-    fn save_point(&mut self) -> Result<RecorderState, RecordError> {
+impl FrameWriter<RecordingFile> {
+    /// As [`Recorder::save_point`], after all frames handed over so far.
+    ///
+    /// # Errors
+    /// A disk that fails, now or before.
+    pub fn save_point(&mut self) -> Result<RecorderState, RecordError> {
         let (answer, answered) = sync_channel(1);
         let task = move |recorder: &Recorder<RecordingFile>| {
             // Nobody listens only where the caller is gone.
