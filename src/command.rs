@@ -156,7 +156,7 @@ impl Arguments {
             return fail(
                 Exit::Retryable,
                 &format!(
-                    "cannot write to {}: {error}\nFree or choose another folder with --output DIR.",
+                    "cannot write to {}: {error}\nMake it writable or choose another folder with --output DIR, and run the same command again.",
                     plan.folder.display()
                 ),
             );

@@ -187,6 +187,36 @@ fn a_vanished_folder_is_an_error_and_nothing_is_called_done() {
     assert!(said(&ended).contains("No such file or directory"), "{}", said(&ended));
 }
 
+#[cfg(unix)]
+#[test]
+#[ignore = "needs root and setpriv, to become a user whom a read-only folder stops"]
+fn a_read_only_folder_is_an_error_that_the_same_command_gets_over() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let allow = |path: &Path, mode| {
+        fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+    };
+    let place = Place::new(SHORT);
+    // The copy stands where anybody may run it.
+    let program = place.folder.path().join("run-experiment");
+    fs::copy(env!("CARGO_BIN_EXE_run-experiment"), &program).unwrap();
+    allow(place.folder.path(), 0o777);
+    fs::create_dir_all(place.output().join("run")).unwrap();
+    for mode in [0o555, 0o777] {
+        allow(&place.output().join("run"), mode);
+        let mut command = Command::new("setpriv");
+        command.args(["--reuid=65534", "--regid=65534", "--clear-groups"]).arg(&program);
+        let ended = command.args(&place.arguments()[1..]).output().unwrap();
+        if mode == 0o555 {
+            assert_eq!(ended.status.code(), Some(RETRYABLE), "{}", said(&ended));
+            assert!(said(&ended).contains("run the same command again"), "{}", said(&ended));
+            assert_eq!(place.files(), Vec::<PathBuf>::new());
+        } else {
+            assert!(ended.status.success(), "{}", said(&ended));
+        }
+    }
+    assert!(fs::read(place.recording().unwrap()).unwrap() == reference());
+}
+
 #[test]
 fn damaged_leftovers_are_noticed_and_the_run_begins_anew() {
     let reference = reference();

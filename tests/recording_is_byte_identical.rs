@@ -1,5 +1,5 @@
 //! Promise: the same manifest gives the same bytes. Each model's recording is made twice, with one and two runs side by
-//! side, in two folders, two time zones, by another user, and by other builds of the program where they are named; all
+//! side, with one to three threads, in two folders, two time zones, by another user, and by other builds of the program where they are named; all
 //! files are compared byte for byte.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -66,6 +66,24 @@ fn two_runs_and_any_number_of_jobs_give_the_same_bytes() {
     assert_same(&first, &recordings(program, "2"), "two jobs");
     let bodies: Vec<&Vec<u8>> = first.values().collect();
     assert!(bodies.windows(2).all(|pair| pair[0] != pair[1]), "replicates and models must differ");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let program = env!("CARGO_BIN_EXE_run-experiment");
+    let with = |threads| {
+        recordings_by(
+            &mut || {
+                let mut command = Command::new(program);
+                command.args(["--threads", threads]);
+                command
+            },
+            "1",
+        )
+    };
+    let one = with("1");
+    assert_same(&one, &with("2"), "two threads");
+    assert_same(&one, &with("3"), "three threads");
 }
 
 #[test]

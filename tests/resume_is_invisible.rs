@@ -115,6 +115,25 @@ impl Bench {
         child.wait().unwrap();
     }
 
+    /// Kills the run as soon as its partial file has so many bytes; the file.
+    fn kill_at_size(&self, output: &str, bytes: u64) -> PathBuf {
+        let mut child = self.command(output).spawn().unwrap();
+        let partial = loop {
+            let large_enough = |path: &PathBuf| {
+                path.to_string_lossy().ends_with(".partial.mcap")
+                    && fs::metadata(path).is_ok_and(|file| file.len() >= bytes)
+            };
+            if let Some(path) = self.files(output).into_iter().find(large_enough) {
+                break path;
+            }
+            assert_eq!(child.try_wait().unwrap(), None, "the run ended before it was killed");
+            sleep(Duration::from_millis(1));
+        };
+        child.kill().unwrap();
+        child.wait().unwrap();
+        partial
+    }
+
     /// What a power cut may do: bytes that were not brought to the disk are gone, or are others.
     fn lose_what_was_not_synced(&self, output: &str, share: f64) {
         let Some(partial) = self
@@ -186,6 +205,25 @@ fn kill_and_compare(kills_a_model: u32, seed: u64) -> (u32, u32) {
         }
     }
     (killed, went_on)
+}
+
+#[test]
+#[ignore = "needs Python 3 with the package mcap"]
+fn another_reader_gets_the_recorded_messages_of_what_a_kill_left() {
+    for (name, manifest) in LONGER {
+        let bench = Bench::new(name, manifest);
+        let (_, bytes) = bench.finish("whole");
+        let whole = bench.folder.path().join("whole.mcap");
+        fs::write(&whole, &bytes).unwrap();
+        let partial = bench.kill_at_size("torn", bytes.len() as u64 / 3);
+        let read = Command::new("python3")
+            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/interop/check_torn.py"))
+            .args([partial, whole])
+            .output()
+            .unwrap();
+        println!("{name}: {}", String::from_utf8_lossy(&read.stdout).trim());
+        assert!(read.status.success(), "{name}: {}", String::from_utf8_lossy(&read.stderr));
+    }
 }
 
 #[test]

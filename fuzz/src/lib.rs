@@ -1,10 +1,17 @@
-//! What the fuzz targets share: small valid recordings, and a reader's answer to a file.
+//! What the fuzz targets share: small valid recordings, a reader's answer to a file, and checkpoints with right checksums.
 
+use kinetoscope::model::Model;
+use kinetoscope::models::{ForModel, with_model};
+use kinetoscope::random::Seed;
 use kinetoscope_recording::channels::{ChannelDeclaration, GasSpeeds, GasTemperature};
+use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::frame::{Frame, Level, StateColumn};
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
-use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
+use kinetoscope_recording::recorder::{
+    Clock, Compression, Header, Outcome, Recorder, RecorderState, Selection,
+};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -19,8 +26,8 @@ pub fn recordings() -> Vec<Vec<u8>> {
     [Compression::None, Compression::Lz4, Compression::Zstd].map(recording).into()
 }
 
-fn recording(compression: Compression) -> Vec<u8> {
-    let header = Header {
+fn header(compression: Compression) -> Header {
+    Header {
         manifest: "name = \"sample\"\n".to_owned(),
         content_key: "00c0ffee".repeat(8),
         model: "gas",
@@ -48,7 +55,11 @@ fn recording(compression: Compression) -> Vec<u8> {
         compression,
         frames_expected: Some(3),
         model_time: Some(1.0),
-    };
+    }
+}
+
+fn recording(compression: Compression) -> Vec<u8> {
+    let header = header(compression);
     let mut recorder = Recorder::create(Vec::new(), &header).unwrap();
     for count in 0..3 {
         let mut frame = Frame::new();
@@ -64,6 +75,63 @@ fn recording(compression: Compression) -> Vec<u8> {
         recorder.write(Clock { count, time: value }, &frame).unwrap();
     }
     recorder.finish(&Outcome::Complete).unwrap()
+}
+
+/// Whom the checkpoints belong to.
+pub const IDENTITY: &str = "fuzz";
+
+/// A checkpoint's bytes before its content, of a content so long.
+fn envelope(content_bytes: usize) -> Vec<u8> {
+    let empty = checkpoint::encode(IDENTITY, &()).unwrap();
+    // An empty content is followed by its checksum alone, and preceded by its length.
+    let mut envelope = empty[..empty.len() - 12].to_vec();
+    envelope.extend((content_bytes as u64).to_le_bytes());
+    envelope
+}
+
+/// A checkpoint with this content, whatever it is, and the checksum that goes with it.
+pub fn checkpoint_of(content: &[u8]) -> Vec<u8> {
+    let mut bytes = envelope(content.len());
+    bytes.extend(content);
+    bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+    bytes
+}
+
+/// The content of the checkpoint of a run that has just started, for each model, after the model's number.
+pub fn starts() -> Vec<Vec<u8>> {
+    (0..4)
+        .zip(["dem", "gas", "packing", "orbit"])
+        .map(|(number, model)| start(number, model))
+        .collect()
+}
+
+fn start(number: u8, model: &str) -> Vec<u8> {
+    struct Start;
+    impl ForModel for Start {
+        type Output = Vec<u8>;
+        fn call<M: Model>(self, config: &M::Config) -> Vec<u8> {
+            let model = M::prepare(config, Seed { seed: 1, replicate: 0 }, false).unwrap();
+            let bytes = checkpoint::encode(IDENTITY, &(1_u64, recorder_state(), model)).unwrap();
+            bytes[envelope(0).len()..bytes.len() - 4].to_vec()
+        }
+    }
+    let starter = Path::new("../src/manifest/starter").join(format!("{model}.toml"));
+    let text = std::fs::read_to_string(starter).unwrap();
+    let experiment = kinetoscope_manifest::parse(&text, "starter.toml", &[]).unwrap();
+    let content = with_model(&experiment.runs[0].manifest.model, Start);
+    [vec![number], content].concat()
+}
+
+/// The state of a recorder that has written its header.
+fn recorder_state() -> RecorderState {
+    let folder = scratch_file().with_extension("folder");
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = RecordingFile::create(&folder, "start").unwrap();
+    let recorder = Recorder::create_resumable(file, &header(Compression::Zstd)).unwrap();
+    let state = recorder.save_point().unwrap();
+    drop(recorder);
+    std::fs::remove_dir_all(&folder).unwrap();
+    state
 }
 
 /// A file of this process, in memory where the system has a place for that.

@@ -14,6 +14,9 @@ fn main() {
         put("reader", &format!("killed_{index}"), &bytes[..bytes.len() / 2]);
         put("damage", &format!("byte_100_{index}"), &[index, 100, 0, 1]);
     }
+    for (index, bytes) in kinetoscope_fuzz::starts().iter().enumerate() {
+        put("checkpoint", &format!("start_{index}"), bytes);
+    }
     // 33 bytes that make a trusting reader panic: magic, an empty header record, a record of u64::MAX bytes.
     let header = [&[0x01][..], &7_u64.to_le_bytes(), &[0; 7]].concat();
     let hostile = [&b"\x89MCAP0\r\n"[..], &header, &[0x06], &u64::MAX.to_le_bytes()].concat();

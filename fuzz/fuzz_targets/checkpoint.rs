@@ -1,0 +1,33 @@
+//! Any bytes as a checkpoint, and any bytes as the content of one whose checksum is right: a state or an error. A state that comes is written
+//! and read again to the same bytes.
+
+#![no_main]
+
+use kinetoscope::models::{dem::Dem, gas::Gas, orbit::Orbit, packing::Packing};
+use kinetoscope_fuzz::{IDENTITY, checkpoint_of};
+use kinetoscope_recording::checkpoint::{decode, encode};
+use kinetoscope_recording::recorder::RecorderState;
+use libfuzzer_sys::fuzz_target;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+// The model, then the content.
+fuzz_target!(|input: &[u8]| {
+    let Some((which, content)) = input.split_first() else { return };
+    match which % 4 {
+        0 => check::<Dem>(content),
+        1 => check::<Gas>(content),
+        2 => check::<Packing>(content),
+        _ => check::<Orbit>(content),
+    }
+});
+
+fn check<M: Serialize + DeserializeOwned>(content: &[u8]) {
+    let sealed = checkpoint_of(content);
+    for bytes in [content, &sealed] {
+        let Ok(state) = decode::<(u64, RecorderState, M)>(bytes, IDENTITY) else { continue };
+        let once = encode(IDENTITY, &state).unwrap();
+        let again = decode::<(u64, RecorderState, M)>(&once, IDENTITY).unwrap();
+        assert!(encode(IDENTITY, &again).unwrap() == once, "a state that changes by being saved");
+    }
+}
