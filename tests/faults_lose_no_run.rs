@@ -12,6 +12,9 @@ use std::time::{Duration, Instant};
 /// Three chunks of frames, a tenth of a second.
 const SHORT: &str =
     "seed = 1\n[model.gas]\nparticles = 500\nduration_s = 0.02\n[record]\nframes = 80\n";
+/// Tens of chunks, about a second.
+const MEDIUM: &str =
+    "seed = 1\n[model.gas]\nparticles = 500\nduration_s = 0.2\n[record]\nframes = 1600\n";
 /// Half a minute: never waited for.
 const LONG: &str =
     "seed = 2\n[model.dem]\ndiscs = 1000\nduration_s = 10.0\n[record]\nframes = 2000\n";
@@ -185,6 +188,34 @@ fn a_vanished_folder_is_an_error_and_nothing_is_called_done() {
     let ended = child.wait_with_output().unwrap();
     assert_eq!(ended.status.code(), Some(RETRYABLE), "{}", said(&ended));
     assert!(said(&ended).contains("No such file or directory"), "{}", said(&ended));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "needs unshare and the right to mount"]
+fn a_full_disk_is_an_error_that_the_same_command_gets_over() {
+    let place = Place::new(MEDIUM);
+    let reference = place.folder.path().join("reference");
+    fs::write(&reference, Place::new(MEDIUM).finish()).unwrap();
+    fs::create_dir(place.output()).unwrap();
+    let command = format!("'{}'", place.arguments().join("' '"));
+    // The plan refuses a disk without room, so that the disk is filled by somebody else when the run has begun.
+    let script = format!(
+        "cd '{disk}' && mount -t tmpfs -o size=100m disk '{disk}' && cd '{disk}' || exit 9
+         {command} & run=$!
+         until ls run/*.checkpoint > ls 2> ls; do sleep 0.01; done
+         dd if=/dev/zero of=filler bs=1M 2> ls
+         wait $run; first=$?
+         rm filler
+         {command} && cmp run/*.mcap '{reference}' || exit 8
+         exit $first",
+        disk = place.output().display(),
+        reference = reference.display(),
+    );
+    let ended = Command::new("unshare").args(["-Urm", "sh", "-c", &script]).output().unwrap();
+    assert_eq!(ended.status.code(), Some(RETRYABLE), "{}", said(&ended));
+    assert!(said(&ended).contains("run the same command again"), "{}", said(&ended));
+    assert_eq!(place.recording(), None, "the disk was another one");
 }
 
 #[cfg(unix)]
