@@ -8,6 +8,7 @@ use crate::plan::{Plan, PlannedRun, Status};
 use crate::progress::{ProgressDisplay, Verbosity, size};
 use crate::run::{Conduct, Ending, RunError};
 use crate::side_files;
+use crate::stale;
 use crate::why::Earlier;
 use clap::Parser;
 use kinetoscope_manifest::{Experiment, Override};
@@ -44,11 +45,14 @@ pub struct Arguments {
     /// Save each run at least every so many seconds, to go on from there after a kill
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
     checkpoint_every: Duration,
+    /// When all runs are done, remove the recordings in the folder that the manifest no longer asks for
+    #[arg(long)]
+    prune: bool,
     /// Print the plan and stop
     #[arg(long)]
     dry_run: bool,
     /// Say for each run whether it is to be done and why, and stop
-    #[arg(long, conflicts_with_all = ["force", "dry_run"])]
+    #[arg(long, conflicts_with_all = ["force", "dry_run", "prune"])]
     why: bool,
     #[command(flatten)]
     evidence: Evidence,
@@ -118,9 +122,34 @@ impl Arguments {
             return fail(Exit::Retryable, &message);
         }
         if self.dry_run {
-            return Exit::Done;
+            return if self.prune { self.prune(&plan) } else { Exit::Done };
         }
-        self.execute_plan(&experiment, &plan, jobs)
+        match self.execute_plan(&experiment, &plan, jobs) {
+            Exit::Done if self.prune => self.prune(&plan),
+            exit => exit,
+        }
+    }
+
+    /// Removes what is stale, or lists it in a dry run.
+    fn prune(&self, plan: &Plan) -> Exit {
+        let listed = stale::stale(plan).and_then(|recordings| {
+            if !self.dry_run {
+                stale::remove(&recordings)?;
+            }
+            Ok(recordings)
+        });
+        match listed {
+            Ok(recordings) => {
+                let verb = if self.dry_run { "would be removed" } else { "removed" };
+                for recording in recordings {
+                    self.say(&format!("stale, {verb}: {}", recording.display()));
+                }
+                Exit::Done
+            }
+            Err(error) => {
+                fail(Exit::Retryable, &format!("cannot prune {}: {error}", plan.folder.display()))
+            }
+        }
     }
 
     fn read(&self, path: &Path) -> Result<Experiment, String> {

@@ -17,6 +17,7 @@ pub mod checkpointing;
 pub mod run;
 
 pub mod plan;
+pub mod stale;
 
 pub mod executor;
 pub mod interrupt;
