@@ -327,7 +327,10 @@ impl Numbers {
                 OrbitIntegrator::Yoshida4,
                 OrbitIntegrator::Kepler,
                 OrbitIntegrator::VelocityVerlet,
-            ][self.below(4) as usize],
+                OrbitIntegrator::DormandPrince8,
+            ][self.below(5) as usize],
+            summation: [OrbitSummation::Plain, OrbitSummation::Compensated][self.below(2) as usize],
+            tolerance: StepTolerance::new(1e-3 * self.share().get() + 1e-15).unwrap(),
             time_step_days: Positive::new(0.999 * self.share().get()).unwrap(),
             ..OrbitConfig::default()
         }
