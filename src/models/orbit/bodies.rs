@@ -3,7 +3,7 @@
 //! Energy and momenta are divided by the total mass, which leaves AU and days: m_i stands for G m_i over the sum of all.
 
 use super::motion::{Mutual, Phase, add_scaled, cross, dot, length};
-use super::track::{Lost, Scheme, Track};
+use super::track::{Lost, Scheme, Track, Turns};
 use crate::model::Refusal;
 use kinetoscope_manifest::model::OrbitBody;
 use kinetoscope_recording::channels::{OrbitConserved, OrbitEnergy};
@@ -43,6 +43,19 @@ struct Conserved {
     centre: [f64; 3],
     /// Smallest distance of two bodies, AU.
     closest: f64,
+}
+
+/// There is no one centre to turn about.
+struct NoSun;
+
+impl Turns<Vec<f64>> for NoSun {
+    fn side(&self, _position: &Vec<f64>) -> bool {
+        true
+    }
+
+    fn between(&self, _from: &Vec<f64>, _to: &Vec<f64>) -> i64 {
+        0
+    }
 }
 
 impl Conserved {
@@ -113,7 +126,7 @@ impl Bodies {
     }
 
     pub(super) fn advance(&mut self, scheme: &Scheme, steps: u64) -> Result<(), Lost> {
-        self.track.walk(&self.force, scheme, steps, |_, _| 0)
+        self.track.walk(&self.force, scheme, steps, &NoSun)
     }
 
     pub(super) fn observe(&self, frame: &mut Frame) {

@@ -5,7 +5,7 @@ use super::kepler::Kepler;
 use super::motion::{self, FixedSun, State, energy, kinetic_energy, length, potential_energy};
 use super::phase::Plane;
 use super::tables::Integrator;
-use super::track::{Lost, Scheme, Track};
+use super::track::{Lost, Scheme, Track, Turns};
 use super::{DOCUMENT_START, HELIOCENTRIC_START, forecast};
 use crate::model::Refusal;
 use kinetoscope_manifest::model::OrbitStart;
@@ -38,6 +38,18 @@ enum Start {
     Given,
 }
 
+impl Turns<[f64; 3]> for Plane {
+    #[inline]
+    fn side(&self, position: &[f64; 3]) -> bool {
+        self.is_first_half(*position)
+    }
+
+    #[inline]
+    fn between(&self, from: &[f64; 3], to: &[f64; 3]) -> i64 {
+        self.turns_between(*from, *to)
+    }
+}
+
 impl Planet {
     pub(super) fn prepare(start: OrbitStart, scheme: &Scheme) -> Result<Self, Refusal> {
         let (start, state) = match start {
@@ -62,8 +74,7 @@ impl Planet {
         if scheme.integrator == Integrator::Kepler {
             return self.leap(scheme, steps);
         }
-        let plane = self.plane;
-        self.track.walk(&FixedSun, scheme, steps, |from, to| plane.turns_between(*from, *to))
+        self.track.walk(&FixedSun, scheme, steps, &self.plane)
     }
 
     /// The exact solution so many steps later, from the start and in one go.

@@ -9,7 +9,7 @@ use super::tables::{Splitting, Substep, Tableau};
 ///
 /// With `COMPENSATED` sums, what each addition to r and v rounds off is kept and added with the next one (Kahan, Comm. ACM
 /// 8, 40, 1965; the exact error of a sum by Knuth's six operations), so that a million steps round like one.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Walker<'a, F: Force, const COMPENSATED: bool> {
     force: &'a F,
     /// Where the bodies are and how they move.

@@ -28,6 +28,15 @@ impl Scheme {
     }
 }
 
+/// How the angle about the Sun jumps on the way, in whole turns.
+pub(super) trait Turns<V> {
+    /// Which of two halves of space a position lies in: nothing jumps within one.
+    fn side(&self, position: &V) -> bool;
+
+    /// The jump on the straight way from one position to the next.
+    fn between(&self, from: &V, to: &V) -> i64;
+}
+
 /// Where the bodies are, and what their way here has left.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Track<V> {
@@ -43,6 +52,9 @@ pub(super) struct Track<V> {
     /// The adaptive method's last whole step.
     node: Option<Node<V>>,
 }
+
+/// Steps between two looks at whether there still are numbers: what is none once remains so.
+const LONGEST_BLOCK: u64 = 64;
 
 /// The next step leads to no number.
 pub(super) struct Lost;
@@ -63,19 +75,19 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Track<V> {
         Self { phase, count: 0, lost, turns: 0, evaluations: 0, node }
     }
 
-    /// So many steps. A step that leads to no number is not taken. `turns_between` says how the angle about the Sun jumps
-    /// from one step to the next.
+    /// So many steps. A step that leads to no number is not taken. `turns` says how the angle about the Sun jumps from one
+    /// step to the next.
     pub(super) fn walk<F: Force<Vector = V>>(
         &mut self,
         force: &F,
         scheme: &Scheme,
         steps: u64,
-        turns_between: impl Fn(&V, &V) -> i64,
+        turns: &impl Turns<V>,
     ) -> Result<(), Lost> {
         if scheme.compensated {
-            self.walk_by::<F, true>(force, scheme, steps, turns_between)
+            self.walk_by::<F, true>(force, scheme, steps, turns)
         } else {
-            self.walk_by::<F, false>(force, scheme, steps, turns_between)
+            self.walk_by::<F, false>(force, scheme, steps, turns)
         }
     }
 
@@ -84,7 +96,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Track<V> {
         force: &F,
         scheme: &Scheme,
         steps: u64,
-        turns: impl Fn(&V, &V) -> i64,
+        turns: &impl Turns<V>,
     ) -> Result<(), Lost> {
         let h = scheme.step;
         match scheme.integrator {
@@ -106,7 +118,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Track<V> {
             Integrator::DormandPrince8 => {
                 let before = self.clone();
                 let go = |track: &mut Self, steps| {
-                    track.choose_steps::<F, COMPENSATED>(force, scheme, steps, &turns)
+                    track.choose_steps::<F, COMPENSATED>(force, scheme, steps, turns)
                 };
                 go(self, steps).or_else(|Lost| {
                     // However work is cut, the run ends at the last instant that can be reached.
@@ -126,22 +138,42 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Track<V> {
         method: &M,
         h: f64,
         steps: u64,
-        turns_between: impl Fn(&V, &V) -> i64,
+        turns: &impl Turns<V>,
     ) -> Result<(), Lost> {
         let mut walker =
             Walker::<F, COMPENSATED>::new(force, self.phase.clone(), self.lost.clone());
-        for _ in 0..steps {
-            method.step(&mut walker, h);
-            if !walker.phase.is_finite() {
-                return Err(Lost);
+        let end = self.count + steps;
+        let mut from = self.phase.position.clone();
+        let mut side = turns.side(&from);
+        let mut block = LONGEST_BLOCK;
+        while self.count < end {
+            let steps = block.min(end - self.count);
+            let turns_before = self.turns;
+            for _ in 0..steps {
+                method.step(&mut walker, h);
+                let next = turns.side(&walker.phase.position);
+                if next != side {
+                    self.turns += turns.between(&from, &walker.phase.position);
+                    side = next;
+                }
+                from.clone_from(&walker.phase.position);
             }
-            self.turns += turns_between(&self.phase.position, &walker.phase.position);
-            self.phase.clone_from(&walker.phase);
-            if COMPENSATED {
+            if walker.phase.is_finite() {
+                self.phase.clone_from(&walker.phase);
                 self.lost.clone_from(&walker.lost);
+                self.count += steps;
+                self.evaluations += steps * method.evaluations();
+            } else {
+                // Once more and step by step, to the last one that leads to numbers.
+                walker = Walker::new(force, self.phase.clone(), self.lost.clone());
+                self.turns = turns_before;
+                if steps == 1 {
+                    return Err(Lost);
+                }
+                from.clone_from(&walker.phase.position);
+                side = turns.side(&from);
+                block = 1;
             }
-            self.count += 1;
-            self.evaluations += method.evaluations();
         }
         Ok(())
     }
@@ -153,7 +185,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Track<V> {
         force: &F,
         scheme: &Scheme,
         steps: u64,
-        turns_between: impl Fn(&V, &V) -> i64,
+        turns: &impl Turns<V>,
     ) -> Result<(), Lost> {
         let Some(node) = &mut self.node else { return Ok(()) };
         let end = scheme.time_at(self.count + steps);
@@ -171,7 +203,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Track<V> {
                 try_step(&mut walker, h, scheme.tolerance).unwrap_or((0.1, false));
             node.trial *= factor;
             if taken {
-                node.turns += turns_between(&node.phase.position, &walker.phase.position);
+                node.turns += turns.between(&node.phase.position, &walker.phase.position);
                 node.time = next;
                 node.phase.clone_from(&walker.phase);
                 node.lost.clone_from(&walker.lost);
@@ -181,7 +213,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Track<V> {
         if !walker.phase.is_finite() {
             return Err(Lost);
         }
-        self.turns = node.turns + turns_between(&node.phase.position, &walker.phase.position);
+        self.turns = node.turns + turns.between(&node.phase.position, &walker.phase.position);
         self.phase = walker.phase;
         self.count += steps;
         Ok(())
