@@ -151,8 +151,7 @@ fn the_figure_eight_is_followed_by_all_three() {
 #[test]
 fn two_bodies_move_about_each_other_as_one_about_the_sun() {
     let State { position, velocity } = DOCUMENT_START;
-    let bodies =
-        vec![body(0.75 * GM, [0.0; 3], [0.0; 3]), body(0.25 * GM, position, velocity)];
+    let bodies = vec![body(0.75 * GM, [0.0; 3], [0.0; 3]), body(0.25 * GM, position, velocity)];
     let orbit = run(bodies, OrbitIntegrator::DormandPrince8, 0.25, 365.25);
     let (positions, energy, kept) = seen(&orbit);
     let apart_now: [f64; 3] = std::array::from_fn(|axis| positions[1][axis] - positions[0][axis]);
@@ -184,9 +183,8 @@ fn bodies_that_have_no_motion_are_refused_and_collisions_end_in_words() {
         assert!(refusal.0.contains("no motion to follow"), "{refusal}");
     }
     // Three that fall together: their paths end at a point, in finite time.
-    let falling = |which: usize| {
-        body(1.0, corner(which, 0.0), corner(which, 0.0).map(|part| -0.01 * part))
-    };
+    let falling =
+        |which: usize| body(1.0, corner(which, 0.0), corner(which, 0.0).map(|part| -0.01 * part));
     let mut orbit = prepare([0, 1, 2].map(falling).to_vec()).unwrap();
     let fault = orbit.advance(Target::Count(1000), u64::MAX).unwrap_err();
     assert!(fault.0.contains("too near each other"), "{fault}");
