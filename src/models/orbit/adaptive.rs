@@ -1,7 +1,8 @@
 //! Steps of Dormand and Prince's method of order 8, each as long as its estimated error allows.
 //!
 //! A step is chosen by the one before it and by nothing else: neither by when frames are taken nor by how work is cut. Between
-//! two of these nodes the bodies are where one shorter step from the earlier node takes them.
+//! two of these nodes the bodies are where one shorter step from the earlier node takes them. The method is written here since
+//! the control of its steps must have the same bits everywhere: sums in a fixed order, and no power function.
 
 use super::dormand_prince::{DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5};
 use super::motion::{Force, Phase};
