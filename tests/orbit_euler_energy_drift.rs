@@ -18,7 +18,8 @@ mod orbit_run;
 use kinetoscope::constants::GM_SUN_AU3_PER_DAY2 as GM;
 use kinetoscope::models::orbit::kepler::Kepler;
 use kinetoscope::models::orbit::motion::{State, angular_momentum, dot, energy, length};
-use kinetoscope::models::orbit::step::{SEMI_IMPLICIT_EULER, composed, explicit_euler};
+use kinetoscope::models::orbit::step::{Method, stepped};
+use kinetoscope::models::orbit::tables::{EXPLICIT_EULER, SEMI_IMPLICIT_EULER};
 use kinetoscope::models::orbit::{DOCUMENT_START, Orbit};
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
 use orbit_run::{advance, document, finished, given, look, prepare};
@@ -27,12 +28,12 @@ use orbit_run::{advance, document, finished, given, look, prepare};
 const PERIOD: f64 = 362.073_107_968_315_865_9;
 
 /// |L(n+1) / (L(n) (1 + h^2 GM / r^3)) - 1|, the largest over a year of quarter days.
-fn largest_departure_from_momentum_law(method: impl Fn(State, f64) -> State) -> f64 {
+fn largest_departure_from_momentum_law(method: &impl Method) -> f64 {
     let h = 0.25;
     let mut state = DOCUMENT_START;
     let mut largest: f64 = 0.0;
     for _ in 0..1461 {
-        let next = method(state, h);
+        let next = stepped(method, state, h);
         let distance = length(state.position);
         let factor = 1.0 + h * h * GM / (distance * distance * distance);
         let expected = length(angular_momentum(state)) * factor;
@@ -45,15 +46,14 @@ fn largest_departure_from_momentum_law(method: impl Fn(State, f64) -> State) -> 
 /// Tolerance: 16 roundings of 1.1e-16 each lie between the two sides; h^2 GM / r^3 itself is 1.8e-5.
 #[test]
 fn angular_momentum_grows_by_its_exact_factor_at_every_step() {
-    let departure = largest_departure_from_momentum_law(explicit_euler);
+    let departure = largest_departure_from_momentum_law(&EXPLICIT_EULER);
     assert!(departure < 2e-15, "{departure:e}");
-    let control =
-        largest_departure_from_momentum_law(|state, h| composed(&SEMI_IMPLICIT_EULER, state, h));
+    let control = largest_departure_from_momentum_law(&SEMI_IMPLICIT_EULER);
     assert!(control > 1e-5, "the semi-implicit method keeps L: {control:e}");
 }
 
 /// Largest |gain / law - 1| around the document's orbit stretched to e = 0.5, for one step of 1e-3 days.
-fn largest_departure_from_energy_rate(method: impl Fn(State, f64) -> State) -> f64 {
+fn largest_departure_from_energy_rate(method: &impl Method) -> f64 {
     let h = 1e-3;
     let exact =
         Kepler::from_start(State { position: [0.5, 0.0, 0.0], velocity: [0.0, 0.0298, 0.0] });
@@ -66,7 +66,7 @@ fn largest_departure_from_energy_rate(method: impl Fn(State, f64) -> State) -> f
             * h
             * (GM * GM / r.powi(4) + GM * v * v / r.powi(3)
                 - 3.0 * GM * radial * radial / r.powi(5));
-        let gain = energy(method(state, h)) - energy(state);
+        let gain = energy(stepped(method, state, h)) - energy(state);
         largest = largest.max((gain / (rate * h) - 1.0).abs());
     }
     largest
@@ -75,10 +75,9 @@ fn largest_departure_from_energy_rate(method: impl Fn(State, f64) -> State) -> f
 /// Tolerance: the next term of the series is smaller by h n(q) = 1e-3 * 0.05 per day and a factor of order one.
 #[test]
 fn energy_rises_at_the_rate_of_the_taylor_series() {
-    let departure = largest_departure_from_energy_rate(explicit_euler);
+    let departure = largest_departure_from_energy_rate(&EXPLICIT_EULER);
     assert!(departure < 5e-4, "{departure:e}");
-    let control =
-        largest_departure_from_energy_rate(|state, h| composed(&SEMI_IMPLICIT_EULER, state, h));
+    let control = largest_departure_from_energy_rate(&SEMI_IMPLICIT_EULER);
     assert!(control > 0.5, "the semi-implicit method gains and loses: {control:e}");
 }
 

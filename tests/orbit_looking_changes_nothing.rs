@@ -16,12 +16,13 @@ use kinetoscope_recording::frame::{Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Wall};
 use orbit_run::{advance, document, finished, given, look, prepare};
 
-const ALL: [OrbitIntegrator; 6] = [
+const ALL: [OrbitIntegrator; 7] = [
     OrbitIntegrator::ExplicitEuler,
     OrbitIntegrator::SemiImplicitEuler,
     OrbitIntegrator::VelocityVerlet,
     OrbitIntegrator::Rk4,
     OrbitIntegrator::Yoshida4,
+    OrbitIntegrator::DormandPrince8,
     OrbitIntegrator::Kepler,
 ];
 

@@ -72,6 +72,10 @@ quantity!(
     /// A time step of the orbit, days: the source document asks for less than one.
     StepBelowOneDay, "a number in (0, 1)", [exclusiveMinimum: 0.0, exclusiveMaximum: 1.0], |x| x > 0.0 && x < 1.0
 );
+quantity!(
+    /// Relative error that an adaptive method allows a step; below 1e-15 nothing is left but rounding.
+    StepTolerance, "a number in [1e-15, 0.01]", [minimum: 1e-15, maximum: 0.01], |x| x >= 1e-15 && x <= 0.01
+);
 
 impl From<PlaybackRate> for Positive {
     fn from(rate: PlaybackRate) -> Self {

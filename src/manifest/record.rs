@@ -98,7 +98,18 @@ pub const CHANNELS: [(&str, &[&str]); 4] = [
     ),
     (
         "orbit",
-        &["state", "discs", "walls", "legend", "velocity", "trail", "energy", "orbit", "log"],
+        &[
+            "state",
+            "discs",
+            "walls",
+            "legend",
+            "velocity",
+            "trail",
+            "energy",
+            "orbit",
+            "conserved",
+            "log",
+        ],
     ),
 ];
 

@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::quantity::{
-    BoxSide, Finite, NonNegative, PlaybackRate, Positive, Share, StepBelowOneDay,
+    BoxSide, Finite, NonNegative, PlaybackRate, Positive, Share, StepBelowOneDay, StepTolerance,
 };
 use crate::tree::{Node, Value};
 use serde_json::{Value as Json, json};
@@ -100,7 +100,16 @@ macro_rules! number_values {
         }
     )*};
 }
-number_values!(Finite, Positive, NonNegative, Share, BoxSide, PlaybackRate, StepBelowOneDay);
+number_values!(
+    Finite,
+    Positive,
+    NonNegative,
+    Share,
+    BoxSide,
+    PlaybackRate,
+    StepBelowOneDay,
+    StepTolerance
+);
 
 /// How many replicates an experiment may have.
 #[derive(Clone, Copy, Debug, PartialEq)]

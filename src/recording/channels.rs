@@ -291,7 +291,8 @@ channels! {
         a2: Vec<f64> [double, repeated] = "4",
     }
 
-    /// Orbit: energy of a unit mass, AU^2/day^2, and how far it went from the start.
+    /// Orbit: energy of a unit mass, AU^2/day^2, and how far it went from the start. Of several bodies that of all over the
+    /// total mass.
     OrbitEnergy on "/energy" {
         /// v^2 / 2.
         kinetic_au2_per_day2: f64 [double] = "1",
@@ -321,5 +322,43 @@ channels! {
         phase_error_rad: f64 [double] = "7",
         /// Revolutions done, by the unwrapped angle.
         revolutions: f64 [double] = "8",
+        /// Osculating inclination against the plane z = 0, rad.
+        inclination_rad: f64 [double] = "9",
+        /// Angle from the x axis to the ascending node, rad, in (-pi, pi]; 0 where the orbit lies in the plane z = 0.
+        ascending_node_rad: f64 [double] = "10",
+        /// Angle from the ascending node to the perihelion, rad, in [-pi, pi].
+        argument_of_perihelion_rad: f64 [double] = "11",
+        /// Angle from the perihelion to the body, rad, in (-pi, pi].
+        true_anomaly_rad: f64 [double] = "12",
+        /// E - e sin E, rad; NaN on an open orbit.
+        mean_anomaly_rad: f64 [double] = "13",
+        /// Osculating distance of the perihelion, AU.
+        perihelion_au: f64 [double] = "14",
+        /// Osculating distance of the aphelion, AU; NaN on an open orbit.
+        aphelion_au: f64 [double] = "15",
+        /// Osculating period, days; NaN on an open orbit.
+        period_days: f64 [double] = "16",
+        /// How often the force was asked for since the start.
+        force_evaluations: u64 [uint64] = "17",
+    }
+
+    /// Orbit of several bodies: what the exact motion keeps beside the energy, over the total mass.
+    OrbitConserved on "/conserved" {
+        /// x component of sum m r x v / sum m, AU^2/day.
+        angular_momentum_x_au2_per_day: f64 [double] = "1",
+        /// y component of it.
+        angular_momentum_y_au2_per_day: f64 [double] = "2",
+        /// z component of it.
+        angular_momentum_z_au2_per_day: f64 [double] = "3",
+        /// Length of its change since the start over sum m |r| |v| / sum m there, parts per million.
+        angular_momentum_change_ppm: f64 [double] = "4",
+        /// |sum m v| / sum m, AU/day: zero but for rounding.
+        momentum_au_per_day: f64 [double] = "5",
+        /// Distance of the centre of mass from the origin, AU: zero but for rounding.
+        centre_of_mass_au: f64 [double] = "6",
+        /// Smallest distance of two bodies, AU.
+        closest_au: f64 [double] = "7",
+        /// How often the forces were asked for since the start.
+        force_evaluations: u64 [uint64] = "8",
     }
 }

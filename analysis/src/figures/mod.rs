@@ -36,7 +36,7 @@ pub struct Comparison {
 const MOST_POINTS: usize = 1500;
 
 /// A curve without errors, thinned to what shows.
-fn curve(
+pub(crate) fn curve(
     name: impl Into<String>,
     style: Style,
     colour: usize,
@@ -47,7 +47,7 @@ fn curve(
 }
 
 /// A chart with unequal axes.
-fn chart(stem: &str, title: &str, x: Axis, y: Axis, curves: Vec<Curve>) -> Plot {
+pub(crate) fn chart(stem: &str, title: &str, x: Axis, y: Axis, curves: Vec<Curve>) -> Plot {
     let (stem, title) = (stem.to_owned(), title.to_owned());
     Plot::Chart(Chart { stem, title, x, y, equal_aspect: false, curves })
 }

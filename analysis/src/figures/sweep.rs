@@ -70,7 +70,46 @@ pub fn plots(points: &[SweepPoint<'_>]) -> Vec<Plot> {
             plots.extend(plot(points, key, ordinate));
         }
     }
+    plots.extend(cost_against_error(points));
     plots
+}
+
+/// Error of the position against the number of force evaluations, a curve for each method.
+fn cost_against_error(points: &[SweepPoint<'_>]) -> Option<Plot> {
+    const SWEPT: [&str; 2] = ["model.orbit.time_step_days", "model.orbit.tolerance"];
+    let others = |point: &SweepPoint<'_>| {
+        SWEPT.iter().fold(point.coordinates.clone(), |places, key| without(&places, key))
+    };
+    let groups = grouped(points.iter().map(|point| (others(point), point)));
+    let groups = groups.iter().filter(|(_, group)| group.len() > 1).take(MOST_CURVES);
+    let mut curves = Vec::new();
+    for (colour, (others, group)) in groups.enumerate() {
+        let found = group.iter().filter_map(|point| {
+            let value = |name| point.runs.first()?.measurement(name).map(|it| it.estimate.value);
+            let (cost, error) = (value("force_evaluations")?, value("position_error.final")?);
+            (cost > 0.0 && error > 0.0).then(|| Point::bare(cost, error))
+        });
+        let mut points: Vec<Point> = found.collect();
+        points.sort_by(|a, b| a.x.total_cmp(&b.x));
+        if points.len() > 1 {
+            curves.push(Curve {
+                name: coordinates::label(others),
+                style: Style::Data,
+                colour,
+                points,
+            });
+        }
+    }
+    (curves.len() > 1).then(|| {
+        Plot::Chart(Chart {
+            stem: "position_error_vs_cost".to_owned(),
+            title: "Cost against error".to_owned(),
+            x: Axis::logarithmic("force evaluations", ""),
+            y: Axis::logarithmic("position error", "AU"),
+            equal_aspect: false,
+            curves,
+        })
+    })
 }
 
 fn abscissa(point: &SweepPoint<'_>, key: &str) -> Option<f64> {

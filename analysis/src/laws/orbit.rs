@@ -27,6 +27,12 @@ pub const ENERGY: Law = Law { statement: "constant", source: "conservation of en
 /// Conservation of angular momentum, which every symplectic method here keeps.
 pub const ANGULAR_MOMENTUM: Law =
     Law { statement: "constant", source: "kicks along r and drifts along v keep r x v" };
+/// Conservation of the angular momentum of bodies that attract each other.
+pub const MUTUAL_ANGULAR_MOMENTUM: Law =
+    Law { statement: "constant", source: "the forces of a pair are opposite and along its line" };
+/// Kepler's third law, for a body without mass of its own.
+pub const KEPLERS_THIRD: Law =
+    Law { statement: "4 pi^2 a^3 / (GM P^2) = 1", source: "Kepler's third law, in Newton's form" };
 /// Largest energy error of the two lowest symplectic methods.
 pub const SYMPLECTIC_ENERGY: Law = Law {
     statement: "about n h e (1 + sin E0) for semi-implicit Euler, (n h)^2 e for velocity Verlet",
@@ -41,18 +47,19 @@ pub const ENERGY_CONVERGENCE: Law = Law {
     source: "order of the method; one more for RK4 on a nearly circular orbit",
 };
 
-/// Order of an integrator's position error; `None` for the exact solution.
+/// Order of an integrator's position error; `None` for the exact solution and for steps that the method chooses itself, whose
+/// errors are rounding and know no order.
 #[must_use]
 pub const fn order(integrator: OrbitIntegrator) -> Option<f64> {
     match integrator {
         OrbitIntegrator::ExplicitEuler | OrbitIntegrator::SemiImplicitEuler => Some(1.0),
         OrbitIntegrator::VelocityVerlet => Some(2.0),
         OrbitIntegrator::Rk4 | OrbitIntegrator::Yoshida4 => Some(4.0),
-        OrbitIntegrator::Kepler => None,
+        OrbitIntegrator::DormandPrince8 | OrbitIntegrator::Kepler => None,
     }
 }
 
-/// Order of an integrator's energy error; `None` for the exact solution.
+/// Order of an integrator's energy error; `None` where [`order`] is.
 #[must_use]
 pub const fn energy_order(integrator: OrbitIntegrator) -> Option<f64> {
     match integrator {
@@ -61,11 +68,11 @@ pub const fn energy_order(integrator: OrbitIntegrator) -> Option<f64> {
     }
 }
 
-/// One of the orders above for a model; `None` for one that is no orbit.
+/// One of the orders above for a model; `None` for one that is no orbit about the Sun.
 #[must_use]
 pub fn orbit_order(model: &ModelConfig, order: fn(OrbitIntegrator) -> Option<f64>) -> Option<f64> {
     match model {
-        ModelConfig::Orbit(config) => order(config.integrator),
+        ModelConfig::Orbit(config) if config.bodies.is_none() => order(config.integrator),
         _ => None,
     }
 }

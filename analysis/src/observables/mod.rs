@@ -1,5 +1,6 @@
 //! Frames to numbers: one file a model. Frames come one after the other; only scalars of them are kept.
 
+mod bodies;
 pub mod dem;
 pub mod gas;
 pub mod orbit;
@@ -37,6 +38,9 @@ pub fn observer(config: &ModelConfig) -> Box<dyn Observer> {
         ModelConfig::Dem(config) => Box::new(dem::DemRun::new(config.clone())),
         ModelConfig::Gas(config) => Box::new(gas::GasRun::new(config.clone())),
         ModelConfig::Packing(config) => Box::new(packing::PackingRun::new(config.clone())),
+        ModelConfig::Orbit(config) if config.bodies.is_some() => {
+            Box::new(bodies::BodiesRun::new(config))
+        }
         ModelConfig::Orbit(config) => Box::new(orbit::OrbitRun::new(config.clone())),
     }
 }

@@ -7,6 +7,7 @@ use crate::laws::Law;
 use crate::laws::orbit::{self as law, GM_SUN_AU3_PER_DAY2, KeplerOrbit, cross, dot, norm};
 use crate::measurement::Measurement;
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
+use kinetoscope_recording::channels::OrbitElements;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 use std::f64::consts::TAU;
@@ -36,6 +37,7 @@ pub struct OrbitRun {
     pub(crate) config: OrbitConfig,
     pub(crate) exact: Option<KeplerOrbit>,
     pub(crate) stations: Vec<Station>,
+    force_evaluations: Option<u64>,
     /// Unit vectors of the plane of the start: along r0, and across it in the sense of motion.
     plane: [[f64; 3]; 2],
 }
@@ -44,7 +46,13 @@ impl OrbitRun {
     /// Nothing seen yet.
     #[must_use]
     pub fn new(config: OrbitConfig) -> Self {
-        Self { config, exact: None, stations: Vec::new(), plane: [[0.0; 3]; 2] }
+        Self {
+            config,
+            exact: None,
+            stations: Vec::new(),
+            force_evaluations: None,
+            plane: [[0.0; 3]; 2],
+        }
     }
 
     fn begin(&mut self, position: [f64; 3], velocity: [f64; 3]) {
@@ -161,9 +169,48 @@ impl OrbitRun {
     }
 }
 
+impl OrbitRun {
+    /// The period by the clock, and Kepler's third law by it and by the width of the path; none before a revolution is done.
+    fn third_law(&self, least_radius: f64, greatest_radius: f64) -> Vec<Measurement> {
+        let Some(period) = self.period_days() else { return Vec::new() };
+        let axis = (least_radius + greatest_radius) / 2.0;
+        let ratio = TAU * TAU * axis * axis * axis / (GM_SUN_AU3_PER_DAY2 * period * period);
+        let exact = self.exact.as_ref().map(KeplerOrbit::period_days);
+        let from =
+            "/state: time between passes of the direction of the start, mean over the revolutions";
+        let about =
+            "/state: 4 pi^2 a^3/(GM P^2) with a half the sum of the least and the largest |r|";
+        vec![
+            Measurement::new("period.measured", "d", period, from)
+                .against(exact, law::KEPLERS_THIRD),
+            Measurement::new("third_law.ratio", "1", ratio, about).against(1.0, law::KEPLERS_THIRD),
+        ]
+    }
+
+    /// Mean time of a revolution. A pass lies on the line between two frames; it is good to the third power of their
+    /// distance, since the force across the direction of the start is zero there.
+    fn period_days(&self) -> Option<f64> {
+        let across = |station: &Station| dot(station.position_au, self.plane[1]);
+        let passes = self.stations.windows(2).skip(1).filter_map(|pair| {
+            let (before, after) = (across(&pair[0]), across(&pair[1]));
+            let ahead = dot(pair[1].position_au, self.plane[0]) > 0.0;
+            (before < 0.0 && after >= 0.0 && ahead).then(|| {
+                let share = before / (before - after);
+                pair[0].time_days + share * (pair[1].time_days - pair[0].time_days)
+            })
+        });
+        let start = self.stations.first()?.time_days;
+        let (revolutions, last) = passes.fold((0.0, start), |(count, _), time| (count + 1.0, time));
+        (revolutions > 0.0).then(|| (last - start) / revolutions)
+    }
+}
+
 impl Observer for OrbitRun {
     fn see(&mut self, frame: &RecordedFrame) -> Result<(), ReadError> {
-        if let Some((position, velocity)) = frame.state().and_then(planet) {
+        if let Some(elements) = frame.get::<OrbitElements>()? {
+            self.force_evaluations = Some(elements.force_evaluations);
+        }
+        if let Some((position, velocity)) = frame.state().and_then(|state| body(state, 0)) {
             if self.stations.is_empty() {
                 self.begin(position, velocity);
             }
@@ -210,6 +257,12 @@ impl Observer for OrbitRun {
         }));
         let from = "/state: |v x L/GM - r/|r||, change from the first frame to the last";
         found.push(Measurement::new("eccentricity_vector.change", "1", change, from));
+        found.extend(self.third_law(least, greatest));
+        let from = "/orbit: force evaluations, last frame";
+        found.extend(
+            self.force_evaluations
+                .map(|count| Measurement::new("force_evaluations", "1", count as f64, from)),
+        );
         found
     }
 
@@ -218,9 +271,9 @@ impl Observer for OrbitRun {
     }
 }
 
-/// Position and velocity of the first particle.
-fn planet(state: &StateTable) -> Option<([f64; 3], [f64; 3])> {
-    let value = |name: &str| state.value(0, name);
+/// Position and velocity of a particle.
+pub(super) fn body(state: &StateTable, row: usize) -> Option<([f64; 3], [f64; 3])> {
+    let value = |name: &str| state.value(row, name);
     let position = [value("x")?, value("y")?, value("z")?];
     let velocity = [value("vx")?, value("vy")?, value("vz")?];
     Some((position, velocity))

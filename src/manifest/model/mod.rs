@@ -9,7 +9,7 @@ pub use dem::{DemConfig, DemIntegrator, DiscRadius, Dissipation, ForceTail, Stab
 pub use gas::{
     BoltzmannConstant, GasConfig, Propagation, SpeedDistribution, SpeedScale, TemperatureDefinition,
 };
-pub use orbit::{OrbitConfig, OrbitIntegrator, OrbitStart};
+pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitSummation};
 pub use packing::{InitialVelocities, PackingConfig, PackingPlacement, RunLength};
 
 use crate::diagnostics::{Diagnostic, nearest};

@@ -2,19 +2,25 @@
 
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
-use crate::quantity::{Finite, Positive, StepBelowOneDay};
+use crate::quantity::{Finite, NonNegative, Positive, StepBelowOneDay, StepTolerance};
 use crate::tree::{Node, Value};
-use crate::value::{TomlValue, word, words};
+use crate::value::{TomlValue, refuse, word, words};
 use serde_json::{Value as Json, json};
 
-/// All physics of an orbit run. The Sun is fixed at the origin.
+/// All physics of an orbit run. The Sun is fixed at the origin, unless several bodies attract each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrbitConfig {
     /// Where the Earth is and how it moves at the start.
     pub start: OrbitStart,
+    /// In place of a start: bodies that attract each other, at least two, one of them with mass.
+    pub bodies: Option<Vec<OrbitBody>>,
     /// How the equation of motion is discretised.
     pub integrator: OrbitIntegrator,
-    /// Time step, days; below one day, by the source document.
+    /// How what is added to positions and velocities is rounded.
+    pub summation: OrbitSummation,
+    /// Largest error of a step that the adaptive method chooses, of position and velocity relative to their lengths.
+    pub tolerance: StepTolerance,
+    /// Time step, days; below one day, by the source document. Of the adaptive method the first step to try.
     pub time_step_days: Positive,
     /// Simulated time, days.
     pub duration_days: Positive,
@@ -49,8 +55,30 @@ pub enum OrbitIntegrator {
     Rk4,
     /// Yoshida's fourth-order symplectic composition.
     Yoshida4,
+    /// Dormand and Prince's method of order 8 in steps of its own.
+    DormandPrince8,
     /// The exact solution of the two-body problem.
     Kepler,
+}
+
+/// How sums of positions and velocities are rounded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum OrbitSummation {
+    /// At every addition, as the source document's equations read.
+    Plain,
+    /// What an addition rounds off is added with the next one.
+    Compensated,
+}
+
+/// One of several bodies that attract each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OrbitBody {
+    /// Gravitational constant times mass, AU^3/day^2; zero for a body that attracts nobody.
+    pub gm_au3_per_day2: NonNegative,
+    /// Position, AU.
+    pub position_au: [Finite; 3],
+    /// Velocity, AU/day.
+    pub velocity_au_per_day: [Finite; 3],
 }
 
 impl Default for OrbitConfig {
@@ -58,7 +86,10 @@ impl Default for OrbitConfig {
     fn default() -> Self {
         Self {
             start: OrbitStart::Document,
+            bodies: None,
             integrator: OrbitIntegrator::ExplicitEuler,
+            summation: OrbitSummation::Plain,
+            tolerance: const { StepTolerance::literal(1e-13) },
             time_step_days: const { Positive::literal(0.25) },
             duration_days: const { Positive::literal(365.25) },
         }
@@ -71,24 +102,53 @@ words!(pub OrbitIntegrator {
     VelocityVerlet = "velocity-verlet",
     Rk4 = "rk4",
     Yoshida4 = "yoshida4",
+    DormandPrince8 = "dormand-prince8",
     Kepler = "kepler",
+});
+
+words!(pub OrbitSummation {
+    Plain = "plain",
+    Compensated = "compensated",
 });
 
 impl OrbitConfig {
     /// The keys of `[model.orbit]`, in the order of the canonical manifest.
     pub(crate) fn keys(&mut self, keys: &mut impl Keys) {
-        keys.key(
-            "start",
+        if self.bodies.is_none() {
+            keys.key(
+                "start",
+                "",
+                "State at the start: document is the barycentric one as printed, heliocentric \
+                the same day relative to the Sun, or { position_au, velocity_au_per_day }.",
+                &mut self.start,
+            );
+        }
+        self.bodies = keys.optional(
+            "bodies",
             "",
-            "State at the start: document is the barycentric one as printed, heliocentric \
-            the same day relative to the Sun, or { position_au, velocity_au_per_day }.",
-            &mut self.start,
+            "In place of start: two bodies or more that attract each other, each \
+            { gm_au3_per_day2, position_au, velocity_au_per_day }. Their centre of mass is put at rest in the origin.",
+            self.bodies.take(),
         );
+        keys.exclusive(&["start", "bodies"]);
         keys.key(
             "integrator",
             "",
-            "How the equation of motion is discretised; kepler is the exact solution.",
+            "How the equation of motion is discretised; dormand-prince8 chooses its own steps, kepler is the exact solution.",
             &mut self.integrator,
+        );
+        keys.key(
+            "summation",
+            "",
+            "Whether each addition to positions and velocities is rounded (plain), or what it rounds off is \
+            kept and added with the next one (compensated).",
+            &mut self.summation,
+        );
+        keys.key(
+            "tolerance",
+            "1",
+            "Largest error of a step of dormand-prince8, of position and velocity relative to their lengths.",
+            &mut self.tolerance,
         );
         // The default is a quarter of a day, which is in both ranges.
         if let Some(step) = keys.optional(
@@ -106,6 +166,18 @@ impl OrbitConfig {
     pub(crate) fn check(&mut self, table: &mut Reader<'_>) {
         let steps = self.duration_days.get() / self.time_step_days.get();
         super::at_least_one_step(steps, table, &["time_step_days", "duration_days"]);
+        let Some(bodies) = &self.bodies else { return };
+        if self.integrator == OrbitIntegrator::Kepler {
+            table.refuse(
+                &["bodies", "integrator"],
+                "several bodies have no exact solution",
+                "\"kepler\" moves one body about the Sun",
+            );
+        }
+        if bodies.len() < 2 || bodies.iter().all(|body| body.gm_au3_per_day2.get() == 0.0) {
+            let title = "`model.orbit.bodies` attract nobody";
+            table.refuse(&["bodies"], title, "needs at least two bodies, one of them with mass");
+        }
     }
 }
 
@@ -149,5 +221,48 @@ impl TomlValue for OrbitStart {
             "required": ["position_au", "velocity_au_per_day"],
             "additionalProperties": false
         }] })
+    }
+}
+
+impl TomlValue for OrbitBody {
+    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+        let Value::Table(table) = &node.value else {
+            let what = "a table { gm_au3_per_day2, position_au, velocity_au_per_day }";
+            refuse(node, name, what, errors);
+            return None;
+        };
+        let mut reader = Reader::new(name, table, errors);
+        let gm_au3_per_day2 = reader.required("gm_au3_per_day2", node.span);
+        let position_au = reader.required("position_au", node.span);
+        let velocity_au_per_day = reader.required("velocity_au_per_day", node.span);
+        reader.finish();
+        Some(Self {
+            gm_au3_per_day2: gm_au3_per_day2?,
+            position_au: position_au?,
+            velocity_au_per_day: velocity_au_per_day?,
+        })
+    }
+
+    fn write(&self) -> String {
+        format!(
+            "{{ gm_au3_per_day2 = {}, position_au = {}, velocity_au_per_day = {} }}",
+            self.gm_au3_per_day2.write(),
+            self.position_au.write(),
+            self.velocity_au_per_day.write()
+        )
+    }
+
+    fn schema() -> Json {
+        let vector = <[Finite; 3]>::schema();
+        json!({
+            "type": "object",
+            "properties": {
+                "gm_au3_per_day2": NonNegative::schema(),
+                "position_au": vector,
+                "velocity_au_per_day": vector
+            },
+            "required": ["gm_au3_per_day2", "position_au", "velocity_au_per_day"],
+            "additionalProperties": false
+        })
     }
 }

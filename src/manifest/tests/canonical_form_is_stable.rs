@@ -5,7 +5,9 @@
 #![allow(clippy::unwrap_used)]
 
 use kinetoscope_manifest::model::*;
-use kinetoscope_manifest::quantity::{BoxSide, Finite, NonNegative, Positive, Share};
+use kinetoscope_manifest::quantity::{
+    BoxSide, Finite, NonNegative, Positive, Share, StepTolerance,
+};
 use kinetoscope_manifest::record::{Compression, RecordConfig, RecordInterval};
 use kinetoscope_manifest::{RunManifest, content_key, parse, parse_run};
 use std::num::{NonZeroU32, NonZeroU64};
@@ -312,7 +314,21 @@ impl Numbers {
         }
     }
 
+    fn orbit_body(&mut self) -> OrbitBody {
+        OrbitBody {
+            gm_au3_per_day2: NonNegative::new(self.share().get()).unwrap(),
+            position_au: [self.finite(), self.finite(), self.finite()],
+            velocity_au_per_day: [self.finite(), self.finite(), self.finite()],
+        }
+    }
+
     fn orbit(&mut self) -> OrbitConfig {
+        if self.below(3) == 0 {
+            return OrbitConfig {
+                bodies: Some(vec![self.orbit_body(), self.orbit_body(), self.orbit_body()]),
+                ..OrbitConfig::default()
+            };
+        }
         OrbitConfig {
             start: match self.below(3) {
                 0 => OrbitStart::Document,
@@ -327,7 +343,10 @@ impl Numbers {
                 OrbitIntegrator::Yoshida4,
                 OrbitIntegrator::Kepler,
                 OrbitIntegrator::VelocityVerlet,
-            ][self.below(4) as usize],
+                OrbitIntegrator::DormandPrince8,
+            ][self.below(5) as usize],
+            summation: [OrbitSummation::Plain, OrbitSummation::Compensated][self.below(2) as usize],
+            tolerance: StepTolerance::new(1e-3 * self.share().get() + 1e-15).unwrap(),
             time_step_days: Positive::new(0.999 * self.share().get()).unwrap(),
             ..OrbitConfig::default()
         }

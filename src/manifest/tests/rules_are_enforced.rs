@@ -252,6 +252,33 @@ fn orbits_start_outside_the_sun() {
         "\"document\", \"heliocentric\" or { position_au",
     );
     refused("[model.orbit]\nduration_days = 0.1 # <-", "shorter than one time step");
+    refused("[model.orbit]\ntime_step_days = 0 # <-", "must be a number in (0, 1)");
+    refused("[model.orbit]\ntime_step_days = -0.25 # <-", "must be a number in (0, 1)");
+    refused("[model.orbit]\nduration_days = 0 # <-", "must be a number > 0");
+    refused("[model.orbit]\ntolerance = 1e-16 # <-", "must be a number in [1e-15, 0.01]");
+}
+
+#[test]
+fn several_bodies_attract_each_other() {
+    const SUN: &str =
+        "{ gm_au3_per_day2 = 1, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }";
+    const EARTH: &str =
+        "{ gm_au3_per_day2 = 0, position_au = [1, 0, 0], velocity_au_per_day = [0, 1, 0] }";
+    let orbit = |rest: &str| format!("[model.orbit]\n{rest}");
+    accepted(&orbit(&format!("bodies = [{SUN}, {EARTH}]")));
+    refused(&orbit(&format!("bodies = [{SUN}] # <-")), "needs at least two bodies");
+    refused(&orbit(&format!("bodies = [{EARTH}, {EARTH}] # <-")), "one of them with mass");
+    refused(
+        &orbit(&format!("bodies = [{SUN}, {EARTH}]\nintegrator = \"kepler\" # <-")),
+        "moves one body about the Sun",
+    );
+    refused(
+        &orbit(&format!("bodies = [{SUN}, {EARTH}]\nstart = \"heliocentric\" # <-")),
+        "keep one of them",
+    );
+    let massless = SUN.replace("= 1,", "= -1,");
+    refused(&orbit(&format!("bodies = [{EARTH}, {massless}] # <-")), "must be a number >= 0");
+    refused(&orbit("bodies = [1] # <-"), "a table { gm_au3_per_day2");
 }
 
 #[test]

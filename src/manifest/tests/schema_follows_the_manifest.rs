@@ -56,7 +56,8 @@ fn reader_and_schema_know_the_same_keys() {
 #[test]
 fn every_key_has_its_meaning_unit_range_and_default() {
     /// Keys without a default of their own: the other way to say what another key says, or nothing at all.
-    const NO_DEFAULT: [&str; 13] = [
+    const NO_DEFAULT: [&str; 14] = [
+        "bodies",
         "damping_n_s_per_m",
         "time_step_s",
         "max_speed_m_per_s",
@@ -164,6 +165,8 @@ fn the_canonical_form_writes_every_key_of_the_schema() {
         "[model.packing]\nduration = 1\n[record]\nevery_time = 1\nchannels = []",
         "[model.packing]\n[record]\nevery_collisions = 1",
         "[model.orbit]\n[record]\nevery_days = 1",
+        "[model.orbit]\nbodies = [{ gm_au3_per_day2 = 1, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, \
+         { gm_au3_per_day2 = 0, position_au = [1, 0, 0], velocity_au_per_day = [0, 1, 0] }]",
         "[model.dem]",
         "[model.gas]",
     ];

@@ -1,8 +1,8 @@
 //! The orbit that a state belongs to: its osculating elements.
 
-use super::motion::{State, angular_momentum, dot, energy, length};
+use super::motion::{State, angular_momentum, cross, dot, energy, length};
 use crate::constants::GM_SUN_AU3_PER_DAY2;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Elements of the conic that the body would follow from here without error. Lengths in AU, times in days, angles in rad.
 ///
@@ -21,6 +21,12 @@ pub struct Elements {
     pub perihelion: f64,
     /// Angle between r x v and the z axis, rad.
     pub inclination: f64,
+    /// Angle from the x axis to where the body rises through the plane z = 0, rad, in (-pi, pi]; 0 where it never does.
+    pub ascending_node: f64,
+    /// Angle from the ascending node to the perihelion, rad, in [-pi, pi]; of a circle as if it were at its perihelion now.
+    pub argument_of_perihelion: f64,
+    /// Angle from the perihelion to the body, rad, in (-pi, pi].
+    pub true_anomaly: f64,
     /// What only a closed orbit has.
     pub bound: Option<BoundElements>,
 }
@@ -61,6 +67,16 @@ impl Elements {
             }
         });
         let across = (momentum[0] * momentum[0] + momentum[1] * momentum[1]).sqrt();
+        // Adding zero turns -0.0 into 0.0, which atan2 tells apart.
+        let ascending_node = libm::atan2(momentum[0] + 0.0, -momentum[1] + 0.0);
+        let true_anomaly = libm::atan2(transverse, radial);
+        let (sine, cosine) = (libm::sin(ascending_node), libm::cos(ascending_node));
+        let towards_node = [cosine, sine, 0.0];
+        let ahead_of_node = cross(momentum, towards_node);
+        let from_node = libm::atan2(
+            dot(state.position, ahead_of_node),
+            dot(state.position, towards_node) * magnitude,
+        );
         Self {
             energy,
             angular_momentum: magnitude,
@@ -68,7 +84,21 @@ impl Elements {
             eccentricity,
             perihelion: semi_latus_rectum / (1.0 + eccentricity),
             inclination: libm::atan2(across, momentum[2]),
+            ascending_node,
+            argument_of_perihelion: within_half_a_turn(from_node - true_anomaly),
+            true_anomaly,
             bound,
         }
+    }
+}
+
+/// The same angle in [-pi, pi].
+fn within_half_a_turn(angle: f64) -> f64 {
+    if angle > PI {
+        angle - TAU
+    } else if angle < -PI {
+        angle + TAU
+    } else {
+        angle
     }
 }

@@ -3,7 +3,7 @@
 use super::elements::Elements;
 use super::kepler::Kepler;
 use super::motion::length;
-use super::step::Integrator;
+use super::tables::Integrator;
 use crate::constants::GM_SUN_AU3_PER_DAY2;
 
 /// What the drawing leaves free around the path, as a factor.

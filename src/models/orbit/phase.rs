@@ -30,6 +30,13 @@ impl Plane {
         libm::atan2(across + 0.0, ahead)
     }
 
+    /// Whether [`Plane::angle`] is at least zero.
+    #[inline]
+    #[must_use]
+    pub fn is_first_half(&self, position: [f64; 3]) -> bool {
+        dot(position, self.across) >= 0.0
+    }
+
     /// How [`Plane::angle`] jumps on the straight way from one position to the next, in whole turns: 1 where it crosses
     /// the branch (opposite the start) forwards, -1 backwards, else 0. A way spans less than half a turn.
     #[inline]

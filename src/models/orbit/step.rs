@@ -1,152 +1,197 @@
-//! How the equation of motion is discretised: one step of length h (days) of each method.
+//! How a table of `tables` moves bodies: one step of length h (days).
 //!
 //! The order of the operations is part of the results' bits. Nothing is fused.
 
-use super::motion::{State, acceleration_over_position, add_scaled, scaled};
-use kinetoscope_manifest::model::OrbitIntegrator;
-use serde::{Deserialize, Serialize};
+use super::motion::{FixedSun, Force, Phase, State};
+use super::tables::{Splitting, Substep, Tableau};
 
-/// The method by which the body is moved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Integrator {
-    /// [`explicit_euler`].
-    ExplicitEuler,
-    /// [`SEMI_IMPLICIT_EULER`].
-    SemiImplicitEuler,
-    /// [`VELOCITY_VERLET`].
-    VelocityVerlet,
-    /// [`runge_kutta_4`].
-    Rk4,
-    /// [`YOSHIDA_4`].
-    Yoshida4,
-    /// No steps: the exact solution, `super::kepler`.
-    Kepler,
+/// Bodies on their way: where they are, and the force there, which one step hands on to the next.
+///
+/// With `COMPENSATED` sums, what each addition to r and v rounds off is kept and added with the next one (Kahan, Comm. ACM
+/// 8, 40, 1965; the exact error of a sum by Knuth's six operations), so that a million steps round like one.
+#[derive(Debug)]
+pub struct Walker<'a, F: Force, const COMPENSATED: bool> {
+    force: &'a F,
+    /// Where the bodies are and how they move.
+    pub phase: Phase<F::Vector>,
+    /// What sums have rounded off and not yet added; zeros where sums are plain.
+    pub lost: Phase<F::Vector>,
+    /// a(r).
+    acceleration: F::Vector,
 }
 
-impl Integrator {
-    /// The name in the manifest.
+/// What every table can do.
+pub trait Method {
+    /// How often a step asks for the force.
+    fn evaluations(&self) -> u64;
+
+    /// One step.
+    fn step<F: Force, const COMPENSATED: bool>(
+        &self,
+        walker: &mut Walker<'_, F, COMPENSATED>,
+        h: f64,
+    );
+}
+
+impl<'a, F: Force, const COMPENSATED: bool> Walker<'a, F, COMPENSATED> {
+    /// Bodies at a place; `lost` as another walker left it, or zeros.
+    #[inline]
     #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::ExplicitEuler => "explicit-euler",
-            Self::SemiImplicitEuler => "semi-implicit-euler",
-            Self::VelocityVerlet => "velocity-verlet",
-            Self::Rk4 => "rk4",
-            Self::Yoshida4 => "yoshida4",
-            Self::Kepler => "kepler",
+    pub fn new(force: &'a F, phase: Phase<F::Vector>, lost: Phase<F::Vector>) -> Self {
+        let mut acceleration = phase.position.clone();
+        force.accelerations(&phase.position, &mut acceleration);
+        Self { force, phase, lost, acceleration }
+    }
+
+    /// (v, a(r)).
+    #[inline]
+    fn slope(&self) -> Phase<F::Vector> {
+        Phase { position: self.phase.velocity.clone(), velocity: self.acceleration.clone() }
+    }
+
+    #[inline]
+    fn kick(&mut self, h: f64) {
+        let (sums, lost) = (self.phase.velocity.as_mut(), self.lost.velocity.as_mut());
+        for ((sum, lost), rate) in sums.iter_mut().zip(lost).zip(self.acceleration.as_ref()) {
+            add::<COMPENSATED>(sum, lost, rate * h);
         }
+    }
+
+    #[inline]
+    fn drift(&mut self, h: f64) {
+        let (sums, lost) = (self.phase.position.as_mut(), self.lost.position.as_mut());
+        for ((sum, lost), rate) in sums.iter_mut().zip(lost).zip(self.phase.velocity.as_ref()) {
+            add::<COMPENSATED>(sum, lost, rate * h);
+        }
+        self.force.accelerations(&self.phase.position, &mut self.acceleration);
     }
 }
 
-impl From<OrbitIntegrator> for Integrator {
-    fn from(integrator: OrbitIntegrator) -> Self {
-        match integrator {
-            OrbitIntegrator::ExplicitEuler => Self::ExplicitEuler,
-            OrbitIntegrator::SemiImplicitEuler => Self::SemiImplicitEuler,
-            OrbitIntegrator::VelocityVerlet => Self::VelocityVerlet,
-            OrbitIntegrator::Rk4 => Self::Rk4,
-            OrbitIntegrator::Yoshida4 => Self::Yoshida4,
-            OrbitIntegrator::Kepler => Self::Kepler,
-        }
-    }
-}
-
-/// One exact half of the motion, for a share of the step; a symplectic method is a list of these.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Substep {
-    /// v += a(r) w h.
-    Kick(f64),
-    /// r += v w h.
-    Drift(f64),
-}
-use Substep::{Drift, Kick};
-
-/// Symplectic Euler, order 1: v(n+1) = v(n) + a(r(n)) h, r(n+1) = r(n) + v(n+1) h.
-pub const SEMI_IMPLICIT_EULER: [Substep; 2] = [Kick(1.0), Drift(1.0)];
-
-/// Velocity Verlet, order 2 (Swope et al. 1982): half kick, drift, half kick. Symplectic and reversible in time.
-pub const VELOCITY_VERLET: [Substep; 3] = [Kick(0.5), Drift(1.0), Kick(0.5)];
-
-/// Yoshida's fourth-order symplectic method (Phys. Lett. A 150, 262, 1990, equations 2.11 and 2.12): Verlet steps of
-/// w1 h, w0 h and w1 h.
-pub const YOSHIDA_4: [Substep; 9] = [
-    Kick(0.5 * YOSHIDA_W1),
-    Drift(YOSHIDA_W1),
-    Kick(0.5 * YOSHIDA_W1),
-    Kick(0.5 * YOSHIDA_W0),
-    Drift(YOSHIDA_W0),
-    Kick(0.5 * YOSHIDA_W0),
-    Kick(0.5 * YOSHIDA_W1),
-    Drift(YOSHIDA_W1),
-    Kick(0.5 * YOSHIDA_W1),
-];
-/// w1 = 1 / (2 - 2^(1/3)).
-const YOSHIDA_W1: f64 = 1.0 / (2.0 - CUBE_ROOT_OF_2);
-/// w0 = -2^(1/3) / (2 - 2^(1/3)), so that 2 w1 + w0 = 1 and 2 w1^3 + w0^3 = 0.
-const YOSHIDA_W0: f64 = -CUBE_ROOT_OF_2 / (2.0 - CUBE_ROOT_OF_2);
-const CUBE_ROOT_OF_2: f64 = 1.259_921_049_894_873_2;
-
-/// One step of a composition of kicks and drifts.
+/// sum += term.
 #[inline]
-#[must_use]
-pub fn composed(substeps: &[Substep], start: State, h: f64) -> State {
-    let State { mut position, mut velocity } = start;
-    for &substep in substeps {
-        match substep {
-            Kick(share) => {
-                let acceleration = acceleration(position);
-                velocity = add_scaled(velocity, acceleration, share * h);
+fn add<const COMPENSATED: bool>(sum: &mut f64, lost: &mut f64, term: f64) {
+    if COMPENSATED {
+        let term = term + *lost;
+        let next = *sum + term;
+        let added = next - *sum;
+        *lost = (*sum - (next - added)) + (term - added);
+        *sum = next;
+    } else {
+        *sum += term;
+    }
+}
+
+impl<const N: usize> Method for Splitting<N> {
+    fn evaluations(&self) -> u64 {
+        let drifts = self.0.iter().filter(|substep| matches!(substep, Substep::Drift(_)));
+        drifts.count() as u64
+    }
+
+    #[inline]
+    fn step<F: Force, const COMPENSATED: bool>(
+        &self,
+        walker: &mut Walker<'_, F, COMPENSATED>,
+        h: f64,
+    ) {
+        for substep in self.0 {
+            match substep {
+                Substep::Kick(share) => walker.kick(share * h),
+                Substep::Drift(share) => walker.drift(share * h),
             }
-            Drift(share) => position = add_scaled(position, velocity, share * h),
         }
     }
-    State { position, velocity }
 }
 
-/// The orbit document's method, order 1: r(n+1) = r(n) + v(n) h (equation 15), v(n+1) = v(n) + a(r(n)) h (equation 16).
-#[inline]
-#[must_use]
-pub fn explicit_euler(start: State, h: f64) -> State {
-    let State { position, velocity } = start;
-    State {
-        position: add_scaled(position, velocity, h),
-        velocity: add_scaled(velocity, acceleration(position), h),
+impl<const S: usize> Method for Tableau<S> {
+    fn evaluations(&self) -> u64 {
+        S as u64
+    }
+
+    #[inline]
+    fn step<F: Force, const COMPENSATED: bool>(
+        &self,
+        walker: &mut Walker<'_, F, COMPENSATED>,
+        h: f64,
+    ) {
+        let slopes = self.slopes(walker, h);
+        self.finish(walker, &slopes, h);
     }
 }
 
-/// The classical Runge–Kutta method, order 4 (Kutta 1901):
-/// y(n+1) = y(n) + (h/6) (k1 + 2 k2 + 2 k3 + k4) for y = (r, v), y' = (v, a(r)).
+impl<const S: usize> Tableau<S> {
+    /// k_1 to k_S.
+    #[inline]
+    pub(super) fn slopes<F: Force, const COMPENSATED: bool>(
+        &self,
+        walker: &Walker<'_, F, COMPENSATED>,
+        h: f64,
+    ) -> [Phase<F::Vector>; S] {
+        let mut slopes: [Phase<F::Vector>; S] = std::array::from_fn(|_| walker.slope());
+        for stage in 1..S {
+            let mut position = walker.phase.position.clone();
+            let mut velocity = walker.phase.velocity.clone();
+            for (axis, sum) in position.as_mut().iter_mut().enumerate() {
+                *sum +=
+                    weighted(&self.stages[stage], |slope| slopes[slope].position.as_ref()[axis])
+                        * h;
+            }
+            for (axis, sum) in velocity.as_mut().iter_mut().enumerate() {
+                *sum +=
+                    weighted(&self.stages[stage], |slope| slopes[slope].velocity.as_ref()[axis])
+                        * h;
+            }
+            walker.force.accelerations(&position, &mut slopes[stage].velocity);
+            slopes[stage].position = velocity;
+        }
+        slopes
+    }
+
+    /// y + (h / divisor) sum of weights times slopes, and the force there.
+    #[inline]
+    pub(super) fn finish<F: Force, const COMPENSATED: bool>(
+        &self,
+        walker: &mut Walker<'_, F, COMPENSATED>,
+        slopes: &[Phase<F::Vector>; S],
+        h: f64,
+    ) {
+        let h = h / self.divisor;
+        let Phase { position, velocity } = &mut walker.phase;
+        let sums = position.as_mut().iter_mut().zip(walker.lost.position.as_mut());
+        for (axis, (sum, lost)) in sums.enumerate() {
+            let rate = weighted(&self.weights, |slope| slopes[slope].position.as_ref()[axis]);
+            add::<COMPENSATED>(sum, lost, rate * h);
+        }
+        let sums = velocity.as_mut().iter_mut().zip(walker.lost.velocity.as_mut());
+        for (axis, (sum, lost)) in sums.enumerate() {
+            let rate = weighted(&self.weights, |slope| slopes[slope].velocity.as_ref()[axis]);
+            add::<COMPENSATED>(sum, lost, rate * h);
+        }
+        walker.force.accelerations(&walker.phase.position, &mut walker.acceleration);
+    }
+}
+
+/// Sum over the slopes, in their order, of weight times component.
+#[inline]
+pub(super) fn weighted<const S: usize>(
+    weights: &[f64; S],
+    component: impl Fn(usize) -> f64,
+) -> f64 {
+    // To minus zero anything may be added without a change of its bits.
+    let mut sum = -0.0;
+    for (slope, weight) in weights.iter().enumerate() {
+        if *weight != 0.0 {
+            sum += weight * component(slope);
+        }
+    }
+    sum
+}
+
+/// One step of a light body about the Sun, with plain sums.
 #[inline]
 #[must_use]
-pub fn runge_kutta_4(start: State, h: f64) -> State {
-    let first = rate(start);
-    let second = rate(moved(start, first, h / 2.0));
-    let third = rate(moved(start, second, h / 2.0));
-    let fourth = rate(moved(start, third, h));
-    let total = |k1: [f64; 3], k2: [f64; 3], k3: [f64; 3], k4: [f64; 3]| {
-        std::array::from_fn(|axis| k1[axis] + 2.0 * k2[axis] + 2.0 * k3[axis] + k4[axis])
-    };
-    let sum = State {
-        position: total(first.position, second.position, third.position, fourth.position),
-        velocity: total(first.velocity, second.velocity, third.velocity, fourth.velocity),
-    };
-    moved(start, sum, h / 6.0)
-}
-
-/// a(r), AU/day^2.
-fn acceleration(position: [f64; 3]) -> [f64; 3] {
-    scaled(position, acceleration_over_position(position))
-}
-
-/// (v, a(r)): what position and velocity change by in a day.
-fn rate(state: State) -> State {
-    State { position: state.velocity, velocity: acceleration(state.position) }
-}
-
-/// y + y' h.
-fn moved(state: State, rate: State, h: f64) -> State {
-    State {
-        position: add_scaled(state.position, rate.position, h),
-        velocity: add_scaled(state.velocity, rate.velocity, h),
-    }
+pub fn stepped(method: &impl Method, start: State, h: f64) -> State {
+    let zeros = Phase { position: [0.0; 3], velocity: [0.0; 3] };
+    let mut walker = Walker::<_, false>::new(&FixedSun, start, zeros);
+    method.step(&mut walker, h);
+    walker.phase
 }

@@ -1,0 +1,158 @@
+//! What is seen of several bodies that attract each other: energy, momenta, and whether they come back, all from `/state`.
+
+use super::dem::largest_or_nan;
+use super::{Observer, relative_change};
+use crate::figures::{Figures, chart, curve};
+use crate::laws::orbit::{self as law, cross, dot, norm};
+use crate::measurement::Measurement;
+use crate::plot::{Axis, Chart, Curve, Plot, Point, Style};
+use kinetoscope_manifest::model::OrbitConfig;
+use kinetoscope_recording::channels::OrbitConserved;
+use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::reader::{RecordedFrame, StateTable};
+
+/// All bodies at one instant; sums over the total mass.
+#[derive(Clone, Debug)]
+struct Instant {
+    time_days: f64,
+    /// AU.
+    positions: Vec<[f64; 3]>,
+    /// AU^2/day^2.
+    energy: f64,
+    /// AU^2/day.
+    angular_momentum: [f64; 3],
+    /// sum m |r| |v|, AU^2/day.
+    angular_scale: f64,
+}
+
+/// Several bodies while their frames go by.
+#[derive(Clone, Debug)]
+pub(super) struct BodiesRun {
+    /// G m of each, AU^3/day^2.
+    gravitational_parameters: Vec<f64>,
+    instants: Vec<Instant>,
+    force_evaluations: Option<u64>,
+}
+
+impl BodiesRun {
+    pub(super) fn new(config: &OrbitConfig) -> Self {
+        let bodies = config.bodies.iter().flatten();
+        Self {
+            gravitational_parameters: bodies.map(|body| body.gm_au3_per_day2.get()).collect(),
+            instants: Vec::new(),
+            force_evaluations: None,
+        }
+    }
+
+    fn instant(&self, time_days: f64, state: &StateTable) -> Option<Instant> {
+        let total: f64 = self.gravitational_parameters.iter().sum();
+        let mut instant = Instant {
+            time_days,
+            positions: Vec::new(),
+            energy: 0.0,
+            angular_momentum: [0.0; 3],
+            angular_scale: 0.0,
+        };
+        for (row, parameter) in self.gravitational_parameters.iter().enumerate() {
+            let (position, velocity) = super::orbit::body(state, row)?;
+            let share = parameter / total;
+            instant.energy += 0.5 * share * dot(velocity, velocity);
+            for (other, earlier) in self.gravitational_parameters.iter().zip(&instant.positions) {
+                let apart: [f64; 3] = std::array::from_fn(|axis| position[axis] - earlier[axis]);
+                instant.energy -= share * other / norm(apart);
+            }
+            let momentum = cross(position, velocity);
+            for (sum, component) in instant.angular_momentum.iter_mut().zip(momentum) {
+                *sum += share * component;
+            }
+            instant.angular_scale += share * norm(position) * norm(velocity);
+            instant.positions.push(position);
+        }
+        Some(instant)
+    }
+}
+
+impl Observer for BodiesRun {
+    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ReadError> {
+        if let Some(conserved) = frame.get::<OrbitConserved>()? {
+            self.force_evaluations = Some(conserved.force_evaluations);
+        }
+        let instant = frame.state().and_then(|state| self.instant(frame.clock.time, state));
+        self.instants.extend(instant);
+        Ok(())
+    }
+
+    fn measurements(&self) -> Vec<Measurement> {
+        let (Some(first), Some(last)) = (self.instants.first(), self.instants.last()) else {
+            return Vec::new();
+        };
+        let from = "/state: (E - E0)/|E0| of all bodies, last frame";
+        let drift = relative_change(last.energy, first.energy);
+        let mut found = vec![
+            Measurement::new("energy.drift_relative", "1", drift, from).against(0.0, law::ENERGY),
+        ];
+        let largest =
+            |of: &dyn Fn(&Instant) -> f64| self.instants.iter().map(of).fold(0.0, largest_or_nan);
+        let error = largest(&|instant| relative_change(instant.energy, first.energy).abs());
+        let from = "/state: largest |E - E0|/|E0| of the frames";
+        found.push(Measurement::new("energy.largest_error_relative", "1", error, from));
+        let turned = largest(&|instant| {
+            let change = std::array::from_fn(|axis| {
+                instant.angular_momentum[axis] - first.angular_momentum[axis]
+            });
+            norm(change) / first.angular_scale
+        });
+        let from = "/state: largest |L - L0| / sum of m |r| |v| at the start";
+        found.push(
+            Measurement::new("angular_momentum.largest_change_relative", "1", turned, from)
+                .against(0.0, law::MUTUAL_ANGULAR_MOMENTUM),
+        );
+        let missed = first
+            .positions
+            .iter()
+            .zip(&last.positions)
+            .map(|(start, end)| norm(std::array::from_fn(|axis| end[axis] - start[axis])));
+        let from = "/state: largest distance of a body from its start, last frame";
+        found.push(Measurement::new(
+            "return_distance.final",
+            "AU",
+            missed.fold(0.0, largest_or_nan),
+            from,
+        ));
+        let from = "/conserved: force evaluations, last frame";
+        found.extend(
+            self.force_evaluations
+                .map(|count| Measurement::new("force_evaluations", "1", count as f64, from)),
+        );
+        found
+    }
+
+    fn figures(&self) -> Figures {
+        let Some(first) = self.instants.first() else { return Figures::default() };
+        // Neighbours of a closed path are not at its extremes: it is thinned by taking every so many frames.
+        let stride = self.instants.len().div_ceil(2000).max(1);
+        let paths = (0..first.positions.len()).map(|body| {
+            let instants = self.instants.iter().step_by(stride);
+            let positions = instants.map(|instant| instant.positions[body]);
+            let points = positions.map(|position| Point::bare(position[0], position[1]));
+            let name = format!("body {body}");
+            Curve { name, style: Style::Line, colour: body, points: points.collect() }
+        });
+        let path = Plot::Chart(Chart {
+            stem: "path".to_owned(),
+            title: "Paths about the centre of mass".to_owned(),
+            x: Axis::linear("x", "AU"),
+            y: Axis::linear("y", "AU"),
+            equal_aspect: true,
+            curves: paths.collect(),
+        });
+        let drifts = self
+            .instants
+            .iter()
+            .map(|instant| (instant.time_days, relative_change(instant.energy, first.energy)));
+        let curves = vec![curve("measured", Style::Line, 0, drifts)];
+        let (x, y) = (Axis::linear("time", "days"), Axis::linear("(E − E₀) / |E₀|", ""));
+        let energy = chart("energy_drift", "Energy of all bodies", x, y, curves);
+        Figures { plots: vec![path, energy], comparisons: Vec::new() }
+    }
+}

@@ -1,0 +1,102 @@
+//! Steps a second of one orbit on one core: the model as `run-experiment` drives it, beside a tight loop of the same
+//! operations, measured in the same run. The peer: `benches/peers/orbit_rebound.py`.
+//!
+//!     cargo bench --bench orbit_speed
+
+// A benchmark that can't be set up has nothing to say.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use kinetoscope::constants::GM_SUN_AU3_PER_DAY2 as GM;
+use kinetoscope::model::{Model, Progress, Target};
+use kinetoscope::models::orbit::motion::State;
+use kinetoscope::models::orbit::{DOCUMENT_START, Orbit};
+use kinetoscope::random::Seed;
+use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitSummation};
+use kinetoscope_manifest::quantity::Positive;
+use std::hint::black_box;
+use std::time::Duration;
+
+/// A thousand years of quarter days.
+const STEPS: u64 = 1_461_000;
+
+/// The model to its end, in budgets as the runner gives them.
+fn model(integrator: OrbitIntegrator, summation: OrbitSummation) -> State {
+    let config = OrbitConfig {
+        integrator,
+        summation,
+        duration_days: Positive::new(0.25 * STEPS as f64).unwrap(),
+        ..OrbitConfig::default()
+    };
+    let mut orbit = Orbit::prepare(&config, Seed { seed: 0, replicate: 0 }, false).unwrap();
+    while orbit.advance(Target::Count(STEPS), 10_000).unwrap() == Progress::Working {}
+    orbit.state().unwrap()
+}
+
+/// a(r) over r.
+#[inline(always)]
+fn factor([x, y, z]: [f64; 3]) -> f64 {
+    let r = ((x * x + y * y) + z * z).sqrt();
+    -GM / ((r * r) * r)
+}
+
+/// Explicit Euler and nothing else.
+fn tight_euler() -> State {
+    let State { position: mut r, velocity: mut v } = black_box(DOCUMENT_START);
+    for _ in 0..STEPS {
+        let k = factor(r);
+        let old = r;
+        for axis in 0..3 {
+            r[axis] += v[axis] * 0.25;
+            v[axis] += (k * old[axis]) * 0.25;
+        }
+    }
+    State { position: r, velocity: v }
+}
+
+/// Velocity Verlet and nothing else: one force a step.
+fn tight_verlet() -> State {
+    let State { position: mut r, velocity: mut v } = black_box(DOCUMENT_START);
+    let mut k = factor(r);
+    for _ in 0..STEPS {
+        for axis in 0..3 {
+            v[axis] += (k * r[axis]) * 0.125;
+            r[axis] += v[axis] * 0.25;
+        }
+        k = factor(r);
+        for axis in 0..3 {
+            v[axis] += (k * r[axis]) * 0.125;
+        }
+    }
+    State { position: r, velocity: v }
+}
+
+fn orbit_steps(criterion: &mut Criterion) {
+    // The tight loops do the same: else they are no measure.
+    let plain = OrbitSummation::Plain;
+    assert_eq!(model(OrbitIntegrator::ExplicitEuler, plain), tight_euler());
+    assert_eq!(model(OrbitIntegrator::VelocityVerlet, plain), tight_verlet());
+
+    let mut group = criterion.benchmark_group("orbit");
+    group.throughput(Throughput::Elements(STEPS));
+    group.sample_size(10).warm_up_time(Duration::from_millis(500));
+    group.measurement_time(Duration::from_secs(3));
+    group.bench_function("explicit Euler, tight loop", |bencher| bencher.iter(tight_euler));
+    group.bench_function("velocity Verlet, tight loop", |bencher| bencher.iter(tight_verlet));
+    for (name, integrator) in [
+        ("explicit Euler", OrbitIntegrator::ExplicitEuler),
+        ("semi-implicit Euler", OrbitIntegrator::SemiImplicitEuler),
+        ("velocity Verlet", OrbitIntegrator::VelocityVerlet),
+        ("RK4", OrbitIntegrator::Rk4),
+        ("Yoshida 4", OrbitIntegrator::Yoshida4),
+    ] {
+        group.bench_function(name, |bencher| bencher.iter(|| model(integrator, plain)));
+    }
+    group.bench_function("velocity Verlet, compensated", |bencher| {
+        bencher.iter(|| model(OrbitIntegrator::VelocityVerlet, OrbitSummation::Compensated));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, orbit_steps);
+criterion_main!(benches);
