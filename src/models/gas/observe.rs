@@ -28,10 +28,10 @@ const MOST_ARROWS: usize = 2000;
 impl Gas {
     pub(super) fn fill(&self, frame: &mut Frame) {
         let [cx, cy] = self.container.centre_m;
-        for Particle { position: [x, y], velocity: [vx, vy] } in &self.particles {
-            frame.push_state(&[cx + x, cy + y, *vx, *vy]);
+        for Particle { position: [x, y], velocity: [vx, vy] } in self.particles.iter() {
+            frame.push_state(&[cx + x, cy + y, vx, vy]);
         }
-        let moments = SpeedMoments::of(&self.particles);
+        let moments = self.moments();
         frame.push(&self.pressure(&moments));
         frame.push(&self.temperature(&moments));
         frame.push(&self.invariants());
@@ -39,7 +39,7 @@ impl Gas {
             wall: self.wall.total.hits,
             wall_since_last_frame: self.wall.window.hits,
         });
-        let speeds = self.particles.iter().map(Particle::speed);
+        let speeds = self.particles.iter().map(|particle| particle.speed());
         frame.push(&histogram(speeds, self.speed_law, self.speed_range_top, moments.mean_square));
         if self.time() == 0.0 {
             self.log_start(&moments, frame);
@@ -48,7 +48,7 @@ impl Gas {
     }
 
     pub(super) fn draw(&self) -> Scenery {
-        let ([x, y], radius) = (self.container.centre_m, self.container.radius_m);
+        let ([x, y], radius) = (self.container.centre_m, self.container.circle.radius);
         Scenery {
             walls: vec![Wall::Circle { centre: [x, y], radius }],
             view: [[x - radius, y - radius], [x + radius, y + radius]],
@@ -62,7 +62,7 @@ impl Gas {
     }
 
     fn pressure(&self, moments: &SpeedMoments) -> GasPressure {
-        let (count, radius) = (self.particles.len() as f64, self.container.radius_m);
+        let (count, radius) = (self.particles.len() as f64, self.container.circle.radius);
         let (mass, boltzmann) = (self.substance.mass_kg, self.substance.boltzmann_j_per_k);
         let by_formula = |mean| kinetic_pressure(count, mass, moments.squared_speed(mean), radius);
         let window_s = self.time() - self.wall.window_opened_s;
@@ -108,12 +108,12 @@ impl Gas {
     }
 
     fn invariants(&self) -> GasInvariants {
-        let (mass, radius) = (self.substance.mass_kg, self.container.radius_m);
+        let (mass, radius) = (self.substance.mass_kg, self.container.circle.radius);
         let mut squares = CompensatedSum::default();
         let mut angular_momentum = CompensatedSum::default();
         let mut largest_speed_change = 0.0;
         let mut largest_angular_momentum_change = 0.0;
-        for (now, first) in self.particles.iter().zip(&self.start) {
+        for (now, first) in self.particles.iter().zip(self.start.iter()) {
             let (speed, speed_at_start) = (now.speed(), first.speed());
             squares.add(speed * speed);
             angular_momentum.add(now.angular_momentum_per_mass());
@@ -137,8 +137,8 @@ impl Gas {
 
     /// Particles outside the wall, those that a 0/0 lost among them.
     pub(super) fn particles_outside(&self) -> u64 {
-        let limit = OUTSIDE * self.container.radius_m;
-        let is_outside = |particle: &Particle| {
+        let limit = OUTSIDE * self.container.circle.radius;
+        let is_outside = |particle: Particle| {
             let [x, y] = particle.position;
             x * x + y * y > limit * limit
         };
@@ -147,17 +147,17 @@ impl Gas {
                 .particles
                 .iter()
                 .zip(frozen)
-                .filter(|(particle, frozen)| **frozen || is_outside(particle))
+                .filter(|(particle, frozen)| **frozen || is_outside(*particle))
                 .count(),
-            Propagator::Exact(_) | Propagator::Stepped(_) => {
-                self.particles.iter().filter(|particle| is_outside(particle)).count()
+            Propagator::Exact(_) | Propagator::Stepped { .. } => {
+                self.particles.iter().filter(|particle| is_outside(*particle)).count()
             }
         };
         count as u64
     }
 
     fn log_start(&self, moments: &SpeedMoments, frame: &mut Frame) {
-        let ([cx, cy], radius) = (self.container.centre_m, self.container.radius_m);
+        let ([cx, cy], radius) = (self.container.centre_m, self.container.circle.radius);
         let mass = self.substance.mass_kg;
         let count = self.particles.len();
         frame.log(
@@ -209,7 +209,7 @@ impl Gas {
     fn propagation_in_words(&self) -> String {
         match &self.propagator {
             Propagator::Exact(_) => "propagation: closed form, exact at any time".to_owned(),
-            Propagator::Stepped(clock) => format!(
+            Propagator::Stepped { clock, .. } => format!(
                 "propagation: {} steps of {} s, mirrored until each is used up",
                 clock.total, clock.time_step_s
             ),
@@ -221,15 +221,15 @@ impl Gas {
     }
 
     fn warn_of_long_steps(&self, frame: &mut Frame) {
-        let (Propagator::Stepped(clock) | Propagator::Literal { clock, .. }) = &self.propagator
+        let (Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. }) = &self.propagator
         else {
             return;
         };
         let fastest = match self.speed_law {
             SpeedLaw::Uniform { max_speed } => max_speed,
-            _ => limits::fastest_speed(&self.start),
+            _ => limits::fastest_speed(self.start.iter()),
         };
-        let step_over_radius = fastest * clock.time_step_s / self.container.radius_m;
+        let step_over_radius = fastest * clock.time_step_s / self.container.circle.radius;
         if step_over_radius > LONGEST_STEP_OVER_RADIUS {
             frame.log(
                 Level::Warning,
@@ -237,7 +237,7 @@ impl Gas {
                     "v_max dt / r = {} is above {LONGEST_STEP_OVER_RADIUS}: a particle takes few steps across the container; \
                      time_step_s of at most {} would do",
                     short(step_over_radius),
-                    short(LONGEST_STEP_OVER_RADIUS * self.container.radius_m / fastest)
+                    short(LONGEST_STEP_OVER_RADIUS * self.container.circle.radius / fastest)
                 ),
             );
         }

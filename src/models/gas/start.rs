@@ -42,7 +42,7 @@ pub(super) fn start(
         SpeedScale::MaxSpeed(speed) => speed.get(),
         SpeedScale::Temperature(temperature) => {
             let wanted = speed_at(temperature.get(), config.mass_kg.get(), boltzmann_j_per_k);
-            let present = SpeedMoments::of(&unscaled.particles).squared_speed(definition).sqrt();
+            let present = SpeedMoments::of(unscaled.particles.iter().map(|&particle| (particle, 1.0))).squared_speed(definition).sqrt();
             if wanted > 0.0 && !(present > 0.0 && present.is_finite()) {
                 return Err(Refusal(format!(
                     "velocities of mean {present} m/s can't be scaled to {} K: give some particle a finite velocity, or temperature_k = 0",

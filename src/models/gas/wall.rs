@@ -4,7 +4,7 @@ use super::motion::Flight;
 use crate::sum::CompensatedSum;
 use serde::{Deserialize, Serialize};
 
-/// Hits of the wall and their normal impulse over the mass of a particle, m/s.
+/// Hits of the wall and their normal impulse over the first mass, m/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct WallTally {
     pub(super) hits: u64,
@@ -37,11 +37,38 @@ impl WallLedger {
         self.window_opened_s = time_s;
     }
 
-    /// Books what one particle did in one step.
-    pub(super) fn book(&mut self, flight: &Flight) {
-        if flight.hits > 0 || flight.impulse_per_mass > 0.0 {
-            self.total.add(flight.hits, flight.impulse_per_mass);
-            self.window.add(flight.hits, flight.impulse_per_mass);
+    /// Reads both tallies off those of the particles, whose masses are these times the first one.
+    pub(super) fn gather(&mut self, tallies: &[Tally], mass_ratios: &[f64]) {
+        (self.total, self.window) = (WallTally::default(), WallTally::default());
+        for (tally, ratio) in tallies.iter().zip(mass_ratios) {
+            self.total.add(tally.hits, ratio * tally.impulse_per_mass);
+            self.window.add(tally.window_hits, ratio * tally.window_impulse_per_mass);
         }
+    }
+}
+
+/// What one particle did to the wall. Each has its own, so that no sum depends on how work is cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Tally {
+    hits: u64,
+    impulse_per_mass: f64,
+    /// Since the last frame.
+    window_hits: u64,
+    window_impulse_per_mass: f64,
+}
+
+impl Tally {
+    /// Books what the particle did in one step.
+    #[inline(always)]
+    pub(super) fn book(&mut self, flight: &Flight) {
+        self.hits += flight.hits;
+        self.impulse_per_mass += flight.impulse_per_mass;
+        self.window_hits += flight.hits;
+        self.window_impulse_per_mass += flight.impulse_per_mass;
+    }
+
+    /// Starts "since the last frame" again from zero.
+    pub(super) fn open_window(&mut self) {
+        (self.window_hits, self.window_impulse_per_mass) = (0, 0.0);
     }
 }
