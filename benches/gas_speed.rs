@@ -106,7 +106,8 @@ impl Hits {
         let mut hits = Self { x: vec![], y: vec![], sine: vec![], cosine: vec![] };
         for index in 0..columns.x.len() {
             let (vx, vy) = (columns.vx[index], columns.vy[index]);
-            let offset = (columns.x[index] * vy - columns.y[index] * vx) / (vx * vx + vy * vy).sqrt();
+            let offset =
+                (columns.x[index] * vy - columns.y[index] * vx) / (vx * vx + vy * vy).sqrt();
             let half_chord = (1.0 - offset * offset).sqrt();
             hits.x.push(columns.x[index]);
             hits.y.push(columns.y[index]);

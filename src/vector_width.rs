@@ -19,7 +19,10 @@ pub fn run<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the function asks for nothing but AVX2, and the line above found that this machine has it.
-        #[allow(unsafe_code, reason = "calling a function compiled for AVX2; see the head of the file")]
+        #[allow(
+            unsafe_code,
+            reason = "calling a function compiled for AVX2; see the head of the file"
+        )]
         return unsafe { run_with_avx2(kernel) };
     }
     kernel.run()

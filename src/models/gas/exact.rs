@@ -12,7 +12,7 @@ pub(super) struct ExactClock {
     pub(super) duration_s: f64,
     pub(super) time_s: f64,
     /// When the present paths began, s.
-    began_s: f64,
+    pub(super) began_s: f64,
     paths: Paths,
     /// What the wall felt before they began.
     before: WallTally,
@@ -31,11 +31,29 @@ impl ExactClock {
 
     /// Moves the particles to a time and books their hits: those since the paths began by the closed form, those since the last
     /// jump by its difference.
-    pub(super) fn jump_to(&mut self, time_s: f64, particles: &mut Particles, wall: &mut WallLedger) {
+    pub(super) fn jump_to(
+        &mut self,
+        time_s: f64,
+        particles: &mut Particles,
+        wall: &mut WallLedger,
+    ) {
         let sums = self.paths.jump_to(time_s - self.began_s, particles);
         wall.total = self.before;
         wall.total.add(sums.hits, sums.impulse.value());
         wall.window.add(sums.fresh_hits, sums.fresh_impulse.value());
         self.time_s = time_s;
+    }
+
+    /// Begins new paths with the particles as they are, in a circle that is the wall now.
+    pub(super) fn rebegin(
+        &mut self,
+        particles: &Particles,
+        mass_ratios: &[f64],
+        circle: Circle,
+        wall: &WallLedger,
+    ) {
+        self.paths = Paths::begin(particles, mass_ratios, circle);
+        self.began_s = self.time_s;
+        self.before = wall.total;
     }
 }

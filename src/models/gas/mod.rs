@@ -8,12 +8,15 @@
 
 mod exact;
 mod groups;
+mod hit_by_hit;
+mod ledger;
 mod limits;
 pub mod literal;
 pub mod motion;
 mod observe;
 mod paths;
 pub mod pressure;
+mod schedule;
 pub mod speeds;
 mod start;
 pub mod stepped;
@@ -22,8 +25,11 @@ mod wall;
 
 use self::exact::ExactClock;
 use self::groups::{LANES, Particles};
+use self::hit_by_hit::{Course, Thermal, WallLaw};
+use self::ledger::Ledger;
 use self::motion::{Circle, Flight, Particle};
-use self::pressure::{SpeedMean, SpeedMoments};
+use self::pressure::{SpeedMean, SpeedMoments, speed_at};
+use self::schedule::Schedule;
 use self::speeds::SpeedLaw;
 use self::wall::{Tally, WallLedger};
 use crate::constants::{BOLTZMANN_CODATA_1986_J_PER_K, BOLTZMANN_SI_2019_J_PER_K};
@@ -33,7 +39,8 @@ use kinetoscope_manifest::model::{
     BoltzmannConstant, GasConfig, Propagation, TemperatureDefinition,
 };
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, GasCollisions, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
+    ChannelDeclaration, GasCollisions, GasInvariants, GasLedger, GasPressure, GasSpeeds,
+    GasTemperature,
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
@@ -52,10 +59,14 @@ pub struct Gas {
     speed_range_top: f64,
     /// The particles where their paths began.
     start: Particles,
+    /// When that was, s.
+    start_s: f64,
     /// The particles now.
     particles: Particles,
     propagator: Propagator,
     wall: WallLedger,
+    ledger: Ledger,
+    schedule: Schedule,
     /// Particles outside the wall at the last frame.
     outside_at_last_frame: u64,
     /// Whether the last target was reached: the next call opens a window.
@@ -85,6 +96,8 @@ struct Substance {
 enum Propagator {
     /// Closed form, any time.
     Exact(ExactClock),
+    /// Closed form from hit to hit, any time.
+    HitByHit { duration_s: f64, time_s: f64, law: WallLaw, courses: Vec<Course> },
     /// The document's steps, mended.
     Stepped {
         clock: StepClock,
@@ -143,6 +156,7 @@ impl Model for Gas {
         ChannelDeclaration::of::<GasPressure>(),
         ChannelDeclaration::of::<GasTemperature>(),
         ChannelDeclaration::of::<GasInvariants>(),
+        ChannelDeclaration::of::<GasLedger>(),
         ChannelDeclaration::of::<GasCollisions>(),
         ChannelDeclaration::of::<GasSpeeds>(),
     ];
@@ -150,14 +164,23 @@ impl Model for Gas {
     /// Places and speeds are drawn from their own streams. A gas has no series of single collisions: `per_collision` changes nothing.
     fn prepare(config: &GasConfig, seed: Seed, _per_collision: bool) -> Result<Self, Refusal> {
         let substance = Substance::of(config);
-        let start = start::start(config, seed, substance.definition, substance.boltzmann_j_per_k)?;
+        let start = start::start(
+            config,
+            seed,
+            substance.definition,
+            substance.boltzmann_j_per_k,
+            &substance.mass_ratios,
+        )?;
         limits::check(config, &start.particles)?;
         let container = Container {
             centre_m: config.centre_m.map(|axis| axis.get()),
-            circle: Circle { radius: config.radius_m.get(), wall_speed: 0.0 },
+            circle: Circle {
+                radius: config.radius_m.get(),
+                wall_speed: config.wall_speed_m_per_s.get(),
+            },
         };
         let particles = Particles::of(&start.particles);
-        let propagator = Propagator::of(config, &particles, &substance, container);
+        let propagator = Propagator::of(config, seed, &particles, &substance, container);
         let mut gas = Self {
             container,
             substance,
@@ -165,19 +188,25 @@ impl Model for Gas {
             speed_range_top: 1.0,
             propagator,
             start: particles.clone(),
+            start_s: 0.0,
             particles,
             wall: WallLedger::default(),
+            ledger: Ledger::default(),
+            schedule: Schedule::of(config),
             outside_at_last_frame: 0,
             reached: true,
         };
-        let rms_speed = gas.moments().mean_square.sqrt();
+        let moments = gas.moments();
+        gas.ledger.energy_at_start = moments.reduced_mean_square * moments.count / 2.0;
+        let rms_speed = moments.mean_square.sqrt();
         gas.speed_range_top = gas.speed_law.range_top(rms_speed);
         Ok(gas)
     }
 
     fn extent(&self) -> Extent {
         match &self.propagator {
-            Propagator::Exact(clock) => Extent::Time(clock.duration_s),
+            Propagator::Exact(ExactClock { duration_s, .. })
+            | Propagator::HitByHit { duration_s, .. } => Extent::Time(*duration_s),
             Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => {
                 Extent::Steps { total: clock.total, step: clock.time_step_s }
             }
@@ -190,7 +219,7 @@ impl Model for Gas {
             self.open_window();
         }
         self.reached = match &self.propagator {
-            Propagator::Exact(_) => self.jump(target)?,
+            Propagator::Exact(_) | Propagator::HitByHit { .. } => self.jump(target)?,
             Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => {
                 let (wanted, done) = (clock.count_of(target), clock.done);
                 let Some(missing) = wanted.checked_sub(done) else {
@@ -198,7 +227,7 @@ impl Model for Gas {
                         "step {wanted} was asked for after step {done}: frames must come in the order of time"
                     )));
                 };
-                self.walk(if missing < at_most { missing } else { at_most });
+                self.walk_by_schedule(if missing < at_most { missing } else { at_most })?;
                 if missing <= at_most {
                     self.gather();
                 }
@@ -211,14 +240,16 @@ impl Model for Gas {
     /// Steps done; in exact propagation hits of the wall.
     fn count(&self) -> u64 {
         match &self.propagator {
-            Propagator::Exact(_) => self.wall.total.hits,
+            Propagator::Exact(_) | Propagator::HitByHit { .. } => self.wall.total.hits,
             Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => clock.done,
         }
     }
 
     fn time(&self) -> f64 {
         match &self.propagator {
-            Propagator::Exact(clock) => clock.time_s,
+            Propagator::Exact(ExactClock { time_s, .. }) | Propagator::HitByHit { time_s, .. } => {
+                *time_s
+            }
             Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => clock.time_s(),
         }
     }
@@ -236,7 +267,12 @@ impl Substance {
     fn of(config: &GasConfig) -> Self {
         Self {
             mass_kg: config.mass_kg.get(),
-            mass_ratios: vec![1.0; config.particles.get() as usize],
+            mass_ratios: {
+                let mut masses = vec![config.mass_kg.get()];
+                masses.extend(config.further_masses_kg.iter().map(|mass| mass.get()));
+                let count = config.particles.get() as usize;
+                masses.iter().map(|mass| mass / masses[0]).cycle().take(count).collect()
+            },
             boltzmann_j_per_k: match config.boltzmann_constant {
                 BoltzmannConstant::Codata1986 => BOLTZMANN_CODATA_1986_J_PER_K,
                 BoltzmannConstant::Si2019 => BOLTZMANN_SI_2019_J_PER_K,
@@ -249,9 +285,29 @@ impl Substance {
     }
 }
 
+impl WallLaw {
+    fn of(config: &GasConfig, seed: Seed, substance: &Substance, circle: Circle) -> Self {
+        Self {
+            circle,
+            thermal: config.thermal_wall.map(|wall| Thermal {
+                // k_B T = m s^2 for one component, 2 k_B T = m v^2 for both.
+                thermal_speed: speed_at(
+                    wall.temperature_k.get(),
+                    substance.mass_kg,
+                    substance.boltzmann_j_per_k,
+                ) / std::f64::consts::SQRT_2,
+                accommodation: wall.accommodation.get(),
+                seed,
+            }),
+            half_opening: config.opening_width_m.map(|width| width.get() / circle.radius / 2.0),
+        }
+    }
+}
+
 impl Propagator {
     fn of(
         config: &GasConfig,
+        seed: Seed,
         particles: &Particles,
         substance: &Substance,
         container: Container,
@@ -259,6 +315,17 @@ impl Propagator {
         let duration_s = config.duration_s.get();
         let tallies = || vec![Tally::default(); particles.groups.len() * LANES];
         match config.propagation {
+            Propagation::Exact
+                if config.thermal_wall.is_some() || config.opening_width_m.is_some() =>
+            {
+                let law = WallLaw::of(config, seed, substance, container.circle);
+                let ratios = substance.mass_ratios.iter();
+                let begun = particles
+                    .iter()
+                    .zip(ratios)
+                    .map(|(particle, ratio)| law.begin(particle, 0.0, *ratio));
+                Self::HitByHit { duration_s, time_s: 0.0, law, courses: begun.collect() }
+            }
             Propagation::Exact => Self::Exact(ExactClock::new(
                 duration_s,
                 particles,
@@ -282,7 +349,8 @@ impl Gas {
     /// Means over all particles now.
     fn moments(&self) -> SpeedMoments {
         let ratios = self.substance.mass_ratios.iter().copied();
-        SpeedMoments::of(self.particles.iter().zip(ratios))
+        let all = self.particles.iter().zip(ratios).enumerate();
+        SpeedMoments::of(all.filter(|(id, _)| self.is_inside(*id)).map(|(_, particle)| particle))
     }
 
     /// Starts "since the last frame" again from zero.
@@ -296,15 +364,22 @@ impl Gas {
         }
     }
 
+    /// Whether a particle has not left through the opening.
+    fn is_inside(&self, id: usize) -> bool {
+        match &self.propagator {
+            Propagator::HitByHit { courses, .. } => courses[id].is_inside(),
+            _ => true,
+        }
+    }
+
     /// Exact propagation to a target, which must be a time.
     fn jump(&mut self, target: Target) -> Result<bool, Fault> {
-        let Propagator::Exact(clock) = &mut self.propagator else { return Ok(true) };
         let time = match target {
-            Target::Time(time) if time >= clock.time_s => time,
+            Target::Time(time) if time >= self.time() => time,
             Target::Time(time) => {
                 return Err(Fault(format!(
                     "{time} s was asked for after {} s: frames must come in the order of time",
-                    clock.time_s
+                    self.time()
                 )));
             }
             Target::Count(_) => {
@@ -313,8 +388,49 @@ impl Gas {
                 ));
             }
         };
-        clock.jump_to(time, &mut self.particles, &mut self.wall);
+        while let Some([at, temperature_k]) = self.schedule.due(time) {
+            self.fly_to(at);
+            self.set_temperature(temperature_k)?;
+        }
+        self.fly_to(time);
         Ok(true)
+    }
+
+    /// Exact propagation to a time.
+    fn fly_to(&mut self, time: f64) {
+        match &mut self.propagator {
+            Propagator::Exact(clock) => {
+                clock.jump_to(time, &mut self.particles, &mut self.wall);
+            }
+            Propagator::HitByHit { law, courses, time_s, .. } => {
+                let happened = law.fly(courses, &mut self.particles, time);
+                self.wall.book(&happened.wall);
+                self.ledger.book(&happened);
+                *time_s = time;
+            }
+            Propagator::Stepped { .. } | Propagator::Literal { .. } => {}
+        }
+    }
+
+    /// So many steps, cut where a temperature is to be set.
+    fn walk_by_schedule(&mut self, steps: u64) -> Result<(), Fault> {
+        let (Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. }) =
+            &self.propagator
+        else {
+            return Ok(());
+        };
+        let StepClock { time_step_s, done, .. } = *clock;
+        let end = done + steps;
+        let mut at = done;
+        while let Some([time, temperature_k]) = self.schedule.due(end as f64 * time_step_s) {
+            let step = (time / time_step_s + STEP_ROUNDING) as u64;
+            let step = if step > at { step } else { at };
+            self.walk(step - at);
+            at = step;
+            self.set_temperature(temperature_k)?;
+        }
+        self.walk(end - at);
+        Ok(())
     }
 
     /// Reads the wall's tallies off those of the particles.
@@ -330,7 +446,7 @@ impl Gas {
     fn walk(&mut self, steps: u64) {
         let Container { centre_m, circle: Circle { radius, .. } } = self.container;
         match &mut self.propagator {
-            Propagator::Exact(_) => {}
+            Propagator::Exact(_) | Propagator::HitByHit { .. } => {}
             Propagator::Stepped { clock, tallies } => {
                 stepped::walk(&mut self.particles, tallies, radius, clock.time_step_s, steps);
                 clock.done += steps;

@@ -154,6 +154,12 @@ impl Chords {
         Flight { particle: self.after(hits, time), hits, impulse_per_mass }
     }
 
+    /// Time of a hit, counted from 1: (C - b0)/s + (j - 1) 2 C/s.
+    #[must_use]
+    pub fn time_of_hit(&self, hit: u64) -> f64 {
+        ((self.half_chord - self.along) + 2.0 * self.half_chord * (hit as f64 - 1.0)) / self.speed
+    }
+
     /// beta without whole turns, 2 atan2(C, |d|) with the sign of d: exact where hits are grazing.
     #[must_use]
     pub fn turn_of_a_hit(&self) -> f64 {
@@ -162,7 +168,7 @@ impl Chords {
     }
 
     /// Where the particle is at this time, after this many hits.
-    fn after(&self, hits: u64, time: f64) -> Particle {
+    pub(super) fn after(&self, hits: u64, time: f64) -> Particle {
         let Particle { position, velocity } = self.start;
         let sense = if self.offset < 0.0 { -1.0 } else { 1.0 };
         if self.slides() {

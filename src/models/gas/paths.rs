@@ -68,7 +68,10 @@ pub(super) struct WallSums {
 impl Paths {
     /// The paths that begin now with these particles, whose masses are these times the first one.
     pub(super) fn begin(particles: &Particles, mass_ratios: &[f64], circle: Circle) -> Self {
-        let mut groups = vec![PathGroup { half_chord: [1.0; LANES], ..PathGroup::default() }; particles.groups.len()];
+        let mut groups = vec![
+            PathGroup { half_chord: [1.0; LANES], ..PathGroup::default() };
+            particles.groups.len()
+        ];
         let mut alone = Vec::new();
         for (id, (particle, &mass_ratio)) in particles.iter().zip(mass_ratios).enumerate() {
             let scaled = circle.scaled(particle, 0.0);
@@ -189,7 +192,13 @@ impl Kernel for Jump<'_> {
 
 /// `Chords::flight` of `motion.rs` for one particle of a group, branch by branch turned into a choice of values. Returns its hits.
 #[inline(always)]
-fn jump_lane(at: &Instant, path: &PathGroup, lane: usize, to: &mut Group, sums: &mut BlockSums) -> f64 {
+fn jump_lane(
+    at: &Instant,
+    path: &PathGroup,
+    lane: usize,
+    to: &mut Group,
+    sums: &mut BlockSums,
+) -> f64 {
     let (along, offset) = (path.along[lane], path.offset[lane]);
     let (half_chord, speed) = (path.half_chord[lane], path.speed[lane]);
     let way = along + speed * at.scaled_time;
@@ -222,7 +231,8 @@ fn jump_lane(at: &Instant, path: &PathGroup, lane: usize, to: &mut Group, sums: 
 fn impulse_of_hits(at: &Instant, path: &PathGroup, lane: usize, hits: f64) -> f64 {
     let half_chord = path.half_chord[lane];
     let series = hits * ((half_chord - path.along[lane]) + half_chord * (hits - 1.0));
-    let of_mass = 2.0 * half_chord * (path.speed[lane] * hits / at.radius_at_start - at.wall_speed * series);
+    let of_mass =
+        2.0 * half_chord * (path.speed[lane] * hits / at.radius_at_start - at.wall_speed * series);
     path.mass_ratio[lane] * of_mass
 }
 

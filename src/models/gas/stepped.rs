@@ -69,13 +69,11 @@ pub(super) fn walk(
     time_step: f64,
     steps: u64,
 ) {
-    particles
-        .groups
-        .par_chunks_mut(BLOCK)
-        .zip(tallies.par_chunks_mut(BLOCK * LANES))
-        .for_each(|(groups, tallies)| {
+    particles.groups.par_chunks_mut(BLOCK).zip(tallies.par_chunks_mut(BLOCK * LANES)).for_each(
+        |(groups, tallies)| {
             vector_width::run(Walk { groups, tallies, radius, time_step, steps });
-        });
+        },
+    );
 }
 
 /// The steps of one block.

@@ -22,10 +22,7 @@ pub fn sine_and_cosine(turns: f64) -> (f64, f64) {
     // Quarters 2 and 3 turn the sign of the sine, 1 and 2 that of the cosine.
     let sine_sign = (quarter & 2) << 62;
     let cosine_sign = (quarter.wrapping_add(1) & 2) << 62;
-    (
-        f64::from_bits(sine.to_bits() ^ sine_sign),
-        f64::from_bits(cosine.to_bits() ^ cosine_sign),
-    )
+    (f64::from_bits(sine.to_bits() ^ sine_sign), f64::from_bits(cosine.to_bits() ^ cosine_sign))
 }
 
 #[inline(always)]

@@ -37,6 +37,13 @@ impl WallLedger {
         self.window_opened_s = time_s;
     }
 
+    /// Books what all particles did since the last call.
+    pub(super) fn book(&mut self, fresh: &WallTally) {
+        for tally in [&mut self.total, &mut self.window] {
+            tally.add(fresh.hits, fresh.impulse_per_mass.value());
+        }
+    }
+
     /// Reads both tallies off those of the particles, whose masses are these times the first one.
     pub(super) fn gather(&mut self, tallies: &[Tally], mass_ratios: &[f64]) {
         (self.total, self.window) = (WallTally::default(), WallTally::default());
