@@ -64,15 +64,16 @@ impl Gas {
     }
 }
 
-/// Sum over the bins of p ln(p/p_Maxwell), the relative entropy of the measured speeds; with the directions uniform in both it
-/// is H less its least value at this energy.
+/// Sum over the bins of p ln(p/q) - p + q, p measured and q Maxwell's: the relative entropy of the speeds, never below zero, also where
+/// some speeds are beyond the bins. With the directions uniform in both it is H less its least value at this energy.
 fn excess_h(speeds: &GasSpeeds) -> f64 {
     let [first, second, ..] = speeds.speed_m_per_s[..] else { return 0.0 };
     let width = second - first;
     let mut sum = CompensatedSum::default();
     for (density, maxwell) in speeds.density.iter().zip(&speeds.maxwell) {
+        sum.add(width * (maxwell - density));
         if *density > 0.0 && *maxwell > 0.0 {
-            sum.add(density * width * libm::log(density / maxwell));
+            sum.add(width * density * libm::log(density / maxwell));
         }
     }
     sum.value()
