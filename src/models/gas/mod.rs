@@ -313,7 +313,13 @@ impl Propagator {
         container: Container,
     ) -> Self {
         let duration_s = config.duration_s.get();
-        let tallies = || vec![Tally::default(); particles.groups.len() * LANES];
+        let tallies = || {
+            let mut tallies = vec![Tally::default(); particles.groups.len() * LANES];
+            for (tally, particle) in tallies.iter_mut().zip(particles.iter()) {
+                tally.begin(particle);
+            }
+            tallies
+        };
         match config.propagation {
             Propagation::Exact
                 if config.thermal_wall.is_some() || config.opening_width_m.is_some() =>

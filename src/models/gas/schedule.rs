@@ -77,7 +77,12 @@ impl Gas {
                     }
                 }
             }
-            Propagator::Stepped { .. } | Propagator::Literal { .. } => {}
+            Propagator::Stepped { tallies, .. } => {
+                for (tally, particle) in tallies.iter_mut().zip(self.particles.iter()) {
+                    tally.begin(particle);
+                }
+            }
+            Propagator::Literal { .. } => {}
         }
         self.start = self.particles.clone();
         self.start_s = time_s;

@@ -144,7 +144,11 @@ fn sum(a: &Lanes, b: &Lanes) -> Lanes {
 fn step_near_the_wall(group: &mut Group, tallies: &mut [Tally], radius: f64, time_step: f64) {
     for (lane, tally) in tallies.iter_mut().enumerate() {
         let flight = step(group.particle(lane), radius, time_step);
-        group.set(lane, flight.particle);
+        if flight.hits > 0 {
+            group.set(lane, tally.at_its_speed(flight.particle));
+        } else {
+            group.set(lane, flight.particle);
+        }
         tally.book(&flight);
     }
 }
