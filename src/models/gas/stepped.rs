@@ -145,7 +145,7 @@ fn step_near_the_wall(group: &mut Group, tallies: &mut [Tally], radius: f64, tim
     for (lane, tally) in tallies.iter_mut().enumerate() {
         let flight = step(group.particle(lane), radius, time_step);
         if flight.hits > 0 {
-            group.set(lane, tally.at_its_speed(flight.particle));
+            group.set(lane, tally.on_its_path(flight.particle));
         } else {
             group.set(lane, flight.particle);
         }
