@@ -36,10 +36,10 @@ impl Gas {
         frame.push(&self.temperature(&moments));
         frame.push(&self.invariants());
         let ratios = self.substance.mass_ratios.iter();
-        let reduced =
-            self.particles.iter().zip(ratios).enumerate().filter_map(|(id, (particle, ratio))| {
-                self.is_inside(id).then(|| ratio.sqrt() * particle.speed())
-            });
+        let inside = self.particles.iter().zip(ratios).enumerate();
+        let reduced = inside
+            .filter(|(id, _)| self.is_inside(*id))
+            .map(|(_, (particle, ratio))| ratio.sqrt() * particle.speed());
         let mean_square = moments.reduced_mean_square;
         let speeds = histogram(reduced, self.speed_law, self.speed_range_top, mean_square);
         frame.push(&self.ledger(&speeds));

@@ -1,6 +1,8 @@
 //! Sine and cosine of an angle in whole turns, without branches, for loops that the compiler turns into vector instructions.
 //! Additions and products alone, so that the bits are the same everywhere.
 
+#![allow(clippy::excessive_precision, reason = "coefficients keep the digits of their source")]
+
 use std::f64::consts::TAU;
 
 /// 1.5 * 2^52: added to a number below 2^51, the sum's last bits are the nearest whole number.
