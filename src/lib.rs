@@ -7,6 +7,7 @@ pub mod constants;
 pub mod placement;
 pub mod random;
 pub mod sum;
+pub mod vector_width;
 
 pub mod model;
 pub mod models;

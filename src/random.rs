@@ -18,10 +18,12 @@ pub enum Stream {
     Radii = 3,
     /// Angles by which walls turn outgoing directions.
     WallNoise = 4,
+    /// What a thermal wall gives back: one place in the stream for each hit of each particle.
+    ThermalWall = 7,
 }
 
 /// The manifest's seed together with the replicate's number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Seed {
     /// `seed` of the manifest.
     pub seed: u64,
@@ -43,6 +45,17 @@ impl Seed {
         let mut generator = ChaCha12Rng::from_seed(key);
         generator.set_stream(u64::from(self.replicate) << 32 | u64::from(purpose as u32));
         Generator(generator)
+    }
+
+    /// The generator of one purpose at one of its 2^64 places, 64 bytes apart: for draws that are numbered, so that they do not
+    /// depend on who draws first.
+    #[must_use]
+    pub fn stream_at(self, purpose: Stream, place: u64) -> Generator {
+        /// Words of 32 bits in 64 bytes.
+        const WORDS: u128 = 16;
+        let mut generator = self.stream(purpose);
+        generator.0.set_word_pos(u128::from(place) * WORDS);
+        generator
     }
 }
 

@@ -76,6 +76,7 @@ pub const CHANNELS: [(&str, &[&str]); 4] = [
             "pressure",
             "temperature",
             "energy",
+            "ledger",
             "collisions",
             "speeds",
             "log",

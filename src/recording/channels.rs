@@ -209,6 +209,30 @@ channels! {
         particles_outside: u64 [uint64] = "5",
     }
 
+    /// Gas: what changed the energy of the particles inside, each since the start.
+    /// kinetic = kinetic at the start + work + heat + rescaling - escaped + residual.
+    GasLedger on "/ledger" {
+        /// Work that the moving wall has done on the gas, J: -u times the impulse on it.
+        wall_work_j: f64 [double] = "1",
+        /// Heat from a wall with a temperature, J.
+        wall_heat_j: f64 [double] = "2",
+        /// Energy added by setting temperatures on a schedule, J.
+        rescaling_j: f64 [double] = "3",
+        /// Energy carried away through the opening, J.
+        escaped_j: f64 [double] = "4",
+        /// Error of the ledger over the energy at the start.
+        residual_relative: f64 [double] = "5",
+        /// Radius of the container now, m.
+        radius_m: f64 [double] = "6",
+        /// Particles that have left through the opening.
+        particles_escaped: u64 [uint64] = "7",
+        /// Kinetic energy times area, over its value at the start: 1 for slow compression in two dimensions.
+        energy_times_area_over_initial: f64 [double] = "8",
+        /// Mean of ln(f/f_Maxwell) over the histogram of the speeds, f_Maxwell of the same mean square: 0 for Maxwell's law, above it
+        /// for any other; Boltzmann's H above its least value.
+        excess_h: f64 [double] = "9",
+    }
+
     /// Gas: hits of the wall.
     GasCollisions on "/collisions" {
         /// Hits since the start.

@@ -29,6 +29,26 @@ pub const INVARIANTS: Law = Law {
     statement: "speed and angular momentum of each particle are constant",
     source: "specular reflection in a circle",
 };
+/// How fast a gas leaves through a small opening.
+pub const EFFUSION: Law = Law {
+    statement: "dN/dt = -N <v> w / (pi A), w the width of the opening",
+    source: "flux n <v> / pi on a wall in two dimensions (Knudsen)",
+};
+/// Slow compression.
+pub const ADIABATIC: Law = Law {
+    statement: "T A = constant for a slow wall",
+    source: "adiabatic exponent 2 in two dimensions",
+};
+/// The ledger of the energy.
+pub const LEDGER: Law = Law {
+    statement: "energy = energy at the start + work + heat + rescaling - escaped",
+    source: "first law of thermodynamics",
+};
+/// A gas within a wall that has a temperature.
+pub const THERMALISATION: Law = Law {
+    statement: "T tends to the wall's temperature",
+    source: "equilibrium with a thermal wall (Maxwell 1879)",
+};
 /// Pressure against temperature.
 pub const PRESSURE_SLOPE: Law = Law {
     statement: "dP/dT = N k_B / A times <v^2> over its share by the definition",
@@ -56,10 +76,11 @@ pub fn area_m2(config: &GasConfig) -> f64 {
     PI * config.radius_m.get() * config.radius_m.get()
 }
 
-/// The set temperature, K; `None` where speeds are given otherwise.
+/// The set temperature, K; `None` where speeds are given otherwise or change on the way.
 #[must_use]
 pub fn temperature_k(config: &GasConfig) -> Option<f64> {
     match config.speed_scale {
+        _ if !config.keeps_speeds() => None,
         SpeedScale::Temperature(temperature) => Some(temperature.get()),
         SpeedScale::MaxSpeed(_) | SpeedScale::Given => None,
     }
@@ -75,6 +96,19 @@ pub const fn mean_squared_over_mean_square(distribution: SpeedDistribution) -> f
     }
 }
 
+/// Whether particles differ in mass: means of the speed alone then say nothing of energy.
+#[must_use]
+pub fn has_several_masses(config: &GasConfig) -> bool {
+    !config.further_masses_kg.is_empty()
+}
+
+/// Particles leaving an opening of width w at first, N <v> w / (pi A): n <v> / pi for each metre of wall.
+#[must_use]
+pub fn effusion_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> Option<f64> {
+    let width = config.opening_width_m?.get();
+    Some(f64::from(config.particles.get()) * mean_speed_m_per_s * width / (PI * area_m2(config)))
+}
+
 /// Moments of the speeds that the manifest asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedMoments {
@@ -84,9 +118,13 @@ pub struct SpeedMoments {
     pub mean_square_m2_per_s2: f64,
 }
 
-/// The moments of the speeds for many particles; `None` where velocities are written out.
+/// The moments of the speeds for many particles; `None` where velocities are written out, change on the way or leave, and for
+/// several masses.
 #[must_use]
 pub fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
+    if !config.keeps_speeds() || has_several_masses(config) || config.opening_width_m.is_some() {
+        return None;
+    }
     let ratio = mean_squared_over_mean_square(config.speed_distribution);
     let of_mean_square = |square: f64| SpeedMoments {
         mean_m_per_s: (ratio * square).sqrt(),

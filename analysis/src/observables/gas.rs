@@ -6,9 +6,9 @@ use crate::figures::{self, Figures};
 use crate::laws::gas as law;
 use crate::measurement::Measurement;
 use crate::statistics::{Estimate, mean, standard_deviation};
-use kinetoscope_manifest::model::GasConfig;
+use kinetoscope_manifest::model::{GasConfig, PlaceDistribution};
 use kinetoscope_recording::channels::{
-    GasCollisions, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
+    GasCollisions, GasInvariants, GasLedger, GasPressure, GasSpeeds, GasTemperature,
 };
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
@@ -41,6 +41,8 @@ pub struct GasRun {
     largest_speed_change: f64,
     largest_angular_momentum_change: f64,
     most_outside: u64,
+    ledger: Option<GasLedger>,
+    first_mean_speed_m_per_s: Option<f64>,
 }
 
 impl GasRun {
@@ -62,6 +64,8 @@ impl GasRun {
             largest_speed_change: 0.0,
             largest_angular_momentum_change: 0.0,
             most_outside: 0,
+            ledger: None,
+            first_mean_speed_m_per_s: None,
         }
     }
 
@@ -88,7 +92,10 @@ impl GasRun {
         let unit = "N/m";
         if self.time_s > 0.0 {
             let value = pressure.measured_since_start_n_per_m;
-            let theory = self.mean_square();
+            let theory = self
+                .mean_square()
+                .filter(|_| self.config.keeps_speeds() && self.config.opening_width_m.is_none())
+                .filter(|_| !law::has_several_masses(&self.config));
             let standard_error = theory.map(|square| {
                 let exact = law::pressure_n_per_m(&self.config, square);
                 exact * law::pressure_error_relative(&self.config, square.sqrt(), self.time_s)
@@ -166,8 +173,13 @@ impl GasRun {
         let hits = self.hits.filter(|_| self.time_s > 0.0)?;
         let value = hits as f64 / self.time_s;
         let standard_error = hit_rate_error(&self.hit_rates, self.time_s);
-        let theory =
-            self.speeds.map(|speeds| law::hit_rate_per_s(&self.config, speeds.mean_m_per_s));
+        let stationary = self.config.keeps_speeds()
+            && self.config.opening_width_m.is_none()
+            && self.config.place_distribution == PlaceDistribution::Area;
+        let theory = self
+            .speeds
+            .filter(|_| stationary)
+            .map(|speeds| law::hit_rate_per_s(&self.config, speeds.mean_m_per_s));
         let from = "/collisions: hits of the wall over time; error from the scatter of the particles' own rates";
         let estimate = Estimate { value, standard_error };
         Some(Measurement::new("hit_rate", "1/s", estimate, from).against(theory, law::HIT_RATE))
@@ -194,13 +206,72 @@ impl GasRun {
             ),
         ];
         for (name, value, from) in changes {
-            found.push(Measurement::new(name, "1", value, from).against(0.0, law::INVARIANTS));
+            let kept = self.config.keeps_speeds() && self.config.opening_width_m.is_none();
+            let theory = (kept || name != "energy.drift_relative").then_some(0.0);
+            found.push(Measurement::new(name, "1", value, from).against(theory, law::INVARIANTS));
         }
         let outside = self.most_outside as f64;
         found.push(
             Measurement::new("particles_outside", "1", outside, "/energy: most of any frame")
                 .against(0.0, law::INVARIANTS),
         );
+    }
+}
+
+/// What `/ledger` says, and what belongs to it.
+impl GasRun {
+    fn ledger_measurements(&self, found: &mut Vec<Measurement>) {
+        let Some(ledger) = &self.ledger else { return };
+        found.push(
+            Measurement::new(
+                "energy.residual_relative",
+                "1",
+                ledger.residual_relative,
+                "/ledger: error of the ledger over the energy at the start",
+            )
+            .against(0.0, law::LEDGER),
+        );
+        if let Some(theory) = self
+            .first_mean_speed_m_per_s
+            .and_then(|speed| law::effusion_rate_per_s(&self.config, speed))
+            .filter(|_| self.time_s > 0.0)
+        {
+            let left = ledger.particles_escaped as f64;
+            let estimate = Estimate {
+                value: left / self.time_s,
+                standard_error: Some(left.sqrt() / self.time_s),
+            };
+            let from = "/ledger: particles that left over time; error sqrt of their number";
+            found.push(
+                Measurement::new("effusion_rate", "1/s", estimate, from)
+                    .against(theory, law::EFFUSION),
+            );
+        }
+        if self.config.wall_speed_m_per_s.get() != 0.0 {
+            let value = ledger.energy_times_area_over_initial;
+            let from = "/ledger: energy times area, last frame over the first";
+            found.push(
+                Measurement::new("adiabatic_invariant", "1", value, from)
+                    .against(1.0, law::ADIABATIC),
+            );
+        }
+        if let (Some(wall), Some(speeds)) = (self.config.thermal_wall, self.speeds) {
+            let temperature = law::temperature_of_k(&self.config, speeds.mean_square_m2_per_s2);
+            // In two dimensions the energy of one particle scatters by its mean.
+            let standard_error = Some(temperature / f64::from(self.config.particles.get()).sqrt());
+            let estimate = Estimate { value: temperature, standard_error };
+            let from = "speeds of the last frame; error T / sqrt(N)";
+            found.push(
+                Measurement::new("temperature.thermalised", "K", estimate, from)
+                    .against(wall.temperature_k.get(), law::THERMALISATION),
+            );
+        }
+        found.push(Measurement::new(
+            "excess_h",
+            "1",
+            ledger.excess_h,
+            "/ledger: H above Maxwell's, last frame",
+        ));
     }
 }
 
@@ -236,6 +307,12 @@ impl Observer for GasRun {
         if let Some(collisions) = frame.get::<GasCollisions>()? {
             self.hits = Some(collisions.wall);
         }
+        if let (None, Some(speeds)) = (self.first_mean_speed_m_per_s, self.speeds) {
+            self.first_mean_speed_m_per_s = Some(speeds.mean_m_per_s);
+        }
+        if let Some(ledger) = frame.get::<GasLedger>()? {
+            self.ledger = Some(ledger);
+        }
         if let Some(invariants) = frame.get::<GasInvariants>()? {
             self.see_invariants(invariants);
         }
@@ -248,6 +325,7 @@ impl Observer for GasRun {
         self.speed_measurements(&mut found);
         found.extend(self.hit_measurement());
         self.invariant_measurements(&mut found);
+        self.ledger_measurements(&mut found);
         found
     }
 

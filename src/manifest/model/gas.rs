@@ -3,7 +3,7 @@
 use super::Placement;
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
-use crate::quantity::{Finite, NonNegative, Positive};
+use crate::quantity::{Finite, NonNegative, Positive, Share};
 use crate::tree::Node;
 use crate::value::{TomlValue, words};
 use serde_json::Value as Json;
@@ -32,8 +32,38 @@ pub struct GasConfig {
     pub propagation: Propagation,
     /// How particles are placed at the start; never [`Placement::Lattice`].
     pub placement: Placement,
+    /// Further masses, kg: particle i has the (i mod n)-th of `mass_kg` and these.
+    pub further_masses_kg: Vec<Positive>,
+    /// The law of the places at the start.
+    pub place_distribution: PlaceDistribution,
+    /// Times, s, rising, and the temperatures, K, that are set at them by rescaling all velocities.
+    pub temperature_schedule: Vec<[NonNegative; 2]>,
+    /// Speed of the wall outwards, m/s: a circular piston.
+    pub wall_speed_m_per_s: Finite,
+    /// A wall that gives particles back with its own temperature.
+    pub thermal_wall: Option<ThermalWall>,
+    /// Arc of an opening in the wall about the direction of x, m, at the start.
+    pub opening_width_m: Option<Positive>,
     /// Simulated time, s.
     pub duration_s: Positive,
+}
+
+/// The law of the places at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlaceDistribution {
+    /// Uniform over the area: stationary.
+    Area,
+    /// Distance from the centre uniform in [0, r]: too many in the middle, and not stationary.
+    Radius,
+}
+
+/// A wall with a temperature.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThermalWall {
+    /// Temperature of the wall, K, by the mean square.
+    pub temperature_k: Positive,
+    /// Share of the hits after which a particle leaves with the wall's temperature; the others are mirrored.
+    pub accommodation: Share,
 }
 
 /// The law of the speeds at the start; directions are uniform.
@@ -107,11 +137,18 @@ impl Default for GasConfig {
             boltzmann_constant: BoltzmannConstant::Codata1986,
             propagation: Propagation::Exact,
             placement: Placement::Random,
+            further_masses_kg: Vec::new(),
+            place_distribution: PlaceDistribution::Area,
+            temperature_schedule: Vec::new(),
+            wall_speed_m_per_s: const { Finite::literal(0.0) },
+            thermal_wall: None,
+            opening_width_m: None,
             duration_s: const { Positive::literal(0.1) },
         }
     }
 }
 
+words!(pub PlaceDistribution { Area = "area", Radius = "radius" });
 words!(pub SpeedDistribution { Uniform = "uniform", Maxwell = "maxwell", Equal = "equal" });
 words!(pub TemperatureDefinition { MeanSpeed = "mean-speed", MeanSquare = "mean-square" });
 words!(pub BoltzmannConstant { Codata1986 = "codata-1986", Si2019 = "si-2019" });
@@ -205,6 +242,7 @@ impl GasConfig {
             &mut placement,
         );
         self.placement = placement.0;
+        self.beyond_keys(keys);
         keys.key("duration_s", "s", "Simulated time.", &mut self.duration_s);
     }
 
@@ -234,6 +272,136 @@ impl GasConfig {
         }
     }
 
+    /// Keys that are absent from the canonical manifest unless they say something.
+    fn beyond_keys(&mut self, keys: &mut impl Keys) {
+        let masses = (!self.further_masses_kg.is_empty()).then(|| self.further_masses_kg.clone());
+        self.further_masses_kg = keys
+            .optional(
+                "further_masses_kg",
+                "kg",
+                "Further masses: `mass_kg` and these are given to the particles in turn.",
+                masses,
+            )
+            .unwrap_or_default();
+        let places =
+            (self.place_distribution != PlaceDistribution::Area).then_some(self.place_distribution);
+        self.place_distribution = keys
+            .optional(
+                "place_distribution",
+                "",
+                "area: uniform over the area (default). radius: distance from the centre uniform, which is not stationary.",
+                places,
+            )
+            .unwrap_or(PlaceDistribution::Area);
+        let schedule =
+            (!self.temperature_schedule.is_empty()).then(|| self.temperature_schedule.clone());
+        self.temperature_schedule = keys
+            .optional(
+                "temperature_schedule",
+                "s, K",
+                "Pairs [time, temperature] in rising order: at each time all velocities are rescaled to \
+                the temperature.",
+                schedule,
+            )
+            .unwrap_or_default();
+        self.wall_keys(keys);
+    }
+
+    fn wall_keys(&mut self, keys: &mut impl Keys) {
+        let moving = (self.wall_speed_m_per_s.get() != 0.0).then_some(self.wall_speed_m_per_s);
+        self.wall_speed_m_per_s = keys
+            .optional(
+                "wall_speed_m_per_s",
+                "m/s",
+                "Speed at which the radius grows (above 0) or shrinks (below): a piston. Needs exact propagation.",
+                moving,
+            )
+            .unwrap_or(const { Finite::literal(0.0) });
+        let temperature = keys.optional(
+            "wall_temperature_k",
+            "K",
+            "Temperature of a wall that gives particles back with Maxwell's velocities. Needs exact propagation.",
+            self.thermal_wall.map(|wall| wall.temperature_k),
+        );
+        let accommodation = keys.optional(
+            "wall_accommodation",
+            "1",
+            "Share of the hits after which a particle leaves with the wall's temperature, the others being \
+            mirrored; 1 where it is left out. Needs `wall_temperature_k`.",
+            self.thermal_wall.map(|wall| wall.accommodation),
+        );
+        self.thermal_wall = temperature.map(|temperature_k| ThermalWall {
+            temperature_k,
+            accommodation: accommodation.unwrap_or(const { Share::literal(1.0) }),
+        });
+        self.opening_width_m = keys.optional(
+            "opening_width_m",
+            "m",
+            "Arc of an opening in the wall about the direction of x, at the start. Needs exact propagation.",
+            self.opening_width_m,
+        );
+    }
+
+    /// Whether nothing but the mirror acts on the particles, so that each keeps its speed.
+    #[must_use]
+    pub fn keeps_speeds(&self) -> bool {
+        self.thermal_wall.is_none()
+            && self.wall_speed_m_per_s.get() == 0.0
+            && self.temperature_schedule.is_empty()
+    }
+
+    fn check_wall(&self, table: &mut Reader<'_>) {
+        let exact = self.propagation == Propagation::Exact;
+        for key in ["wall_speed_m_per_s", "wall_temperature_k", "opening_width_m"] {
+            if table.has(key) && !exact {
+                let title = format!("`{key}` needs exact propagation");
+                table.refuse(&["propagation", key], &title, "set propagation to \"exact\"");
+            }
+        }
+        if table.has("temperature_schedule")
+            && matches!(self.propagation, Propagation::Literal { .. })
+        {
+            let title = "the scheme as printed has no temperature schedule";
+            table.refuse(
+                &["propagation", "temperature_schedule"],
+                title,
+                "set propagation to \"exact\" or \"stepped\"",
+            );
+        }
+        if table.has("wall_accommodation") && !table.has("wall_temperature_k") {
+            table.refuse(
+                &["wall_accommodation"],
+                "a wall without temperature accommodates nothing",
+                "add `wall_temperature_k`",
+            );
+        }
+        let rising = self.temperature_schedule.windows(2).all(|pair| pair[0][0] < pair[1][0]);
+        if !rising {
+            table.refuse(
+                &["temperature_schedule"],
+                "the times of the schedule do not rise",
+                "order the pairs [time, temperature] by time",
+            );
+        }
+        let radius_at_end =
+            self.radius_m.get() + self.wall_speed_m_per_s.get() * self.duration_s.get();
+        if radius_at_end <= 0.0 {
+            table.refuse(
+                &["wall_speed_m_per_s", "duration_s"],
+                "the wall reaches the centre before the run ends",
+                "shorten the duration or slow the wall",
+            );
+        }
+        let perimeter = std::f64::consts::TAU * self.radius_m.get();
+        if self.opening_width_m.is_some_and(|width| width.get() > perimeter) {
+            table.refuse(
+                &["opening_width_m", "radius_m"],
+                "the opening is wider than the wall is long",
+                "must be at most 2 pi radius_m",
+            );
+        }
+    }
+
     fn propagation_keys(&mut self, keys: &mut impl Keys) {
         let mut scheme = self.propagation.scheme();
         keys.key(
@@ -260,6 +428,7 @@ impl GasConfig {
     /// The rules between the keys.
     pub(crate) fn check(&mut self, table: &mut Reader<'_>) {
         self.check_start(table);
+        self.check_wall(table);
         let scheme = table.text("propagation").unwrap_or("exact");
         match (scheme, table.has("time_step_s")) {
             ("exact", true) => table.refuse(

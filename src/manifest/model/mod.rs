@@ -7,7 +7,8 @@ mod packing;
 
 pub use dem::{DemConfig, DemIntegrator, DiscRadius, Dissipation, ForceTail, Stability, TimeStep};
 pub use gas::{
-    BoltzmannConstant, GasConfig, Propagation, SpeedDistribution, SpeedScale, TemperatureDefinition,
+    BoltzmannConstant, GasConfig, PlaceDistribution, Propagation, SpeedDistribution, SpeedScale,
+    TemperatureDefinition, ThermalWall,
 };
 pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitSummation};
 pub use packing::{InitialVelocities, PackingConfig, PackingPlacement, RunLength};

@@ -1,6 +1,8 @@
-//! Exact propagation: every frame is computed from the start in closed form, whatever frames came before.
+//! Exact propagation: every frame is computed from where the paths began in closed form, whatever frames came before.
 
-use super::motion::{Chords, Particle};
+use super::groups::Particles;
+use super::motion::Circle;
+use super::paths::Paths;
 use super::wall::{WallLedger, WallTally};
 use serde::{Deserialize, Serialize};
 
@@ -9,37 +11,49 @@ use serde::{Deserialize, Serialize};
 pub(super) struct ExactClock {
     pub(super) duration_s: f64,
     pub(super) time_s: f64,
-    /// Hits of each particle since the start.
-    hits: Vec<u64>,
+    /// When the present paths began, s.
+    pub(super) began_s: f64,
+    paths: Paths,
+    /// What the wall felt before they began.
+    before: WallTally,
 }
 
 impl ExactClock {
-    pub(super) fn new(duration_s: f64, particles: usize) -> Self {
-        Self { duration_s, time_s: 0.0, hits: vec![0; particles] }
+    pub(super) fn new(
+        duration_s: f64,
+        particles: &Particles,
+        mass_ratios: &[f64],
+        circle: Circle,
+    ) -> Self {
+        let paths = Paths::begin(particles, mass_ratios, circle);
+        Self { duration_s, time_s: 0.0, began_s: 0.0, paths, before: WallTally::default() }
     }
 
-    /// Moves the particles to a time and books their hits: those since the start by the closed form, those since the last
-    /// frame by its difference.
+    /// Moves the particles to a time and books their hits: those since the paths began by the closed form, those since the last
+    /// jump by its difference.
     pub(super) fn jump_to(
         &mut self,
         time_s: f64,
-        start: &[Particle],
-        radius_m: f64,
-        particles: &mut [Particle],
+        particles: &mut Particles,
         wall: &mut WallLedger,
     ) {
-        let window_s = time_s - self.time_s;
-        wall.total = WallTally::default();
-        for ((particle, hits_before), &first) in particles.iter_mut().zip(&mut self.hits).zip(start)
-        {
-            let chords = Chords::of(first, radius_m);
-            let flight = chords.flight(time_s);
-            let fresh = flight.hits.saturating_sub(*hits_before);
-            wall.total.add(flight.hits, flight.impulse_per_mass);
-            wall.window.add(fresh, chords.impulse_per_mass(fresh, window_s));
-            *hits_before = flight.hits;
-            *particle = flight.particle;
-        }
+        let sums = self.paths.jump_to(time_s - self.began_s, particles);
+        wall.total = self.before;
+        wall.total.add(sums.hits, sums.impulse.value());
+        wall.window.add(sums.fresh_hits, sums.fresh_impulse.value());
         self.time_s = time_s;
+    }
+
+    /// Begins new paths with the particles as they are, in a circle that is the wall now.
+    pub(super) fn rebegin(
+        &mut self,
+        particles: &Particles,
+        mass_ratios: &[f64],
+        circle: Circle,
+        wall: &WallLedger,
+    ) {
+        self.paths = Paths::begin(particles, mass_ratios, circle);
+        self.began_s = self.time_s;
+        self.before = wall.total;
     }
 }

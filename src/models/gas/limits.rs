@@ -19,7 +19,7 @@ const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
 /// Refuses a configuration whose numbers leave the range in which results have digits.
 pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Refusal> {
     let (radius, duration) = (config.radius_m.get(), config.duration_s.get());
-    let fastest = fastest_speed(particles);
+    let fastest = fastest_speed(particles.iter().copied());
     for (name, value) in [
         ("mass_kg", config.mass_kg.get()),
         ("radius_m", radius),
@@ -75,7 +75,7 @@ fn check_steps(config: &GasConfig) -> Result<(), Refusal> {
 }
 
 /// Largest |v|, m/s.
-pub(super) fn fastest_speed(particles: &[Particle]) -> f64 {
+pub(super) fn fastest_speed(particles: impl Iterator<Item = Particle>) -> f64 {
     let mut fastest = 0.0;
     for particle in particles {
         let speed = particle.speed();

@@ -7,21 +7,31 @@
 //! Without collisions every speed and every angular momentum stays for ever: the speeds never become Maxwell's.
 
 mod exact;
+mod groups;
+mod hit_by_hit;
+mod ledger;
 mod limits;
 pub mod literal;
 pub mod motion;
 mod observe;
+mod paths;
 pub mod pressure;
+mod schedule;
 pub mod speeds;
 mod start;
 pub mod stepped;
+pub mod turns;
 mod wall;
 
 use self::exact::ExactClock;
-use self::motion::{Flight, Particle};
-use self::pressure::{SpeedMean, SpeedMoments};
+use self::groups::{LANES, Particles};
+use self::hit_by_hit::{Course, Thermal, WallLaw};
+use self::ledger::Ledger;
+use self::motion::{Circle, Flight, Particle};
+use self::pressure::{SpeedMean, SpeedMoments, speed_at};
+use self::schedule::Schedule;
 use self::speeds::SpeedLaw;
-use self::wall::WallLedger;
+use self::wall::{Tally, WallLedger};
 use crate::constants::{BOLTZMANN_CODATA_1986_J_PER_K, BOLTZMANN_SI_2019_J_PER_K};
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::Seed;
@@ -29,7 +39,8 @@ use kinetoscope_manifest::model::{
     BoltzmannConstant, GasConfig, Propagation, TemperatureDefinition,
 };
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, GasCollisions, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
+    ChannelDeclaration, GasCollisions, GasInvariants, GasLedger, GasPressure, GasSpeeds,
+    GasTemperature,
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
@@ -46,12 +57,16 @@ pub struct Gas {
     speed_law: SpeedLaw,
     /// Upper end of the speeds shown, m/s.
     speed_range_top: f64,
-    /// The particles at time 0.
-    start: Vec<Particle>,
-    /// The particles now, in the order of their ids.
-    particles: Vec<Particle>,
+    /// The particles where their paths began.
+    start: Particles,
+    /// When that was, s.
+    start_s: f64,
+    /// The particles now.
+    particles: Particles,
     propagator: Propagator,
     wall: WallLedger,
+    ledger: Ledger,
+    schedule: Schedule,
     /// Particles outside the wall at the last frame.
     outside_at_last_frame: u64,
     /// Whether the last target was reached: the next call opens a window.
@@ -62,13 +77,16 @@ pub struct Gas {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Container {
     centre_m: [f64; 2],
-    radius_m: f64,
+    circle: Circle,
 }
 
 /// What the particles are made of, and what their temperature means.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Substance {
+    /// Mass of the first particle.
     mass_kg: f64,
+    /// Each particle's mass over the first one's.
+    mass_ratios: Vec<f64>,
     boltzmann_j_per_k: f64,
     definition: SpeedMean,
 }
@@ -78,11 +96,18 @@ struct Substance {
 enum Propagator {
     /// Closed form, any time.
     Exact(ExactClock),
+    /// Closed form from hit to hit, any time.
+    HitByHit { duration_s: f64, time_s: f64, law: WallLaw, courses: Vec<Course> },
     /// The document's steps, mended.
-    Stepped(StepClock),
+    Stepped {
+        clock: StepClock,
+        /// One a particle, and one for each empty lane.
+        tallies: Vec<Tally>,
+    },
     /// The document's steps as printed.
     Literal {
         clock: StepClock,
+        tallies: Vec<Tally>,
         /// Particles that a 0/0 lost: they stay as they last were.
         frozen: Vec<bool>,
     },
@@ -119,7 +144,7 @@ impl StepClock {
 impl Model for Gas {
     type Config = GasConfig;
     const NAME: &'static str = "gas";
-    const PHYSICS_VERSION: u32 = 1;
+    const PHYSICS_VERSION: u32 = 2;
     const TIME_UNIT: &'static str = "s";
     const STATE_COLUMNS: &'static [StateColumn] = &[
         StateColumn { name: "x", unit: "m" },
@@ -131,59 +156,58 @@ impl Model for Gas {
         ChannelDeclaration::of::<GasPressure>(),
         ChannelDeclaration::of::<GasTemperature>(),
         ChannelDeclaration::of::<GasInvariants>(),
+        ChannelDeclaration::of::<GasLedger>(),
         ChannelDeclaration::of::<GasCollisions>(),
         ChannelDeclaration::of::<GasSpeeds>(),
     ];
 
     /// Places and speeds are drawn from their own streams. A gas has no series of single collisions: `per_collision` changes nothing.
     fn prepare(config: &GasConfig, seed: Seed, _per_collision: bool) -> Result<Self, Refusal> {
-        let substance = Substance {
-            mass_kg: config.mass_kg.get(),
-            boltzmann_j_per_k: match config.boltzmann_constant {
-                BoltzmannConstant::Codata1986 => BOLTZMANN_CODATA_1986_J_PER_K,
-                BoltzmannConstant::Si2019 => BOLTZMANN_SI_2019_J_PER_K,
-            },
-            definition: match config.temperature_definition {
-                TemperatureDefinition::MeanSpeed => SpeedMean::MeanSpeed,
-                TemperatureDefinition::MeanSquare => SpeedMean::MeanSquare,
+        let substance = Substance::of(config);
+        let start = start::start(
+            config,
+            seed,
+            substance.definition,
+            substance.boltzmann_j_per_k,
+            &substance.mass_ratios,
+        )?;
+        limits::check(config, &start.particles)?;
+        let container = Container {
+            centre_m: config.centre_m.map(|axis| axis.get()),
+            circle: Circle {
+                radius: config.radius_m.get(),
+                wall_speed: config.wall_speed_m_per_s.get(),
             },
         };
-        let start = start::start(config, seed, substance.definition, substance.boltzmann_j_per_k)?;
-        limits::check(config, &start.particles)?;
-        let rms_speed = SpeedMoments::of(&start.particles).mean_square.sqrt();
-        let duration_s = config.duration_s.get();
-        Ok(Self {
-            container: Container {
-                centre_m: config.centre_m.map(|axis| axis.get()),
-                radius_m: config.radius_m.get(),
-            },
+        let particles = Particles::of(&start.particles);
+        let propagator = Propagator::of(config, seed, &particles, &substance, container);
+        let mut gas = Self {
+            container,
             substance,
             speed_law: start.speed_law,
-            speed_range_top: start.speed_law.range_top(rms_speed),
-            propagator: match config.propagation {
-                Propagation::Exact => {
-                    Propagator::Exact(ExactClock::new(duration_s, start.particles.len()))
-                }
-                Propagation::Stepped { time_step_s } => {
-                    Propagator::Stepped(StepClock::new(duration_s, time_step_s.get()))
-                }
-                Propagation::Literal { time_step_s } => Propagator::Literal {
-                    clock: StepClock::new(duration_s, time_step_s.get()),
-                    frozen: vec![false; start.particles.len()],
-                },
-            },
-            particles: start.particles.clone(),
-            start: start.particles,
+            speed_range_top: 1.0,
+            propagator,
+            start: particles.clone(),
+            start_s: 0.0,
+            particles,
             wall: WallLedger::default(),
+            ledger: Ledger::default(),
+            schedule: Schedule::of(config),
             outside_at_last_frame: 0,
             reached: true,
-        })
+        };
+        let moments = gas.moments();
+        gas.ledger.energy_at_start = moments.reduced_mean_square * moments.count / 2.0;
+        let rms_speed = moments.mean_square.sqrt();
+        gas.speed_range_top = gas.speed_law.range_top(rms_speed);
+        Ok(gas)
     }
 
     fn extent(&self) -> Extent {
         match &self.propagator {
-            Propagator::Exact(clock) => Extent::Time(clock.duration_s),
-            Propagator::Stepped(clock) | Propagator::Literal { clock, .. } => {
+            Propagator::Exact(ExactClock { duration_s, .. })
+            | Propagator::HitByHit { duration_s, .. } => Extent::Time(*duration_s),
+            Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => {
                 Extent::Steps { total: clock.total, step: clock.time_step_s }
             }
         }
@@ -192,20 +216,20 @@ impl Model for Gas {
     /// Exact propagation reaches a time in one call, whatever the budget.
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
         if self.reached {
-            self.wall.open_window(self.time());
-            self.outside_at_last_frame = self.particles_outside();
+            self.open_window();
         }
         self.reached = match &self.propagator {
-            Propagator::Exact(_) => self.jump(target)?,
-            Propagator::Stepped(clock) | Propagator::Literal { clock, .. } => {
+            Propagator::Exact(_) | Propagator::HitByHit { .. } => self.jump(target)?,
+            Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => {
                 let (wanted, done) = (clock.count_of(target), clock.done);
                 let Some(missing) = wanted.checked_sub(done) else {
                     return Err(Fault(format!(
                         "step {wanted} was asked for after step {done}: frames must come in the order of time"
                     )));
                 };
-                for _ in 0..missing.min(at_most) {
-                    self.step();
+                self.walk_by_schedule(if missing < at_most { missing } else { at_most })?;
+                if missing <= at_most {
+                    self.gather();
                 }
                 missing <= at_most
             }
@@ -216,15 +240,17 @@ impl Model for Gas {
     /// Steps done; in exact propagation hits of the wall.
     fn count(&self) -> u64 {
         match &self.propagator {
-            Propagator::Exact(_) => self.wall.total.hits,
-            Propagator::Stepped(clock) | Propagator::Literal { clock, .. } => clock.done,
+            Propagator::Exact(_) | Propagator::HitByHit { .. } => self.wall.total.hits,
+            Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => clock.done,
         }
     }
 
     fn time(&self) -> f64 {
         match &self.propagator {
-            Propagator::Exact(clock) => clock.time_s,
-            Propagator::Stepped(clock) | Propagator::Literal { clock, .. } => clock.time_s(),
+            Propagator::Exact(ExactClock { time_s, .. }) | Propagator::HitByHit { time_s, .. } => {
+                *time_s
+            }
+            Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => clock.time_s(),
         }
     }
 
@@ -237,16 +263,129 @@ impl Model for Gas {
     }
 }
 
+impl Substance {
+    fn of(config: &GasConfig) -> Self {
+        Self {
+            mass_kg: config.mass_kg.get(),
+            mass_ratios: {
+                let mut masses = vec![config.mass_kg.get()];
+                masses.extend(config.further_masses_kg.iter().map(|mass| mass.get()));
+                let count = config.particles.get() as usize;
+                masses.iter().map(|mass| mass / masses[0]).cycle().take(count).collect()
+            },
+            boltzmann_j_per_k: match config.boltzmann_constant {
+                BoltzmannConstant::Codata1986 => BOLTZMANN_CODATA_1986_J_PER_K,
+                BoltzmannConstant::Si2019 => BOLTZMANN_SI_2019_J_PER_K,
+            },
+            definition: match config.temperature_definition {
+                TemperatureDefinition::MeanSpeed => SpeedMean::MeanSpeed,
+                TemperatureDefinition::MeanSquare => SpeedMean::MeanSquare,
+            },
+        }
+    }
+}
+
+impl WallLaw {
+    fn of(config: &GasConfig, seed: Seed, substance: &Substance, circle: Circle) -> Self {
+        Self {
+            circle,
+            thermal: config.thermal_wall.map(|wall| Thermal {
+                // k_B T = m s^2 for one component, 2 k_B T = m v^2 for both.
+                thermal_speed: speed_at(
+                    wall.temperature_k.get(),
+                    substance.mass_kg,
+                    substance.boltzmann_j_per_k,
+                ) / std::f64::consts::SQRT_2,
+                accommodation: wall.accommodation.get(),
+                seed,
+            }),
+            half_opening: config.opening_width_m.map(|width| width.get() / circle.radius / 2.0),
+        }
+    }
+}
+
+impl Propagator {
+    fn of(
+        config: &GasConfig,
+        seed: Seed,
+        particles: &Particles,
+        substance: &Substance,
+        container: Container,
+    ) -> Self {
+        let duration_s = config.duration_s.get();
+        let tallies = || {
+            let mut tallies = vec![Tally::default(); particles.groups.len() * LANES];
+            for (tally, particle) in tallies.iter_mut().zip(particles.iter()) {
+                tally.begin(particle);
+            }
+            tallies
+        };
+        match config.propagation {
+            Propagation::Exact
+                if config.thermal_wall.is_some() || config.opening_width_m.is_some() =>
+            {
+                let law = WallLaw::of(config, seed, substance, container.circle);
+                let ratios = substance.mass_ratios.iter();
+                let begun = particles
+                    .iter()
+                    .zip(ratios)
+                    .map(|(particle, ratio)| law.begin(particle, 0.0, *ratio));
+                Self::HitByHit { duration_s, time_s: 0.0, law, courses: begun.collect() }
+            }
+            Propagation::Exact => Self::Exact(ExactClock::new(
+                duration_s,
+                particles,
+                &substance.mass_ratios,
+                container.circle,
+            )),
+            Propagation::Stepped { time_step_s } => Self::Stepped {
+                clock: StepClock::new(duration_s, time_step_s.get()),
+                tallies: tallies(),
+            },
+            Propagation::Literal { time_step_s } => Self::Literal {
+                clock: StepClock::new(duration_s, time_step_s.get()),
+                tallies: tallies(),
+                frozen: vec![false; particles.len()],
+            },
+        }
+    }
+}
+
 impl Gas {
+    /// Means over all particles now.
+    fn moments(&self) -> SpeedMoments {
+        let ratios = self.substance.mass_ratios.iter().copied();
+        let all = self.particles.iter().zip(ratios).enumerate();
+        SpeedMoments::of(all.filter(|(id, _)| self.is_inside(*id)).map(|(_, particle)| particle))
+    }
+
+    /// Starts "since the last frame" again from zero.
+    fn open_window(&mut self) {
+        self.wall.open_window(self.time());
+        self.outside_at_last_frame = self.particles_outside();
+        if let Propagator::Stepped { tallies, .. } | Propagator::Literal { tallies, .. } =
+            &mut self.propagator
+        {
+            tallies.iter_mut().for_each(Tally::open_window);
+        }
+    }
+
+    /// Whether a particle has not left through the opening.
+    fn is_inside(&self, id: usize) -> bool {
+        match &self.propagator {
+            Propagator::HitByHit { courses, .. } => courses[id].is_inside(),
+            _ => true,
+        }
+    }
+
     /// Exact propagation to a target, which must be a time.
     fn jump(&mut self, target: Target) -> Result<bool, Fault> {
-        let Propagator::Exact(clock) = &mut self.propagator else { return Ok(true) };
         let time = match target {
-            Target::Time(time) if time >= clock.time_s => time,
+            Target::Time(time) if time >= self.time() => time,
             Target::Time(time) => {
                 return Err(Fault(format!(
                     "{time} s was asked for after {} s: frames must come in the order of time",
-                    clock.time_s
+                    self.time()
                 )));
             }
             Target::Count(_) => {
@@ -255,39 +394,87 @@ impl Gas {
                 ));
             }
         };
-        let radius = self.container.radius_m;
-        clock.jump_to(time, &self.start, radius, &mut self.particles, &mut self.wall);
+        while let Some([at, temperature_k]) = self.schedule.due(time) {
+            self.fly_to(at);
+            self.set_temperature(temperature_k)?;
+        }
+        self.fly_to(time);
         Ok(true)
     }
 
-    /// One step of all particles, in the order of their ids.
-    fn step(&mut self) {
-        let Container { centre_m, radius_m } = self.container;
+    /// Exact propagation to a time.
+    fn fly_to(&mut self, time: f64) {
         match &mut self.propagator {
-            Propagator::Exact(_) => {}
-            Propagator::Stepped(clock) => {
-                for particle in &mut self.particles {
-                    let flight = stepped::step(*particle, radius_m, clock.time_step_s);
-                    *particle = flight.particle;
-                    self.wall.book(&flight);
-                }
-                clock.done += 1;
+            Propagator::Exact(clock) => {
+                clock.jump_to(time, &mut self.particles, &mut self.wall);
             }
-            Propagator::Literal { clock, frozen } => {
-                for (particle, frozen) in self.particles.iter_mut().zip(frozen) {
-                    if *frozen {
-                        continue;
+            Propagator::HitByHit { law, courses, time_s, .. } => {
+                let happened = law.fly(courses, &mut self.particles, time);
+                self.wall.book(&happened.wall);
+                self.ledger.book(&happened);
+                *time_s = time;
+            }
+            Propagator::Stepped { .. } | Propagator::Literal { .. } => {}
+        }
+    }
+
+    /// So many steps, cut where a temperature is to be set.
+    fn walk_by_schedule(&mut self, steps: u64) -> Result<(), Fault> {
+        let (Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. }) =
+            &self.propagator
+        else {
+            return Ok(());
+        };
+        let StepClock { time_step_s, done, .. } = *clock;
+        let end = done + steps;
+        let mut at = done;
+        while let Some([time, temperature_k]) = self.schedule.due(end as f64 * time_step_s) {
+            let step = (time / time_step_s + STEP_ROUNDING) as u64;
+            let step = if step > at { step } else { at };
+            self.walk(step - at);
+            at = step;
+            self.set_temperature(temperature_k)?;
+        }
+        self.walk(end - at);
+        Ok(())
+    }
+
+    /// Reads the wall's tallies off those of the particles.
+    fn gather(&mut self) {
+        if let Propagator::Stepped { tallies, .. } | Propagator::Literal { tallies, .. } =
+            &self.propagator
+        {
+            self.wall.gather(tallies, &self.substance.mass_ratios);
+        }
+    }
+
+    /// So many steps of all particles.
+    fn walk(&mut self, steps: u64) {
+        let Container { centre_m, circle: Circle { radius, .. } } = self.container;
+        match &mut self.propagator {
+            Propagator::Exact(_) | Propagator::HitByHit { .. } => {}
+            Propagator::Stepped { clock, tallies } => {
+                stepped::walk(&mut self.particles, tallies, radius, clock.time_step_s, steps);
+                clock.done += steps;
+            }
+            Propagator::Literal { clock, tallies, frozen } => {
+                for (id, (tally, frozen)) in tallies.iter_mut().zip(frozen).enumerate() {
+                    let mut particle = self.particles.get(id);
+                    for _ in 0..steps {
+                        if *frozen {
+                            break;
+                        }
+                        let dt = clock.time_step_s;
+                        let flight = literal::step_as_printed(particle, centre_m, radius, dt);
+                        *frozen = !is_finite(&flight);
+                        if !*frozen {
+                            particle = flight.particle;
+                            tally.book(&flight);
+                        }
                     }
-                    let dt = clock.time_step_s;
-                    let flight = literal::step_as_printed(*particle, centre_m, radius_m, dt);
-                    if is_finite(&flight) {
-                        *particle = flight.particle;
-                        self.wall.book(&flight);
-                    } else {
-                        *frozen = true;
-                    }
+                    self.particles.set(id, particle);
                 }
-                clock.done += 1;
+                clock.done += steps;
             }
         }
     }

@@ -84,14 +84,18 @@ pub fn reflected(particle: Particle) -> Particle {
 /// With s = |v|, b0 = (p . v)/s, d = (p x v)/s: half a chord is C = sqrt(R^2 - d^2), hits come at (C - b0)/s and then
 /// every 2 C/s, and each turns the path by beta = pi - 2 a, sin a = d/R (Berry, Eur. J. Phys. 2, 91 (1981): the circular
 /// billiard).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Chords {
     start: Particle,
     radius: f64,
-    speed: f64,
-    along: f64,
-    offset: f64,
-    half_chord: f64,
+    /// s
+    pub(super) speed: f64,
+    /// b0
+    pub(super) along: f64,
+    /// d
+    pub(super) offset: f64,
+    /// C
+    pub(super) half_chord: f64,
 }
 
 impl Chords {
@@ -150,8 +154,21 @@ impl Chords {
         Flight { particle: self.after(hits, time), hits, impulse_per_mass }
     }
 
+    /// Time of a hit, counted from 1: (C - b0)/s + (j - 1) 2 C/s.
+    #[must_use]
+    pub fn time_of_hit(&self, hit: u64) -> f64 {
+        ((self.half_chord - self.along) + 2.0 * self.half_chord * (hit as f64 - 1.0)) / self.speed
+    }
+
+    /// beta without whole turns, 2 atan2(C, |d|) with the sign of d: exact where hits are grazing.
+    #[must_use]
+    pub fn turn_of_a_hit(&self) -> f64 {
+        let turn = 2.0 * libm::atan2(self.half_chord, self.offset.abs());
+        if self.offset < 0.0 { -turn } else { turn }
+    }
+
     /// Where the particle is at this time, after this many hits.
-    fn after(&self, hits: u64, time: f64) -> Particle {
+    pub(super) fn after(&self, hits: u64, time: f64) -> Particle {
         let Particle { position, velocity } = self.start;
         let sense = if self.offset < 0.0 { -1.0 } else { 1.0 };
         if self.slides() {
@@ -161,9 +178,7 @@ impl Chords {
         if hits == 0 {
             return drifted(self.start, time);
         }
-        // beta without whole turns, 2 atan2(C, |d|) with the sign of d, stays exact where hits are grazing.
-        let beta = sense * 2.0 * libm::atan2(self.half_chord, self.offset.abs());
-        let turn = Rotation::by(hits as f64 * beta);
+        let turn = Rotation::by(hits as f64 * self.turn_of_a_hit());
         let run = self.along + self.speed * time - 2.0 * self.half_chord * hits as f64;
         let direction = [velocity[0] / self.speed, velocity[1] / self.speed];
         let unturned = [
@@ -171,6 +186,71 @@ impl Chords {
             run * direction[1] - self.offset * direction[0],
         ];
         Particle { position: turn.of(unturned), velocity: turn.of(velocity) }
+    }
+}
+
+/// A circle whose radius changes evenly, R(t) = R0 + u t; for u = 0 the container at rest.
+///
+/// Seen in lengths of R(t) and in the time tau = integral of dt/R^2 = t/(R0 R(t)) it is a unit circle at rest, in which particles fly
+/// straight: with q = p/R and w = dq/dtau = R v - u p, free flight keeps w, and the wall's mirror v_n -> 2u - v_n becomes
+/// w_n -> -w_n (Berry and Klein, J. Phys. A 17, 1805 (1984)). So every path in it has a closed form, and |R v - u p| and
+/// p x v = q x w stay for ever.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Circle {
+    /// Radius R0 at time 0, m.
+    pub radius: f64,
+    /// Speed u of the wall, outwards, m/s.
+    pub wall_speed: f64,
+}
+
+impl Circle {
+    /// R(t), m.
+    #[must_use]
+    #[inline(always)]
+    pub fn radius_at(&self, time: f64) -> f64 {
+        self.radius + self.wall_speed * time
+    }
+
+    /// tau(t) = t / (R0 R(t)), s/m^2.
+    #[must_use]
+    pub fn scaled_time(&self, time: f64) -> f64 {
+        time / (self.radius * self.radius_at(time))
+    }
+
+    /// t(tau) = R0^2 tau / (1 - R0 u tau), s.
+    #[must_use]
+    pub fn time_of(&self, scaled_time: f64) -> f64 {
+        let way = self.radius * scaled_time;
+        self.radius * way / (1.0 - self.wall_speed * way)
+    }
+
+    /// (q, w) of a particle at this time.
+    #[must_use]
+    pub fn scaled(&self, particle: Particle, time: f64) -> Particle {
+        let radius = self.radius_at(time);
+        let Particle { position: [x, y], velocity: [vx, vy] } = particle;
+        Particle {
+            position: [x / radius, y / radius],
+            velocity: [radius * vx - self.wall_speed * x, radius * vy - self.wall_speed * y],
+        }
+    }
+
+    /// The particle of (q, w) at this time: p = R q, v = w/R + u q.
+    #[must_use]
+    pub fn unscaled(&self, scaled: Particle, time: f64) -> Particle {
+        let radius = self.radius_at(time);
+        let Particle { position: [x, y], velocity: [wx, wy] } = scaled;
+        Particle {
+            position: [radius * x, radius * y],
+            velocity: [wx / radius + self.wall_speed * x, wy / radius + self.wall_speed * y],
+        }
+    }
+
+    /// Impulse on the wall over the mass, m/s, of one hit with the normal component w_n: 2 (v_n - u) = 2 w_n / R, and
+    /// 1/R = 1/R0 - u tau.
+    #[must_use]
+    pub fn impulse_of_hit(&self, normal: f64, scaled_time: f64) -> f64 {
+        2.0 * normal * (1.0 / self.radius - self.wall_speed * scaled_time)
     }
 }
 

@@ -28,19 +28,26 @@ const MOST_ARROWS: usize = 2000;
 impl Gas {
     pub(super) fn fill(&self, frame: &mut Frame) {
         let [cx, cy] = self.container.centre_m;
-        for Particle { position: [x, y], velocity: [vx, vy] } in &self.particles {
-            frame.push_state(&[cx + x, cy + y, *vx, *vy]);
+        for Particle { position: [x, y], velocity: [vx, vy] } in self.particles.iter() {
+            frame.push_state(&[cx + x, cy + y, vx, vy]);
         }
-        let moments = SpeedMoments::of(&self.particles);
+        let moments = self.moments();
         frame.push(&self.pressure(&moments));
         frame.push(&self.temperature(&moments));
         frame.push(&self.invariants());
+        let ratios = self.substance.mass_ratios.iter();
+        let inside = self.particles.iter().zip(ratios).enumerate();
+        let reduced = inside
+            .filter(|(id, _)| self.is_inside(*id))
+            .map(|(_, (particle, ratio))| ratio.sqrt() * particle.speed());
+        let mean_square = moments.reduced_mean_square;
+        let speeds = histogram(reduced, self.speed_law, self.speed_range_top, mean_square);
+        frame.push(&self.ledger(&speeds));
         frame.push(&GasCollisions {
             wall: self.wall.total.hits,
             wall_since_last_frame: self.wall.window.hits,
         });
-        let speeds = self.particles.iter().map(Particle::speed);
-        frame.push(&histogram(speeds, self.speed_law, self.speed_range_top, moments.mean_square));
+        frame.push(&speeds);
         if self.time() == 0.0 {
             self.log_start(&moments, frame);
         }
@@ -48,7 +55,7 @@ impl Gas {
     }
 
     pub(super) fn draw(&self) -> Scenery {
-        let ([x, y], radius) = (self.container.centre_m, self.container.radius_m);
+        let ([x, y], radius) = (self.container.centre_m, self.container.circle.radius);
         Scenery {
             walls: vec![Wall::Circle { centre: [x, y], radius }],
             view: [[x - radius, y - radius], [x + radius, y + radius]],
@@ -62,16 +69,19 @@ impl Gas {
     }
 
     fn pressure(&self, moments: &SpeedMoments) -> GasPressure {
-        let (count, radius) = (self.particles.len() as f64, self.container.radius_m);
+        let (count, radius) = (moments.count, self.radius_now());
         let (mass, boltzmann) = (self.substance.mass_kg, self.substance.boltzmann_j_per_k);
         let by_formula = |mean| kinetic_pressure(count, mass, moments.squared_speed(mean), radius);
-        let window_s = self.time() - self.wall.window_opened_s;
+        let (time_s, opened_s) = (self.time(), self.wall.window_opened_s);
+        let window_s = time_s - opened_s;
+        // Radii change evenly: the mean over a window is that at its middle.
+        let mean_radius = |from: f64| self.container.circle.radius_at((from + time_s) / 2.0);
         let window_impulse = mass * self.wall.window.impulse_per_mass.value();
         let impulse = mass * self.wall.total.impulse_per_mass.value();
-        let since_start = measured_pressure(impulse, radius, self.time());
+        let since_start = measured_pressure(impulse, mean_radius(0.0), time_s);
         let by_mean_square = by_formula(SpeedMean::MeanSquare);
         GasPressure {
-            measured_n_per_m: measured_pressure(window_impulse, radius, window_s),
+            measured_n_per_m: measured_pressure(window_impulse, mean_radius(opened_s), window_s),
             measured_since_start_n_per_m: since_start,
             mean_speed_formula_n_per_m: by_formula(SpeedMean::MeanSpeed),
             mean_square_formula_n_per_m: by_mean_square,
@@ -108,37 +118,51 @@ impl Gas {
     }
 
     fn invariants(&self) -> GasInvariants {
-        let (mass, radius) = (self.substance.mass_kg, self.container.radius_m);
+        let mass = self.substance.mass_kg;
         let mut squares = CompensatedSum::default();
         let mut angular_momentum = CompensatedSum::default();
-        let mut largest_speed_change = 0.0;
-        let mut largest_angular_momentum_change = 0.0;
-        for (now, first) in self.particles.iter().zip(&self.start) {
-            let (speed, speed_at_start) = (now.speed(), first.speed());
-            squares.add(speed * speed);
-            angular_momentum.add(now.angular_momentum_per_mass());
-            // A particle at rest stays at rest: it has no relative change.
-            if speed_at_start > 0.0 {
-                let speed_change = (speed - speed_at_start).abs() / speed_at_start;
-                raise(&mut largest_speed_change, speed_change);
-                let change = now.angular_momentum_per_mass() - first.angular_momentum_per_mass();
-                let relative = change.abs() / (radius * speed_at_start);
-                raise(&mut largest_angular_momentum_change, relative);
+        for (id, (now, ratio)) in self.particles.iter().zip(&self.substance.mass_ratios).enumerate()
+        {
+            if self.is_inside(id) {
+                squares.add(ratio * super::motion::dot(now.velocity, now.velocity));
+                angular_momentum.add(ratio * now.angular_momentum_per_mass());
             }
         }
+        let [speed_change, angular_momentum_change] = self.largest_changes();
         GasInvariants {
             kinetic_j: mass * squares.value() / 2.0,
             angular_momentum_j_s: mass * angular_momentum.value(),
-            largest_speed_change_relative: largest_speed_change,
-            largest_angular_momentum_change_relative: largest_angular_momentum_change,
+            largest_speed_change_relative: speed_change,
+            largest_angular_momentum_change_relative: angular_momentum_change,
             particles_outside: self.particles_outside(),
         }
     }
 
+    /// Largest changes of |R v - u p|, which is R |v| while the wall rests, and of p x v since the paths began; zero where the wall
+    /// changes both.
+    fn largest_changes(&self) -> [f64; 2] {
+        let (mut of_speed, mut of_angular_momentum) = (0.0, 0.0);
+        if matches!(&self.propagator, Propagator::HitByHit { law, .. } if law.thermal.is_some()) {
+            return [0.0, 0.0];
+        }
+        let circle = self.container.circle;
+        for (id, (now, first)) in self.particles.iter().zip(self.start.iter()).enumerate() {
+            let speed_at_start = circle.scaled(first, self.start_s).speed();
+            // A particle at rest stays at rest: it has no relative change.
+            if speed_at_start > 0.0 && self.is_inside(id) {
+                let speed = circle.scaled(now, self.time()).speed();
+                raise(&mut of_speed, (speed - speed_at_start).abs() / speed_at_start);
+                let change = now.angular_momentum_per_mass() - first.angular_momentum_per_mass();
+                raise(&mut of_angular_momentum, change.abs() / speed_at_start);
+            }
+        }
+        [of_speed, of_angular_momentum]
+    }
+
     /// Particles outside the wall, those that a 0/0 lost among them.
     pub(super) fn particles_outside(&self) -> u64 {
-        let limit = OUTSIDE * self.container.radius_m;
-        let is_outside = |particle: &Particle| {
+        let limit = OUTSIDE * self.radius_now();
+        let is_outside = |particle: Particle| {
             let [x, y] = particle.position;
             x * x + y * y > limit * limit
         };
@@ -147,17 +171,23 @@ impl Gas {
                 .particles
                 .iter()
                 .zip(frozen)
-                .filter(|(particle, frozen)| **frozen || is_outside(particle))
+                .filter(|(particle, frozen)| **frozen || is_outside(*particle))
                 .count(),
-            Propagator::Exact(_) | Propagator::Stepped(_) => {
-                self.particles.iter().filter(|particle| is_outside(particle)).count()
+            Propagator::HitByHit { .. } if self.has_opening() => self
+                .particles
+                .iter()
+                .enumerate()
+                .filter(|(id, particle)| self.is_inside(*id) && is_outside(*particle))
+                .count(),
+            Propagator::Exact(_) | Propagator::HitByHit { .. } | Propagator::Stepped { .. } => {
+                self.particles.iter().filter(|particle| is_outside(*particle)).count()
             }
         };
         count as u64
     }
 
     fn log_start(&self, moments: &SpeedMoments, frame: &mut Frame) {
-        let ([cx, cy], radius) = (self.container.centre_m, self.container.radius_m);
+        let ([cx, cy], radius) = (self.container.centre_m, self.container.circle.radius);
         let mass = self.substance.mass_kg;
         let count = self.particles.len();
         frame.log(
@@ -209,7 +239,10 @@ impl Gas {
     fn propagation_in_words(&self) -> String {
         match &self.propagator {
             Propagator::Exact(_) => "propagation: closed form, exact at any time".to_owned(),
-            Propagator::Stepped(clock) => format!(
+            Propagator::HitByHit { .. } => {
+                "propagation: closed form from hit to hit, exact at any time".to_owned()
+            }
+            Propagator::Stepped { clock, .. } => format!(
                 "propagation: {} steps of {} s, mirrored until each is used up",
                 clock.total, clock.time_step_s
             ),
@@ -221,15 +254,16 @@ impl Gas {
     }
 
     fn warn_of_long_steps(&self, frame: &mut Frame) {
-        let (Propagator::Stepped(clock) | Propagator::Literal { clock, .. }) = &self.propagator
+        let (Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. }) =
+            &self.propagator
         else {
             return;
         };
         let fastest = match self.speed_law {
             SpeedLaw::Uniform { max_speed } => max_speed,
-            _ => limits::fastest_speed(&self.start),
+            _ => limits::fastest_speed(self.start.iter()),
         };
-        let step_over_radius = fastest * clock.time_step_s / self.container.radius_m;
+        let step_over_radius = fastest * clock.time_step_s / self.container.circle.radius;
         if step_over_radius > LONGEST_STEP_OVER_RADIUS {
             frame.log(
                 Level::Warning,
@@ -237,7 +271,7 @@ impl Gas {
                     "v_max dt / r = {} is above {LONGEST_STEP_OVER_RADIUS}: a particle takes few steps across the container; \
                      time_step_s of at most {} would do",
                     short(step_over_radius),
-                    short(LONGEST_STEP_OVER_RADIUS * self.container.radius_m / fastest)
+                    short(LONGEST_STEP_OVER_RADIUS * self.container.circle.radius / fastest)
                 ),
             );
         }

@@ -17,40 +17,64 @@ pub enum SpeedMean {
 }
 
 /// Mean values over all particles.
-#[derive(Clone, Copy, Debug, PartialEq)]
+///
+/// A "reduced" speed is v sqrt(m/m1), m1 the first mass: the energy of a particle is then m1 v^2/2 whatever its mass. With
+/// one mass it is the speed itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpeedMoments {
+    /// Particles counted.
+    pub count: f64,
     /// Mean of |v|, m/s.
     pub mean_speed: f64,
     /// Mean of v^2, m^2/s^2.
     pub mean_square: f64,
+    /// Mean of the reduced speed, m/s.
+    pub reduced_mean_speed: f64,
+    /// Mean of the reduced speed's square, m^2/s^2.
+    pub reduced_mean_square: f64,
     /// |mean of v|, m/s. The document calls this the mean speed once (14to3); it is near zero.
     pub mean_velocity: f64,
 }
 
 impl SpeedMoments {
-    /// The moments of at least one particle.
+    /// The moments of particles, each with its mass over the first one; all zero for none.
     #[must_use]
-    pub fn of(particles: &[Particle]) -> Self {
-        let count = particles.len() as f64;
-        let mean = |term: &dyn Fn(&Particle) -> f64| {
-            particles.iter().map(term).collect::<CompensatedSum>().value() / count
-        };
+    pub fn of(particles: impl Iterator<Item = (Particle, f64)>) -> Self {
+        let mut sums = [CompensatedSum::default(); 6];
+        let mut count = 0.0;
+        for (particle, mass_ratio) in particles {
+            let [vx, vy] = particle.velocity;
+            let square = super::motion::dot(particle.velocity, particle.velocity);
+            let speed = particle.speed();
+            let reduced = mass_ratio * square;
+            for (sum, term) in
+                sums.iter_mut().zip([speed, square, mass_ratio.sqrt() * speed, reduced, vx, vy])
+            {
+                sum.add(term);
+            }
+            count += 1.0;
+        }
+        if count == 0.0 {
+            return Self::default();
+        }
+        let [speed, square, reduced_speed, reduced_square, vx, vy] =
+            sums.map(|sum| sum.value() / count);
         Self {
-            mean_speed: mean(&Particle::speed),
-            mean_square: mean(&|particle| super::motion::dot(particle.velocity, particle.velocity)),
-            mean_velocity: libm::hypot(
-                mean(&|particle| particle.velocity[0]),
-                mean(&|particle| particle.velocity[1]),
-            ),
+            count,
+            mean_speed: speed,
+            mean_square: square,
+            reduced_mean_speed: reduced_speed,
+            reduced_mean_square: reduced_square,
+            mean_velocity: libm::hypot(vx, vy),
         }
     }
 
-    /// |v|^2 of (12) and (13) by a definition, m^2/s^2.
+    /// |v|^2 of (12) and (13) by a definition, for the first mass, m^2/s^2.
     #[must_use]
     pub fn squared_speed(&self, definition: SpeedMean) -> f64 {
         match definition {
-            SpeedMean::MeanSpeed => self.mean_speed * self.mean_speed,
-            SpeedMean::MeanSquare => self.mean_square,
+            SpeedMean::MeanSpeed => self.reduced_mean_speed * self.reduced_mean_speed,
+            SpeedMean::MeanSquare => self.reduced_mean_square,
         }
     }
 }

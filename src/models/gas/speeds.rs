@@ -72,15 +72,16 @@ pub fn maxwell_density(speed: f64, mean_square: f64) -> f64 {
 /// that the bins' sum is the share inside. Maxwell's law is that of the given mean square.
 #[must_use]
 pub fn histogram(
-    speeds: impl ExactSizeIterator<Item = f64>,
+    speeds: impl Iterator<Item = f64>,
     law: SpeedLaw,
     range_top: f64,
     mean_square: f64,
 ) -> GasSpeeds {
     let width = range_top / BINS as f64;
-    let particles = speeds.len() as f64;
+    let mut particles = 0.0;
     let mut counts = [0_u64; BINS];
     for speed in speeds {
+        particles += 1.0;
         if let Some(count) = counts.get_mut((speed / width) as usize) {
             *count += 1;
         }

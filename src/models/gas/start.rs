@@ -6,7 +6,7 @@ use super::speeds::SpeedLaw;
 use crate::model::Refusal;
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::{
-    GasConfig, GivenState, Placement, SpeedDistribution, SpeedScale,
+    GasConfig, GivenState, PlaceDistribution, Placement, SpeedDistribution, SpeedScale,
 };
 use std::f64::consts::TAU;
 
@@ -26,8 +26,9 @@ pub(super) fn start(
     seed: Seed,
     definition: SpeedMean,
     boltzmann_j_per_k: f64,
+    mass_ratios: &[f64],
 ) -> Result<Start, Refusal> {
-    let unscaled = match &config.placement {
+    let mut unscaled = match &config.placement {
         Placement::Random => drawn(config, seed)?,
         Placement::Given(state) => given(config, state)?,
         Placement::Lattice => {
@@ -37,12 +38,23 @@ pub(super) fn start(
             ));
         }
     };
+    if let (Placement::Random, SpeedScale::Temperature(_)) = (&config.placement, config.speed_scale)
+    {
+        // At one temperature, particles of m times the mass have 1/sqrt(m) of the speed.
+        for (particle, ratio) in unscaled.particles.iter_mut().zip(mass_ratios) {
+            particle.velocity = particle.velocity.map(|component| component / ratio.sqrt());
+        }
+    }
     let factor = match config.speed_scale {
         SpeedScale::Given => 1.0,
         SpeedScale::MaxSpeed(speed) => speed.get(),
         SpeedScale::Temperature(temperature) => {
             let wanted = speed_at(temperature.get(), config.mass_kg.get(), boltzmann_j_per_k);
-            let present = SpeedMoments::of(&unscaled.particles).squared_speed(definition).sqrt();
+            let present = SpeedMoments::of(
+                unscaled.particles.iter().copied().zip(mass_ratios.iter().copied()),
+            )
+            .squared_speed(definition)
+            .sqrt();
             if wanted > 0.0 && !(present > 0.0 && present.is_finite()) {
                 return Err(Refusal(format!(
                     "velocities of mean {present} m/s can't be scaled to {} K: give some particle a finite velocity, or temperature_k = 0",
@@ -98,7 +110,12 @@ fn drawn(config: &GasConfig, seed: Seed) -> Result<Start, Refusal> {
     let particles = (0..config.particles.get())
         .map(|_| {
             // The area inside a radius grows as its square: the root of a uniform number is uniform over the disc.
-            let distance = radius * places.uniform().sqrt();
+            let share = places.uniform();
+            let distance = radius
+                * match config.place_distribution {
+                    PlaceDistribution::Area => share.sqrt(),
+                    PlaceDistribution::Radius => share,
+                };
             let position = from_polar(distance, TAU * places.uniform());
             let velocity = match config.speed_distribution {
                 SpeedDistribution::Uniform => {

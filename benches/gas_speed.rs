@@ -1,0 +1,186 @@
+//! Speed of the gas beside the tightest plain loop for the same physics, in one run.
+//!
+//! `cargo bench --bench gas_speed`; "elements" are particle-steps for the steps and reflections for the closed form.
+//! State: N particles of the document's speeds in a circle of radius 1, v_max = 1. Steps: dt = 0.02, so that one particle in 160
+//! hits the wall in a step. Closed form: frames pi/0.68 apart, so that particles hit the wall some 1.5 times between two.
+//! `benches/peers/gas_numpy.py` takes the same steps in numpy.
+
+#![allow(missing_docs, reason = "criterion's macros")]
+#![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use kinetoscope::model::{Model, Target};
+use kinetoscope::models::gas::Gas;
+use kinetoscope::random::Seed;
+use kinetoscope_manifest::model::{GasConfig, Propagation, SpeedScale};
+use kinetoscope_manifest::quantity::{NonNegative, Positive};
+use kinetoscope_recording::channels::GasCollisions;
+use kinetoscope_recording::frame::Frame;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::num::NonZeroU32;
+use std::time::Duration;
+
+const TIME_STEP: f64 = 0.02;
+const STEPS: u64 = 64;
+const FRAME: f64 = 4.62;
+
+fn config(particles: u32, propagation: Propagation) -> GasConfig {
+    GasConfig {
+        particles: NonZeroU32::new(particles).unwrap(),
+        speed_scale: SpeedScale::MaxSpeed(NonNegative::new(1.0).unwrap()),
+        propagation,
+        duration_s: Positive::new(1e8).unwrap(),
+        ..GasConfig::default()
+    }
+}
+
+fn gas(particles: u32, propagation: Propagation) -> Gas {
+    let seed = Seed { seed: 1, replicate: 0 };
+    Gas::prepare(&config(particles, propagation), seed, false).unwrap()
+}
+
+fn stepped() -> Propagation {
+    Propagation::Stepped { time_step_s: Positive::new(TIME_STEP).unwrap() }
+}
+
+fn frame(gas: &Gas) -> Frame {
+    let mut frame = Frame::new();
+    gas.observe(&mut frame);
+    frame
+}
+
+fn on_threads(threads: usize) -> ThreadPool {
+    ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
+}
+
+/// The state as plain columns.
+struct Columns {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    vx: Vec<f64>,
+    vy: Vec<f64>,
+    hits: u64,
+}
+
+impl Columns {
+    fn of(gas: &Gas) -> Self {
+        let frame = frame(gas);
+        let column = |index: usize| frame.state().chunks_exact(4).map(|row| row[index]).collect();
+        Self { x: column(0), y: column(1), vx: column(2), vy: column(3), hits: 0 }
+    }
+
+    /// The tight loop of the steps: fly, and where that leads outside, find the hit and mirror once.
+    fn step(&mut self, time_step: f64) {
+        let columns = self.x.iter_mut().zip(&mut self.y).zip(self.vx.iter_mut().zip(&mut self.vy));
+        for ((x, y), (vx, vy)) in columns {
+            let (next_x, next_y) = (*x + time_step * *vx, *y + time_step * *vy);
+            if next_x * next_x + next_y * next_y <= 1.0 {
+                (*x, *y) = (next_x, next_y);
+                continue;
+            }
+            let square = *vx * *vx + *vy * *vy;
+            let along = *x * *vx + *y * *vy;
+            let room = 1.0 - (*x * *x + *y * *y);
+            let to_wall = ((along * along + square * room).sqrt() - along) / square;
+            let (hit_x, hit_y) = (*x + to_wall * *vx, *y + to_wall * *vy);
+            let twice = 2.0 * (*vx * hit_x + *vy * hit_y);
+            *vx -= twice * hit_x;
+            *vy -= twice * hit_y;
+            let rest = time_step - to_wall;
+            (*x, *y) = (hit_x + rest * *vx, hit_y + rest * *vy);
+            self.hits += 1;
+        }
+    }
+}
+
+/// Where a path meets the wall, from hit to hit.
+struct Hits {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    sine: Vec<f64>,
+    cosine: Vec<f64>,
+}
+
+impl Hits {
+    fn of(columns: &Columns) -> Self {
+        let mut hits = Self { x: vec![], y: vec![], sine: vec![], cosine: vec![] };
+        for index in 0..columns.x.len() {
+            let (vx, vy) = (columns.vx[index], columns.vy[index]);
+            let offset =
+                (columns.x[index] * vy - columns.y[index] * vx) / (vx * vx + vy * vy).sqrt();
+            let half_chord = (1.0 - offset * offset).sqrt();
+            hits.x.push(columns.x[index]);
+            hits.y.push(columns.y[index]);
+            hits.sine.push(2.0 * half_chord * offset);
+            hits.cosine.push(offset * offset - half_chord * half_chord);
+        }
+        hits
+    }
+
+    /// The tight loop of reflections: the next hit of every particle is its last one, turned.
+    fn turn(&mut self) {
+        let turns = self.sine.iter().zip(&self.cosine);
+        for ((x, y), (sine, cosine)) in self.x.iter_mut().zip(&mut self.y).zip(turns) {
+            (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
+        }
+    }
+}
+
+fn steps(criterion: &mut Criterion) {
+    for particles in [1_000_u32, 100_000, 1_000_000] {
+        let mut group = criterion.benchmark_group(format!("gas_stepped/{particles}"));
+        group.throughput(Throughput::Elements(u64::from(particles) * STEPS)).sample_size(20);
+        group.measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(500));
+        for threads in [1, 2] {
+            let (pool, mut gas, mut done) = (on_threads(threads), gas(particles, stepped()), 0);
+            group.bench_function(format!("{threads}_threads"), |bencher| {
+                bencher.iter(|| {
+                    done += STEPS;
+                    pool.install(|| gas.advance(Target::Count(done), u64::MAX)).unwrap()
+                });
+            });
+        }
+        let mut columns = Columns::of(&gas(particles, stepped()));
+        group.bench_function("tight_loop", |bencher| {
+            bencher.iter(|| (0..STEPS).for_each(|_| columns.step(TIME_STEP)));
+        });
+        group.finish();
+    }
+}
+
+fn reflections(criterion: &mut Criterion) {
+    for particles in [1_000_u32, 100_000, 1_000_000] {
+        let mut probe = gas(particles, Propagation::Exact);
+        probe.advance(Target::Time(100.0 * FRAME), u64::MAX).unwrap();
+        let hits = frame(&probe).get::<GasCollisions>().unwrap().wall / 100;
+        let mut group = criterion.benchmark_group(format!("gas_exact/{particles}"));
+        group.throughput(Throughput::Elements(hits)).sample_size(20);
+        group.measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(500));
+        for threads in [1, 2] {
+            let (pool, mut gas, mut done) =
+                (on_threads(threads), gas(particles, Propagation::Exact), 0_u32);
+            group.bench_function(format!("{threads}_threads"), |bencher| {
+                bencher.iter(|| {
+                    done += 1;
+                    let time = f64::from(done) * FRAME;
+                    pool.install(|| gas.advance(Target::Time(time), u64::MAX)).unwrap()
+                });
+            });
+        }
+        let mut tight = Hits::of(&Columns::of(&probe));
+        let mut owed = 0;
+        group.bench_function("tight_loop", |bencher| {
+            bencher.iter(|| {
+                owed += hits;
+                while owed >= u64::from(particles) {
+                    tight.turn();
+                    owed -= u64::from(particles);
+                }
+            });
+        });
+        group.finish();
+    }
+}
+
+criterion_group!(benches, steps, reflections);
+criterion_main!(benches);

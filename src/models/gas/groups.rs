@@ -1,0 +1,76 @@
+//! Particles in groups of eight, component by component: what the compiler turns into vector instructions.
+
+use super::motion::Particle;
+use serde::{Deserialize, Serialize};
+
+/// Particles in a group: a whole number of vector registers on every machine.
+pub(super) const LANES: usize = 8;
+
+/// Groups in a block. A block is the unit of work of a thread and of a sum: its size is fixed, so that results do not depend
+/// on the number of threads.
+pub(super) const BLOCK: usize = 128;
+
+/// One number for each particle of a group.
+pub(super) type Lanes = [f64; LANES];
+
+/// Eight particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Group {
+    pub(super) x: Lanes,
+    pub(super) y: Lanes,
+    pub(super) vx: Lanes,
+    pub(super) vy: Lanes,
+}
+
+impl Group {
+    #[inline(always)]
+    pub(super) fn particle(&self, lane: usize) -> Particle {
+        Particle {
+            position: [self.x[lane], self.y[lane]],
+            velocity: [self.vx[lane], self.vy[lane]],
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, particle: Particle) {
+        [self.x[lane], self.y[lane]] = particle.position;
+        [self.vx[lane], self.vy[lane]] = particle.velocity;
+    }
+}
+
+/// All particles, in the order of their ids. Lanes behind the last particle rest at the centre and count for nothing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Particles {
+    count: usize,
+    pub(super) groups: Vec<Group>,
+}
+
+impl Particles {
+    pub(super) fn of(list: &[Particle]) -> Self {
+        let mut groups = vec![Group::default(); list.len().div_ceil(LANES)];
+        for (group, members) in groups.iter_mut().zip(list.chunks(LANES)) {
+            for (lane, &particle) in members.iter().enumerate() {
+                group.set(lane, particle);
+            }
+        }
+        Self { count: list.len(), groups }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.count
+    }
+
+    pub(super) fn get(&self, id: usize) -> Particle {
+        self.groups[id / LANES].particle(id % LANES)
+    }
+
+    pub(super) fn set(&mut self, id: usize, particle: Particle) {
+        self.groups[id / LANES].set(id % LANES, particle);
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = Particle> + '_ {
+        let lanes =
+            self.groups.iter().flat_map(|group| (0..LANES).map(|lane| group.particle(lane)));
+        lanes.take(self.count)
+    }
+}

@@ -1,0 +1,34 @@
+//! Loops over columns of numbers, as wide as the machine allows: the one place that chooses instructions at run time.
+//!
+//! A kernel is written once, in plain arithmetic on slices. It is compiled for any x86-64 and again with AVX2; each
+//! element goes through the same additions, products, divisions and roots, all rounded by IEEE 754 and never
+//! fused (`fma` is not among the features), so that both give the same bits. `benches/gas_speed.rs` measures.
+
+/// A loop that can be compiled for wider instructions. `run` must be `#[inline(always)]`, and so must be what it calls.
+pub trait Kernel {
+    /// What it returns.
+    type Output;
+
+    /// Runs the loop.
+    fn run(self) -> Self::Output;
+}
+
+/// Runs a kernel with the widest instructions that this machine has.
+pub fn run<K: Kernel>(kernel: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the function asks for nothing but AVX2, and the line above found that this machine has it.
+        #[allow(
+            unsafe_code,
+            reason = "calling a function compiled for AVX2; see the head of the file"
+        )]
+        return unsafe { run_with_avx2(kernel) };
+    }
+    kernel.run()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn run_with_avx2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run()
+}
