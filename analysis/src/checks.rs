@@ -18,7 +18,8 @@ pub struct Verdict {
 /// that finds no metric fails.
 #[must_use]
 pub fn judge(check: &Check, metrics: &[Metric]) -> Vec<Verdict> {
-    let named: Vec<&Metric> = metrics.iter().filter(|metric| metric.name == check.metric).collect();
+    let named: Vec<&Metric> =
+        metrics.iter().filter(|metric| metric.name() == check.metric).collect();
     let selected: Vec<&Metric> =
         named.iter().copied().filter(|metric| check.selects(metric.coordinates())).collect();
     let means: BTreeSet<String> = selected
@@ -50,7 +51,7 @@ fn missing(check: &Check, named: &[&Metric], metrics: &[Metric]) -> Verdict {
             if place.is_empty() { "of a finished run".to_owned() } else { format!("at {place}") };
         format!("there is none {place}")
     } else {
-        let known = metrics.iter().map(|metric| metric.name.as_str());
+        let known = metrics.iter().map(Metric::name);
         let near = known
             .map(|name| (strsim::damerau_levenshtein(name, &check.metric), name))
             .filter(|(distance, _)| *distance <= 1 + check.metric.len() / 4)
@@ -94,14 +95,14 @@ fn compare(check: &Check, metric: &Metric) -> Verdict {
             (above && below && !measured.is_nan(), text)
         }
     };
-    let unit = if metric.unit.is_empty() || metric.unit == "1" {
+    let unit = if metric.unit().is_empty() || metric.unit() == "1" {
         String::new()
     } else {
-        format!(" {}", metric.unit)
+        format!(" {}", metric.unit())
     };
     let text = format!(
         "{}{}: measured {}{unit}, expected {expectation}",
-        metric.name,
+        metric.name(),
         place_text(metric),
         digits(measured)
     );
@@ -147,15 +148,19 @@ fn place_text(metric: &Metric) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalogue::Definition;
     use crate::metrics::SweepPlace;
+
+    const SLOPE: &Definition =
+        &Definition { name: "slope", unit: "m", how: "", laws: &[], rounding: 0.0 };
 
     fn metric(value: f64, standard_error: Option<f64>, theory: Option<f64>) -> Metric {
         Metric {
-            name: "slope".to_owned(),
+            definition: SLOPE,
             value,
-            unit: "m".to_owned(),
             standard_error,
             theory,
+            rounding: 0.0,
             source: String::new(),
             place: Place::Sweep(SweepPlace { along: None, coordinates: Vec::new(), replicates: 1 }),
         }

@@ -80,7 +80,7 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
             Some(output) => output.clone(),
             None => source.folder.clone(),
         };
-        let report = analyse(source, &checks);
+        let report = analyse(source, &checks, &[]);
         print(&report.text(terminal));
         reports.push((folder, report));
     }

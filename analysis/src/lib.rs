@@ -9,6 +9,7 @@ pub mod command;
 pub mod input;
 pub mod run;
 
+pub mod catalogue;
 pub mod laws;
 pub mod measurement;
 pub mod observables;

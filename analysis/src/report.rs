@@ -42,7 +42,7 @@ const MOST_POINTS_SHOWN: usize = 6;
 
 /// Analyses the recordings of one folder. `checks` are those of the command line, beside the experiment's own.
 #[must_use]
-pub fn analyse(mut source: Source, checks: &[Check]) -> Report {
+pub fn analyse(mut source: Source, checks: &[Check], pictures_at: &[f64]) -> Report {
     let opened = source.open();
     let mut runs: Vec<RunAnalysis> = Vec::new();
     let (mut notes, mut unreadable) = (source.notes, source.unreadable);
@@ -54,7 +54,7 @@ pub fn analyse(mut source: Source, checks: &[Check]) -> Report {
         if with_figures {
             drawn.push(coordinates.clone());
         }
-        match run::analyse(open, coordinates, with_figures) {
+        match run::analyse(open, coordinates, with_figures, pictures_at) {
             Ok(run) => runs.push(run),
             Err(run::Unreadable(why)) => unreadable.push(why),
         }

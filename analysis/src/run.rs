@@ -62,7 +62,7 @@ impl RunAnalysis {
     /// A measurement by its name.
     #[must_use]
     pub fn measurement(&self, name: &str) -> Option<&Measurement> {
-        self.measurements.iter().find(|measurement| measurement.name == name)
+        self.measurements.iter().find(|measurement| measurement.name() == name)
     }
 
     /// The model and its values.
@@ -121,11 +121,15 @@ pub fn analyse(
     run: OpenRun,
     coordinates: Vec<Coordinate>,
     with_figures: bool,
+    pictures_at: &[f64],
 ) -> Result<RunAnalysis, Unreadable> {
-    let mut observer = observer(&run.manifest.model);
+    let mut observer = observer(&run.manifest.model, pictures_at);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
     for frame in run.recording.frames().map_err(|error| Unreadable(error.to_string()))? {
-        let seen = frame.and_then(|frame| observer.see(&frame).map(|()| frame.clock.time));
+        let seen = frame.and_then(|frame| {
+            let time = frame.clock.time;
+            observer.see(frame).map(|()| time)
+        });
         match seen {
             Ok(time) => {
                 frames += 1;

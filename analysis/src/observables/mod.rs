@@ -1,13 +1,17 @@
 //! Frames to numbers: one file a model. Frames come one after the other; only scalars of them are kept.
 
 pub mod dem;
+mod displacement;
 pub mod gas;
 pub mod orbit;
 pub mod packing;
+mod pictures;
 mod rebounds;
-mod snapshot;
+mod series;
+mod structure;
 
-pub use snapshot::Snapshot;
+pub use pictures::{Pictures, Placed, Snapshot};
+pub use series::Series;
 
 use crate::figures::Figures;
 use crate::measurement::Measurement;
@@ -21,7 +25,7 @@ pub trait Observer {
     ///
     /// # Errors
     /// A message that can't be decoded.
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ReadError>;
+    fn see(&mut self, frame: RecordedFrame) -> Result<(), ReadError>;
 
     /// The run's numbers; those whose channels were not recorded are left out.
     fn measurements(&self) -> Vec<Measurement>;
@@ -30,13 +34,16 @@ pub trait Observer {
     fn figures(&self) -> Figures;
 }
 
-/// The observer of a model.
+/// The observer of a model, with pictures at its start, at these times, and at its end.
 #[must_use]
-pub fn observer(config: &ModelConfig) -> Box<dyn Observer> {
+pub fn observer(config: &ModelConfig, pictures_at: &[f64]) -> Box<dyn Observer> {
+    let pictures = Pictures::at(pictures_at);
     match config {
-        ModelConfig::Dem(config) => Box::new(dem::DemRun::new(config.clone())),
-        ModelConfig::Gas(config) => Box::new(gas::GasRun::new(config.clone())),
-        ModelConfig::Packing(config) => Box::new(packing::PackingRun::new(config.clone())),
+        ModelConfig::Dem(config) => Box::new(dem::DemRun::new(config.clone(), pictures)),
+        ModelConfig::Gas(config) => Box::new(gas::GasRun::new(config.clone(), pictures)),
+        ModelConfig::Packing(config) => {
+            Box::new(packing::PackingRun::new(config.clone(), pictures))
+        }
         ModelConfig::Orbit(config) => Box::new(orbit::OrbitRun::new(config.clone())),
     }
 }

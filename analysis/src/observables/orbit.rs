@@ -1,7 +1,8 @@
 //! What is seen of an orbit: energy, angular momentum, and the distance from the exact solution, all from `/state`.
 
 use super::dem::largest_or_nan;
-use super::{Observer, relative_change};
+use super::{Observer, Series, relative_change};
+use crate::catalogue::orbit as metric;
 use crate::figures::{self, Figures};
 use crate::laws::Law;
 use crate::laws::orbit::{self as law, GM_SUN_AU3_PER_DAY2, KeplerOrbit, cross, dot, norm};
@@ -35,7 +36,9 @@ pub struct Station {
 pub struct OrbitRun {
     pub(crate) config: OrbitConfig,
     pub(crate) exact: Option<KeplerOrbit>,
-    pub(crate) stations: Vec<Station>,
+    pub(crate) stations: Series<Station>,
+    largest_energy_error: f64,
+    radii: Option<[f64; 2]>,
     /// Unit vectors of the plane of the start: along r0, and across it in the sense of motion.
     plane: [[f64; 3]; 2],
 }
@@ -44,7 +47,14 @@ impl OrbitRun {
     /// Nothing seen yet.
     #[must_use]
     pub fn new(config: OrbitConfig) -> Self {
-        Self { config, exact: None, stations: Vec::new(), plane: [[0.0; 3]; 2] }
+        Self {
+            config,
+            exact: None,
+            stations: Series::default(),
+            largest_energy_error: 0.0,
+            radii: None,
+            plane: [[0.0; 3]; 2],
+        }
     }
 
     fn begin(&mut self, position: [f64; 3], velocity: [f64; 3]) {
@@ -100,29 +110,19 @@ impl OrbitRun {
         };
         let (theory, source) =
             theory.map_or((None, law::ENERGY), |(value, law)| (Some(value), law));
-        let from = "/state: (E - E0)/|E0|, last frame";
-        found.push(
-            Measurement::new("energy.drift_relative", "1", drift, from).against(theory, source),
-        );
+        found.push(Measurement::new(metric::ENERGY_DRIFT, drift).against_law(theory, source));
         if let Some(orbit) = orbit.filter(|_| last.energy < 0.0 && last.time_days > 0.0) {
             let ratio = first.energy / last.energy;
             let revolutions = last.time_days / orbit.period_days();
             let rate = (ratio * ratio * ratio - 1.0) / (3.0 * revolutions);
-            let from = "/state: ((E0/E)^3 - 1)/3 a period of the start: the rate at the start";
-            found.push(Measurement::new("energy.drift_per_revolution", "1", rate, from).against(
-                euler.then(|| law::euler_energy_drift_per_revolution(step, orbit)),
-                law::EULER_ENERGY_PER_REVOLUTION,
-            ));
+            found.push(
+                Measurement::new(metric::DRIFT_PER_REVOLUTION, rate)
+                    .against(euler.then(|| law::euler_energy_drift_per_revolution(step, orbit))),
+            );
         }
-        let largest = self
-            .stations
-            .iter()
-            .map(|station| relative_change(station.energy, first.energy).abs())
-            .fold(0.0, largest_or_nan);
-        let from = "/state: largest |E - E0|/|E0| of the frames";
         found.push(
-            Measurement::new("energy.largest_error_relative", "1", largest, from)
-                .against(self.symplectic_energy_error(), law::SYMPLECTIC_ENERGY),
+            Measurement::new(metric::LARGEST_ENERGY_ERROR, self.largest_energy_error)
+                .against(self.symplectic_energy_error()),
         );
     }
 
@@ -144,32 +144,49 @@ impl OrbitRun {
     fn angular_momentum_measurement(&self, first: &Station, last: &Station) -> Measurement {
         let drift = relative_change(norm(last.angular_momentum), norm(first.angular_momentum));
         let step = self.config.time_step_days.get();
-        let found = Measurement::new(
-            "angular_momentum.drift_relative",
-            "1",
-            drift,
-            "/state: (L - L0)/L0, last frame",
-        );
+        let found = Measurement::new(metric::ANGULAR_MOMENTUM_DRIFT, drift);
         match (self.config.integrator, &self.exact) {
-            (OrbitIntegrator::ExplicitEuler, Some(orbit)) => found.against(
+            (OrbitIntegrator::ExplicitEuler, Some(orbit)) => found.against_law(
                 law::euler_angular_momentum_drift(step, orbit, last.time_days),
                 law::EULER_ANGULAR_MOMENTUM,
             ),
             (OrbitIntegrator::ExplicitEuler | OrbitIntegrator::Rk4, _) => found,
-            _ => found.against(0.0, law::ANGULAR_MOMENTUM),
+            _ => found.against_law(0.0, law::ANGULAR_MOMENTUM),
         }
+    }
+
+    fn eccentricity_measurements(
+        &self,
+        first: &Station,
+        last: &Station,
+        theory: Option<f64>,
+        found: &mut Vec<Measurement>,
+    ) {
+        let (start, end) = (first.eccentricity_vector, last.eccentricity_vector);
+        let change = norm(std::array::from_fn(|axis| end[axis] - start[axis]));
+        let normal = first.angular_momentum.map(|part| part / norm(first.angular_momentum));
+        let turn = dot(cross(start, end), normal).atan2(dot(start, end));
+        found.extend([
+            Measurement::new(metric::ECCENTRICITY_CHANGE, change).against(theory),
+            Measurement::new(metric::PERIHELION_TURN, turn).against(theory),
+        ]);
     }
 }
 
 impl Observer for OrbitRun {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ReadError> {
-        if let Some((position, velocity)) = frame.state().and_then(planet) {
-            if self.stations.is_empty() {
-                self.begin(position, velocity);
-            }
-            let station = self.station(frame.clock.time, position, velocity);
-            self.stations.push(station);
+    fn see(&mut self, frame: RecordedFrame) -> Result<(), ReadError> {
+        let Some((position, velocity)) = frame.state().and_then(planet) else { return Ok(()) };
+        if self.stations.is_empty() {
+            self.begin(position, velocity);
         }
+        let station = self.station(frame.clock.time, position, velocity);
+        self.stations.add(station);
+        let start = self.stations.first().map_or(station.energy, |first| first.energy);
+        let error = relative_change(station.energy, start).abs();
+        self.largest_energy_error = largest_or_nan(self.largest_energy_error, error);
+        let radius = norm(position);
+        let [least, greatest] = self.radii.unwrap_or([radius; 2]);
+        self.radii = Some([-largest_or_nan(-least, -radius), largest_or_nan(greatest, radius)]);
         Ok(())
     }
 
@@ -180,36 +197,19 @@ impl Observer for OrbitRun {
         let mut found = Vec::new();
         self.energy_measurements(first, last, &mut found);
         found.push(self.angular_momentum_measurement(first, last));
-        let radii = || self.stations.iter().map(|station| norm(station.position_au));
-        let least = radii().fold(f64::INFINITY, |a, b| -largest_or_nan(-a, -b));
-        let greatest = radii().fold(0.0, largest_or_nan);
-        found.push(Measurement::new("radius.min", "AU", least, "/state: least |r| of the frames"));
-        found.push(Measurement::new(
-            "radius.max",
-            "AU",
-            greatest,
-            "/state: largest |r| of the frames",
-        ));
+        if let Some([least, greatest]) = self.radii {
+            found.push(Measurement::new(metric::LEAST_RADIUS, least));
+            found.push(Measurement::new(metric::LARGEST_RADIUS, greatest));
+        }
         let exact = self.config.integrator == OrbitIntegrator::Kepler;
         let theory = exact.then_some(0.0);
         if self.exact.is_some() {
-            let from =
-                "/state against the exact Kepler solution through the first frame, last frame";
-            found.push(
-                Measurement::new("position_error.final", "AU", last.position_error_au, from)
-                    .against(theory, law::CONVERGENCE),
-            );
-            let from = "/state: angle minus that of the exact solution, last frame";
-            found.push(
-                Measurement::new("phase_error.final", "rad", last.phase_error_rad, from)
-                    .against(theory, law::CONVERGENCE),
-            );
+            found.extend([
+                Measurement::new(metric::POSITION_ERROR, last.position_error_au).against(theory),
+                Measurement::new(metric::PHASE_ERROR, last.phase_error_rad).against(theory),
+            ]);
         }
-        let change = norm(std::array::from_fn(|axis| {
-            last.eccentricity_vector[axis] - first.eccentricity_vector[axis]
-        }));
-        let from = "/state: |v x L/GM - r/|r||, change from the first frame to the last";
-        found.push(Measurement::new("eccentricity_vector.change", "1", change, from));
+        self.eccentricity_measurements(first, last, theory, &mut found);
         found
     }
 

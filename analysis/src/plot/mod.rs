@@ -9,8 +9,10 @@ pub use axis::{Axis, Scale, short_number, three_digits};
 pub use chart::{Chart, Curve, Point, Style, thinned};
 pub use picture::{Body, Container, MOST_BODIES, Picture};
 
+use serde::{Deserialize, Serialize};
+
 /// A plot, and the file that it goes to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Plot {
     /// Curves and points over two axes.
     Chart(Chart),
