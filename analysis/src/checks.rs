@@ -5,13 +5,34 @@ use crate::metrics::{Metric, Place};
 use kinetoscope_manifest::{Bound, Check};
 use std::collections::BTreeSet;
 
-/// What became of a check at one place.
+/// What became of a check, or of a comparison with a baseline, at one place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// Whether it holds.
     pub holds: bool,
-    /// One line: the metric, where, what was measured, what was expected, and the tolerance.
-    pub text: String,
+    /// Whose judgement it is.
+    pub judge: Judge,
+    /// The metric, and where.
+    pub subject: String,
+    /// What was measured, what was expected, and the tolerance.
+    pub finding: String,
+}
+
+/// Whose judgement a verdict is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Judge {
+    /// A check of the manifest or of a file.
+    Check,
+    /// An earlier analysis.
+    Baseline,
+}
+
+impl Verdict {
+    /// One line.
+    #[must_use]
+    pub fn text(&self) -> String {
+        format!("{}: {}", self.subject, self.finding)
+    }
 }
 
 /// Judges a check at every place that it is about: fits and means over replicates where there are any, else each run. A check
@@ -61,7 +82,7 @@ fn missing(check: &Check, named: &[&Metric], metrics: &[Metric]) -> Verdict {
             None => "there is no such metric; metrics.csv lists all that there are".to_owned(),
         }
     };
-    Verdict { holds: false, text: format!("{}: {why}", check.metric) }
+    Verdict { holds: false, judge: Judge::Check, subject: check.metric.clone(), finding: why }
 }
 
 fn compare(check: &Check, metric: &Metric) -> Verdict {
@@ -95,18 +116,22 @@ fn compare(check: &Check, metric: &Metric) -> Verdict {
             (above && below && !measured.is_nan(), text)
         }
     };
-    let unit = if metric.unit().is_empty() || metric.unit() == "1" {
-        String::new()
-    } else {
-        format!(" {}", metric.unit())
-    };
-    let text = format!(
-        "{}{}: measured {}{unit}, expected {expectation}",
-        metric.name(),
-        place_text(metric),
-        digits(measured)
-    );
-    Verdict { holds, text }
+    let measured = in_unit(measured, metric);
+    let finding = format!("measured {measured}, expected {expectation}");
+    Verdict { holds, judge: Judge::Check, subject: subject(metric), finding }
+}
+
+/// Seven digits and the unit.
+pub(crate) fn in_unit(value: f64, metric: &Metric) -> String {
+    match metric.unit() {
+        "" | "1" => digits(value),
+        unit => format!("{} {unit}", digits(value)),
+    }
+}
+
+/// The metric's name, and which run or part of the sweep.
+pub(crate) fn subject(metric: &Metric) -> String {
+    format!("{}{}", metric.name(), place_text(metric))
 }
 
 fn within(measured: f64, expected: Option<f64>, tolerance: f64) -> (bool, String) {
@@ -206,6 +231,6 @@ mod tests {
             bound: Bound::Range { minimum: None, maximum: Some(1.0) },
         };
         let verdicts = judge(&check, &[bare]);
-        assert!(!verdicts[0].holds && verdicts[0].text.contains("did you mean slope"));
+        assert!(!verdicts[0].holds && verdicts[0].finding.contains("did you mean slope"));
     }
 }

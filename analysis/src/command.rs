@@ -1,8 +1,10 @@
 //! The command line of `analyze-recordings`, and its exit codes.
 
-use crate::input;
+use crate::baseline::Baseline;
+use crate::files::{self, WriteError};
 use crate::report::{Report, analyse};
 use crate::table::{Terminal, Tone};
+use crate::{catalogue, ci, input};
 use clap::Parser;
 use kinetoscope_manifest::{Check, parse_checks};
 use std::io::{IsTerminal, Write};
@@ -10,7 +12,7 @@ use std::path::PathBuf;
 
 /// Derives numbers with errors, plots and verdicts from recordings alone.
 ///
-/// Writes metrics.json, metrics.csv and a plot a file beside the recordings. Exit codes: 0 done; 2 bad arguments or checks
+/// Writes report.html, metrics.json, metrics.csv and a plot a file beside the recordings. Exit codes: 0 done; 2 bad arguments or checks
 /// file; 3 a check failed or its metric is missing; 5 some input is unreadable, the rest was analysed; 75 the output can't be
 /// written, try again.
 #[derive(Debug, Parser)]
@@ -22,8 +24,23 @@ struct Arguments {
     /// Folder for the results; by default they go beside the recordings.
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Pictures of the state at these times as well, in the model's unit, beside those of start and end.
+    #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = finite)]
+    pictures_at: Vec<f64>,
+    /// Compares with the metrics.json of an earlier analysis: exit code 3 if one has moved by more than 4 standard errors.
+    #[arg(long, value_name = "FILE")]
+    baseline: Vec<PathBuf>,
+    /// Writes the verdicts as JUnit XML.
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Prints what failed as annotations of a GitHub workflow.
+    #[arg(long)]
+    github: bool,
+    /// Prints the reference of all metrics (Markdown) and stops.
+    #[arg(long, exclusive = true)]
+    metrics: bool,
     /// Recordings, and folders of recordings.
-    #[arg(required = true, value_name = "PATH")]
+    #[arg(required_unless_present = "metrics", value_name = "PATH")]
     paths: Vec<PathBuf>,
 }
 
@@ -67,8 +84,16 @@ pub fn main() -> Exit {
 }
 
 fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
+    if arguments.metrics {
+        print(&catalogue::reference());
+        return Ok(Exit::Done);
+    }
+    let usage = |message| (Exit::Usage, message);
     let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks);
-    let checks = checks.map_err(|message| (Exit::Usage, message))?;
+    let checks = checks.map_err(usage)?;
+    let baselines: Result<Vec<Baseline>, String> =
+        arguments.baseline.iter().map(|path| read_baseline(path)).collect();
+    let mut baselines = baselines.map_err(usage)?;
     let sources =
         input::sources(&arguments.paths).map_err(|input::BadPath(why)| (Exit::Usage, why))?;
     let terminal = terminal();
@@ -80,24 +105,44 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
             Some(output) => output.clone(),
             None => source.folder.clone(),
         };
-        let report = analyse(source, &checks, &[]);
+        let mut report = analyse(source, &checks, &arguments.pictures_at);
+        if let Some(at) = baselines.iter().position(|old| old.experiment == report.name) {
+            report.compare(&baselines.remove(at));
+        }
         print(&report.text(terminal));
         reports.push((folder, report));
     }
-    for (folder, report) in &reports {
-        if report.runs.is_empty() {
-            continue;
-        }
-        let written = report.write(folder).map_err(|error| (Exit::Retry, error.to_string()))?;
-        let plots = written.len() - 2;
+    if let Some(unused) = baselines.first() {
+        let name = &unused.experiment;
+        return Err(usage(format!("the baseline is of {name}, which is not among the recordings")));
+    }
+    write(arguments, &reports, terminal).map_err(|error| (Exit::Retry, error.to_string()))?;
+    Ok(conclude(&reports, terminal))
+}
+
+/// Writes all files, and says which.
+fn write(
+    arguments: &Arguments,
+    reports: &[(PathBuf, Report)],
+    terminal: Terminal,
+) -> Result<(), WriteError> {
+    for (folder, report) in reports.iter().filter(|(_, report)| !report.runs.is_empty()) {
+        let plots = files::write(report, folder)?;
         let line = format!(
-            "written: metrics.json, metrics.csv and {plots} {} (*.svg) in {}",
+            "written: report.html, metrics.json, metrics.csv and {plots} {} (*.svg) in {}",
             if plots == 1 { "plot" } else { "plots" },
             folder.display()
         );
         print(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
-    Ok(conclude(&reports, terminal))
+    let all: Vec<&Report> = reports.iter().map(|(_, report)| report).collect();
+    if let Some(path) = &arguments.junit {
+        files::replace(path, ci::junit(&all))?;
+    }
+    if arguments.github {
+        print(&ci::github(&all));
+    }
+    Ok(())
 }
 
 /// The gravest of what happened, and a last word on it.
@@ -121,6 +166,18 @@ fn read_checks(path: &std::path::Path) -> Result<Vec<Check>, String> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| format!("the checks file {} can't be read: {error}", path.display()))?;
     parse_checks(&text, &path.display().to_string()).map_err(|diagnostics| diagnostics.to_string())
+}
+
+fn read_baseline(path: &std::path::Path) -> Result<Baseline, String> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| format!("the baseline {} can't be read: {error}", path.display()))?;
+    Baseline::read(&text).map_err(|why| format!("{} {why}", path.display()))
+}
+
+/// A finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or_else(|| "must be a number".to_owned())
 }
 
 fn terminal() -> Terminal {

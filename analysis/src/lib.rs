@@ -26,3 +26,8 @@ pub mod plot;
 
 pub mod report;
 pub mod table;
+
+pub mod baseline;
+pub mod ci;
+pub mod files;
+pub mod html;

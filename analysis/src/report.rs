@@ -1,6 +1,7 @@
 //! One experiment from its recordings to files and to the terminal.
 
-use crate::checks::{Verdict, judge};
+use crate::baseline::Baseline;
+use crate::checks::{Judge, Verdict, judge};
 use crate::coordinates;
 use crate::figures::{self, Figures};
 use crate::input::Source;
@@ -11,8 +12,6 @@ use crate::sweep;
 use crate::table::{Terminal, Tone, table};
 use kinetoscope_manifest::{Check, Coordinate};
 use std::fmt::Write as _;
-use std::io;
-use std::path::{Path, PathBuf};
 
 /// All that was found in one experiment.
 #[derive(Debug)]
@@ -126,63 +125,23 @@ fn plots(
     all
 }
 
-/// A file or folder that can't be written.
-#[derive(Debug)]
-pub struct WriteError {
-    path: PathBuf,
-    why: String,
-}
-
-impl std::fmt::Display for WriteError {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let path = self.path.display();
-        write!(
-            formatter,
-            "{path} can't be written: {}. Free the disk, or name another folder with --output",
-            self.why
-        )
-    }
-}
-
 impl Report {
     /// Name of the model; empty where no run could be read.
-    fn model(&self) -> &str {
+    pub(crate) fn model(&self) -> &str {
         self.runs.first().map_or("", |run| run.model().name())
+    }
+
+    /// Judges the metrics by those of an earlier analysis as well.
+    pub fn compare(&mut self, baseline: &Baseline) {
+        let (verdicts, notes) = baseline.judge(&self.metrics);
+        self.verdicts.extend(verdicts);
+        self.notes.extend(notes);
     }
 
     /// Whether all checks hold.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.verdicts.iter().all(|verdict| verdict.holds)
-    }
-
-    /// Writes `metrics.json`, `metrics.csv` and the plots; returns what was written.
-    ///
-    /// # Errors
-    /// The first file that can't be written.
-    pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, WriteError> {
-        let failed = |path: &Path, why: String| WriteError { path: path.to_path_buf(), why };
-        std::fs::create_dir_all(folder).map_err(|error| failed(folder, error.to_string()))?;
-        let mut written = Vec::new();
-        let mut put = |name: &str, content: Result<String, String>| {
-            let path = folder.join(name);
-            content
-                .and_then(|text| replace(&path, &text).map_err(|error| error.to_string()))
-                .map_err(|why| failed(&path, why))?;
-            written.push(path);
-            Ok(())
-        };
-        let json = metrics::to_json(&self.name, self.model(), &self.metrics);
-        put("metrics.json", json.map_err(|error| error.to_string()))?;
-        put("metrics.csv", metrics::to_csv(&self.metrics).map_err(|error| error.to_string()))?;
-        for (stem, plot) in &self.plots {
-            match plot.svg() {
-                Ok(Some(svg)) => put(&format!("{stem}.svg"), Ok(svg))?,
-                Ok(None) => {}
-                Err(error) => put(&format!("{stem}.svg"), Err(error.to_string()))?,
-            }
-        }
-        Ok(written)
     }
 
     /// What the terminal shows.
@@ -213,21 +172,38 @@ impl Report {
                 let _ = writeln!(text, "{}", table(&metrics, terminal));
             }
         }
-        if !self.verdicts.is_empty() {
-            let _ = writeln!(text, "\nchecks");
-            let inside = Terminal { width: terminal.width - 2, ..terminal };
-            for verdict in &self.verdicts {
-                let (tone, word) =
-                    if verdict.holds { (Tone::Good, "ok") } else { (Tone::Bad, "FAILED") };
-                let line = inside.wrapped(&format!("{word} {}", verdict.text), 4);
-                let _ = writeln!(text, "  {}", line.replacen(word, &terminal.paint(tone, word), 1));
-            }
+        for (judge, title) in [(Judge::Check, "checks"), (Judge::Baseline, "against the baseline")]
+        {
+            text += &self.verdict_text(judge, title, terminal);
+        }
+        text
+    }
+
+    /// The verdicts of one judge. Of a long list those that hold are counted only.
+    fn verdict_text(&self, judge: Judge, title: &str, terminal: Terminal) -> String {
+        let verdicts = || self.verdicts.iter().filter(|verdict| verdict.judge == judge);
+        if verdicts().next().is_none() {
+            return String::new();
+        }
+        let mut text = format!("\n{title}\n");
+        let inside = Terminal { width: terminal.width - 2, ..terminal };
+        let counted = judge == Judge::Baseline;
+        for verdict in verdicts().filter(|verdict| !(counted && verdict.holds)) {
+            let (tone, word) =
+                if verdict.holds { (Tone::Good, "ok") } else { (Tone::Bad, "FAILED") };
+            let line = inside.wrapped(&format!("{word} {}", verdict.text()), 4);
+            let _ = writeln!(text, "  {}", line.replacen(word, &terminal.paint(tone, word), 1));
+        }
+        if counted {
+            let held = verdicts().filter(|verdict| verdict.holds).count();
+            let _ =
+                writeln!(text, "  {held} of {} metrics are where they were", verdicts().count());
         }
         text
     }
 
     /// The metrics that are shown, under their titles: fits, then the points of a short sweep.
-    fn sections(&self) -> Vec<(String, Vec<&Metric>)> {
+    pub(crate) fn sections(&self) -> Vec<(String, Vec<&Metric>)> {
         let mut sections = Vec::new();
         let fits: Vec<&Metric> = self
             .metrics
@@ -284,13 +260,4 @@ fn run_title(run: &RunAnalysis, place: &str) -> String {
     let unit = if run.time_unit.is_empty() { String::new() } else { format!(" {}", run.time_unit) };
     let frames = run.frames;
     format!("{name}: {frames} frames to t = {}{unit}, {}", run.end_time, run.ending.text())
-}
-
-/// Writes a file beside its place and then puts it there: nobody sees half of it.
-fn replace(path: &Path, text: &str) -> io::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".new");
-    let temporary = path.with_file_name(name);
-    std::fs::write(&temporary, text)?;
-    std::fs::rename(&temporary, path)
 }

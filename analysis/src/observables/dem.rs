@@ -189,8 +189,11 @@ impl DemRun {
         let weight: f64 = discs.iter().map(|disc| self.mass_kg(disc[2]) * -along).sum();
         let rests = across == 0.0 && self.has_settled();
         let weight = rests.then_some(weight);
+        found.push(Measurement::new(metric::PACKING_FRACTION, covered / (width * height)));
+        if discs.len() < 2 {
+            return;
+        }
         found.extend([
-            Measurement::new(metric::PACKING_FRACTION, covered / (width * height)),
             Measurement::new(metric::BED_HEIGHT, bed_height),
             Measurement::new(metric::BED_PACKING_FRACTION, covered / (width * bed_height)),
             Measurement::new(metric::FLOOR_FORCE, floor).against(weight),

@@ -42,6 +42,15 @@ impl Plot {
         }
     }
 
+    /// What is shown.
+    #[must_use]
+    pub fn title(&self) -> &str {
+        match self {
+            Self::Chart(chart) => &chart.title,
+            Self::Picture(picture) => &picture.title,
+        }
+    }
+
     /// Says in the title which run it is about.
     pub fn add_to_title(&mut self, run: &str) {
         let title = match self {
