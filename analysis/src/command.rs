@@ -1,14 +1,17 @@
 //! The command line of `analyze-recordings`, and its exit codes.
 
 use crate::baseline::Baseline;
+use crate::export::{self, Form};
 use crate::files::{self, WriteError};
-use crate::report::{Report, analyse};
+use crate::input::Source;
+use crate::memory::Memory;
+use crate::report::{Report, Wishes, analyse};
 use crate::table::{Terminal, Tone};
 use crate::{catalogue, ci, input};
 use clap::Parser;
 use kinetoscope_manifest::{Check, parse_checks};
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Derives numbers with errors, plots and verdicts from recordings alone.
 ///
@@ -27,6 +30,12 @@ struct Arguments {
     /// Pictures of the state at these times as well, in the model's unit, beside those of start and end.
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = finite)]
     pictures_at: Vec<f64>,
+    /// Writes the frames in forms of other programs as well, into the folder `export` of the results.
+    #[arg(long, value_name = "FORM,…", value_delimiter = ',')]
+    export: Vec<Form>,
+    /// Reads all recordings, also those that have not changed since they were analysed last.
+    #[arg(long)]
+    fresh: bool,
     /// Compares with the metrics.json of an earlier analysis: exit code 3 if one has moved by more than 4 standard errors.
     #[arg(long, value_name = "FILE")]
     baseline: Vec<PathBuf>,
@@ -99,17 +108,23 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
     let terminal = terminal();
     let several = sources.len() > 1;
     let mut reports: Vec<(PathBuf, Report)> = Vec::new();
-    for source in sources {
+    for mut source in sources {
         let folder = match &arguments.output {
             Some(output) if several => output.join(&source.name),
             Some(output) => output.clone(),
             None => source.folder.clone(),
         };
-        let mut report = analyse(source, &checks, &arguments.pictures_at);
+        let wishes = Wishes {
+            checks: checks.clone(),
+            pictures_at: arguments.pictures_at.clone(),
+            memory: if arguments.fresh { None } else { Memory::beside(&folder) },
+        };
+        let mut report = analyse(&mut source, &wishes);
         if let Some(at) = baselines.iter().position(|old| old.experiment == report.name) {
             report.compare(&baselines.remove(at));
         }
         print(&report.text(terminal));
+        export_all(&source, &arguments.export, &folder, terminal)?;
         reports.push((folder, report));
     }
     if let Some(unused) = baselines.first() {
@@ -118,6 +133,23 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
     }
     write(arguments, &reports, terminal).map_err(|error| (Exit::Retry, error.to_string()))?;
     Ok(conclude(&reports, terminal))
+}
+
+/// Exports the recordings in all forms that were asked for.
+fn export_all(
+    source: &Source,
+    forms: &[Form],
+    folder: &Path,
+    terminal: Terminal,
+) -> Result<(), (Exit, String)> {
+    let folder = folder.join("export");
+    for form in forms {
+        let failed = |export::ExportError(why)| (Exit::Retry, why);
+        let count = export::export(source, *form, &folder).map_err(failed)?;
+        let line = format!("exported: {count} recordings in {}", folder.display());
+        print(&format!("{}\n", terminal.wrapped(&line, 2)));
+    }
+    Ok(())
 }
 
 /// Writes all files, and says which.
@@ -162,13 +194,13 @@ fn conclude(reports: &[(PathBuf, Report)], terminal: Terminal) -> Exit {
     if unreadable > 0 { Exit::Unreadable } else { Exit::Done }
 }
 
-fn read_checks(path: &std::path::Path) -> Result<Vec<Check>, String> {
+fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| format!("the checks file {} can't be read: {error}", path.display()))?;
     parse_checks(&text, &path.display().to_string()).map_err(|diagnostics| diagnostics.to_string())
 }
 
-fn read_baseline(path: &std::path::Path) -> Result<Baseline, String> {
+fn read_baseline(path: &Path) -> Result<Baseline, String> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| format!("the baseline {} can't be read: {error}", path.display()))?;
     Baseline::read(&text).map_err(|why| format!("{} {why}", path.display()))

@@ -7,6 +7,7 @@
 
 pub mod command;
 pub mod input;
+pub mod memory;
 pub mod run;
 
 pub mod catalogue;
@@ -29,5 +30,6 @@ pub mod table;
 
 pub mod baseline;
 pub mod ci;
+pub mod export;
 pub mod files;
 pub mod html;

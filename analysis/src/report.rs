@@ -5,13 +5,17 @@ use crate::checks::{Judge, Verdict, judge};
 use crate::coordinates;
 use crate::figures::{self, Figures};
 use crate::input::Source;
+use crate::memory::Memory;
 use crate::metrics::{self, Metric, Place};
 use crate::plot::Plot;
-use crate::run::{self, Ending, RunAnalysis};
+use crate::run::{self, Ending, OpenRun, RunAnalysis, Unreadable};
 use crate::sweep;
 use crate::table::{Terminal, Tone, table};
 use kinetoscope_manifest::{Check, Coordinate};
 use std::fmt::Write as _;
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::{self, available_parallelism};
 
 /// All that was found in one experiment.
 #[derive(Debug)]
@@ -39,23 +43,96 @@ const MOST_RUNS_DRAWN: usize = 6;
 /// In a longer sweep the terminal shows fits alone; everything is in the files.
 const MOST_POINTS_SHOWN: usize = 6;
 
-/// Analyses the recordings of one folder. `checks` are those of the command line, beside the experiment's own.
-#[must_use]
-pub fn analyse(mut source: Source, checks: &[Check], pictures_at: &[f64]) -> Report {
-    let opened = source.open();
-    let mut runs: Vec<RunAnalysis> = Vec::new();
-    let (mut notes, mut unreadable) = (source.notes, source.unreadable);
-    let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
-    for (open, coordinates) in opened {
-        // One run a point is drawn, and no more points than a chart can hold: plots are the largest part of memory.
-        let with_figures =
-            drawn.len() < figures::sweep::MOST_CURVES && !drawn.contains(&coordinates);
-        if with_figures {
-            drawn.push(coordinates.clone());
+/// How recordings are to be analysed.
+#[derive(Clone, Debug, Default)]
+pub struct Wishes {
+    /// Checks beside the experiment's own.
+    pub checks: Vec<Check>,
+    /// Times of pictures beside those of start and end, in the model's unit.
+    pub pictures_at: Vec<f64>,
+    /// Where unchanged recordings need not be read again.
+    pub memory: Option<Memory>,
+}
+
+/// One recording to be analysed.
+struct Task {
+    run: OpenRun,
+    coordinates: Vec<Coordinate>,
+    with_figures: bool,
+}
+
+impl Task {
+    /// From memory where the recording is unchanged, else by reading it.
+    fn analyse(&self, wishes: &Wishes, threads: NonZeroUsize) -> Result<RunAnalysis, Unreadable> {
+        let Self { run, coordinates, with_figures } = self;
+        let (figures, pictures_at) = (*with_figures, &wishes.pictures_at);
+        let recalled = wishes
+            .memory
+            .as_ref()
+            .and_then(|memory| memory.recall(run, coordinates, figures, pictures_at));
+        if let Some(found) = recalled {
+            return Ok(found);
         }
-        match run::analyse(open, coordinates, with_figures, pictures_at) {
+        let found = run::analyse(run, coordinates.clone(), figures, pictures_at, threads)?;
+        if let Some(memory) = &wishes.memory {
+            memory.keep(run, &found, figures, pictures_at);
+        }
+        Ok(found)
+    }
+}
+
+/// Analyses all, as many side by side as there are cores; results in the order of the tasks.
+fn analyse_all(tasks: &[Task], wishes: &Wishes) -> Vec<Result<RunAnalysis, Unreadable>> {
+    let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let workers = tasks.len().min(cores.get());
+    let threads = NonZeroUsize::new(cores.get() / workers.max(1)).unwrap_or(NonZeroUsize::MIN);
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut found = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(task) = tasks.get(index) else { return found };
+            found.push((index, task.analyse(wishes, threads)));
+        }
+    };
+    let mut found: Vec<_> = thread::scope(|scope| {
+        let others: Vec<_> = (1..workers).map(|_| scope.spawn(work)).collect();
+        let mut found = work();
+        for other in others {
+            match other.join() {
+                Ok(theirs) => found.extend(theirs),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        found
+    });
+    found.sort_by_key(|(index, _)| *index);
+    found.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Analyses the recordings of one folder.
+#[must_use]
+pub fn analyse(source: &mut Source, wishes: &Wishes) -> Report {
+    let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
+    let tasks: Vec<Task> = source
+        .open()
+        .into_iter()
+        .map(|(run, coordinates)| {
+            // One run a point is drawn, and no more points than a chart can hold: plots are the largest part of memory.
+            let with_figures =
+                drawn.len() < figures::sweep::MOST_CURVES && !drawn.contains(&coordinates);
+            if with_figures {
+                drawn.push(coordinates.clone());
+            }
+            Task { run, coordinates, with_figures }
+        })
+        .collect();
+    let mut runs: Vec<RunAnalysis> = Vec::new();
+    let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
+    for result in analyse_all(&tasks, wishes) {
+        match result {
             Ok(run) => runs.push(run),
-            Err(run::Unreadable(why)) => unreadable.push(why),
+            Err(Unreadable(why)) => unreadable.push(why),
         }
     }
     for run in &runs {
@@ -80,9 +157,20 @@ pub fn analyse(mut source: Source, checks: &[Check], pictures_at: &[f64]) -> Rep
     // A part of an experiment is not held to the checks of the whole.
     let own = source.record.as_ref().filter(|_| source.whole);
     let own = own.map_or(&[][..], |record| &record.checks);
-    let verdicts = own.iter().chain(checks).flat_map(|check| judge(check, &metrics)).collect();
-    let description = source.record.map_or_else(String::new, |record| record.description);
-    Report { name: source.name, description, runs, metrics, verdicts, plots, notes, unreadable }
+    let verdicts =
+        own.iter().chain(&wishes.checks).flat_map(|check| judge(check, &metrics)).collect();
+    let record = source.record.as_ref();
+    let description = record.map_or_else(String::new, |record| record.description.clone());
+    Report {
+        name: source.name.clone(),
+        description,
+        runs,
+        metrics,
+        verdicts,
+        plots,
+        notes,
+        unreadable,
+    }
 }
 
 fn plots(

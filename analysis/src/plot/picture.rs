@@ -209,7 +209,7 @@ impl Picture {
         } else {
             format!("speed ({})", self.speed_unit)
         };
-        let caption = text_style(13, HPos::Center, VPos::Center);
+        let caption = text_style(14, HPos::Center, VPos::Center);
         let above = (fine(left + 28), fine(HEADER + 8));
         sheet.draw(&Text::new(unit, above, caption)).map_err(failure)?;
         for step in 0..STEPS {
@@ -222,7 +222,7 @@ impl Picture {
         }
         for (share, down) in [(1.0, top), (0.5, (top + bottom) / 2), (0.0, bottom)] {
             let text = three_digits(share * fastest);
-            let style = text_style(12, HPos::Left, VPos::Center);
+            let style = text_style(14, HPos::Left, VPos::Center);
             sheet.draw(&Text::new(text, (fine(left + 22), fine(down)), style)).map_err(failure)?;
         }
         Ok(())
