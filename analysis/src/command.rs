@@ -30,7 +30,8 @@ struct Arguments {
     /// Pictures of the state at these times as well, in the model's unit, beside those of start and end.
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = finite)]
     pictures_at: Vec<f64>,
-    /// Writes the frames in forms of other programs as well, into the folder `export` of the results.
+    /// Writes the frames in forms of other programs as well, into the folder `export` of the results. Parquet needs
+    /// a program built with `--features parquet`.
     #[arg(long, value_name = "FORM,…", value_delimiter = ',')]
     export: Vec<Form>,
     /// Reads all recordings, also those that have not changed since they were analysed last.

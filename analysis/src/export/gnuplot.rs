@@ -56,7 +56,7 @@ impl Exporter for Gnuplot {
             let row = state.row(particle);
             let radius = radius.map_or(self.subject.radius(), |column| row[column]);
             // Writing to a String can't fail.
-            let _ = writeln!(text, "{} {} {radius}", row[x], row[y]);
+            let _ = writeln!(text, "{:?} {:?} {radius:?}", row[x], row[y]);
             for (axis, place) in [row[x], row[y]].into_iter().enumerate() {
                 self.seen[0][axis] = self.seen[0][axis].min(place);
                 self.seen[1][axis] = self.seen[1][axis].max(place);

@@ -17,12 +17,23 @@ use std::path::{Path, PathBuf};
 pub enum Form {
     /// A table a topic: a line a particle and frame, or a line a frame.
     Csv,
-    /// The same tables as Parquet, if this program was built with the feature `parquet`.
+    /// The same tables as Parquet.
+    #[cfg(feature = "parquet")]
     Parquet,
     /// `x y r` a line, a file a frame, and a script that plays them.
     Gnuplot,
     /// Extended XYZ, for OVITO and ASE.
     Xyz,
+}
+
+impl Form {
+    /// Files a frame stay out of the way of tables.
+    const fn folder(self) -> &'static str {
+        match self {
+            Self::Gnuplot => "gnuplot",
+            _ => "",
+        }
+    }
 }
 
 /// A recording that was not exported as a whole, with the user's next step.
@@ -92,7 +103,7 @@ impl Subject {
 /// Exports the recordings of a source into `folder`, a sub-folder a recording; returns how many there were.
 ///
 /// # Errors
-/// A file that can't be written, or a form that this program was built without. A recording that can't be read is passed
+/// A file that can't be written. A recording that can't be read is passed
 /// over: the analysis has named it.
 pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, ExportError> {
     let mut exported = 0;
@@ -100,13 +111,13 @@ pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, Expor
         let Ok(recording) = Recording::open(path) else { continue };
         let Ok(run) = run::open(path) else { continue };
         let stem = path.file_stem().unwrap_or_default();
-        let folder = folder.join(stem);
+        let folder = folder.join(stem).join(form.folder());
         std::fs::create_dir_all(&folder).map_err(|error| ExportError::at(&folder, error))?;
         let subject = Subject {
             model: run.manifest.model.clone(),
             columns: recording.state_columns().to_vec(),
         };
-        let mut exporter = exporter(form, subject, folder)?;
+        let mut exporter = exporter(form, subject, folder);
         let Ok(frames) = recording.frames() else { continue };
         // Where a recording is torn, what is intact is exported.
         for frame in frames.map_while(Result::ok) {
@@ -118,22 +129,12 @@ pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, Expor
     Ok(exported)
 }
 
-fn exporter(
-    form: Form,
-    subject: Subject,
-    folder: PathBuf,
-) -> Result<Box<dyn Exporter>, ExportError> {
-    Ok(match form {
+fn exporter(form: Form, subject: Subject, folder: PathBuf) -> Box<dyn Exporter> {
+    match form {
         Form::Csv => Box::new(tables::Tables::new(subject, folder, tables::csv_file)),
         Form::Gnuplot => Box::new(gnuplot::Gnuplot::new(subject, folder)),
         Form::Xyz => Box::new(xyz::Xyz::new(subject, folder)),
         #[cfg(feature = "parquet")]
         Form::Parquet => Box::new(tables::Tables::new(subject, folder, parquet::parquet_file)),
-        #[cfg(not(feature = "parquet"))]
-        Form::Parquet => {
-            return Err(ExportError(
-                "this program was built without Parquet: build it with `cargo build --release -p kinetoscope-analysis --features parquet`, or export csv".to_owned(),
-            ));
-        }
-    })
+    }
 }

@@ -117,8 +117,8 @@ pub(super) fn csv_file(path: &Path, columns: &[String]) -> Result<Box<dyn TableF
 
 impl TableFile for CsvFile {
     fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), ExportError> {
-        let numbers = values.iter().map(f64::to_string);
-        let record = [frame.to_string(), time.to_string()].into_iter().chain(numbers);
+        let numbers = values.iter().map(|value| format!("{value:?}"));
+        let record = [frame.to_string(), format!("{time:?}")].into_iter().chain(numbers);
         self.writer.write_record(record).map_err(|error| ExportError::at(&self.path, error))
     }
 

@@ -32,7 +32,7 @@ impl Xyz {
         });
         let others: String = self.others().map(|(_, name)| format!(":{name}:R:1")).collect();
         format!(
-            "{lattice}Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1{others} Time={time} Frame={frame}"
+            "{lattice}Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1{others} Time={time:?} Frame={frame}"
         )
     }
 
@@ -54,11 +54,11 @@ impl Xyz {
             // No element: OVITO takes any name as a type.
             write!(file, "X")?;
             for place in places {
-                write!(file, " {}", place.map_or(0.0, |column| row[column]))?;
+                write!(file, " {:?}", place.map_or(0.0, |column| row[column]))?;
             }
-            write!(file, " {}", radius.map_or(self.subject.radius(), |column| row[column]))?;
+            write!(file, " {:?}", radius.map_or(self.subject.radius(), |column| row[column]))?;
             for (column, _) in self.others() {
-                write!(file, " {}", row[column])?;
+                write!(file, " {:?}", row[column])?;
             }
             writeln!(file)?;
         }
