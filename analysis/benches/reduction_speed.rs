@@ -39,13 +39,13 @@ fn main() {
     let folder = tempfile::tempdir().unwrap();
     let threads = available_parallelism().unwrap();
     println!("{:<10}{:>14}{:>14}{:>9}", "GB/s", "analysis", "bare reader", "ratio");
-    for (model, config) in [
-        ("dem", "discs = 10000\nwidth_m = 1.0\nheight_m = 1.0"),
-        ("gas", "particles = 10000"),
-        ("packing", "discs = 10000\nwidth = 400.0\nheight = 400.0"),
+    for (model, config, scale) in [
+        ("dem", "discs = 10000\nwidth_m = 1.0\nheight_m = 1.0", 1.0),
+        ("gas", "particles = 10000", 0.7),
+        ("packing", "discs = 10000\nwidth = 400.0\nheight = 400.0", 400.0),
     ] {
         let path = folder.path().join(format!("{model}.mcap"));
-        record(&path, model, config);
+        record(&path, model, config, scale);
         let pairs: Vec<[f64; 2]> = (0..PAIRS)
             .map(|_| [speed(|| analyse(&path, threads)), speed(|| read_bare(&path, threads))])
             .collect();
@@ -122,7 +122,8 @@ fn check_chunk(body: &[u8]) {
     assert_eq!(crc32fast::hash(&content), sum);
 }
 
-fn record(path: &Path, model: &'static str, config: &str) {
+/// Positions are spread over `scale`, about the origin where a model's box is.
+fn record(path: &Path, model: &'static str, config: &str, scale: f64) {
     let manifest = format!("name = \"speed\"\n[model.{model}]\n{config}\n");
     let experiment = parse(&manifest, "speed.toml", &[]).unwrap();
     let header = Header {
@@ -156,7 +157,9 @@ fn record(path: &Path, model: &'static str, config: &str) {
     for count in 0..FRAMES {
         frame.clear();
         for _ in 0..PARTICLES {
-            frame.push_state(&[0.0; 5].map(|_: f64| uniform(&mut random)));
+            let [x, y, vx, vy, radius] = [0.0; 5].map(|_: f64| uniform(&mut random));
+            let origin = if model == "dem" { 0.0 } else { 0.5 };
+            frame.push_state(&[(x - origin) * scale, (y - origin) * scale, vx, vy, radius]);
         }
         // The energy by which a DEM run is held against its state in every frame.
         frame.push(&channels::DemEnergy { kinetic_j: 1.0, ..channels::DemEnergy::default() });

@@ -337,6 +337,38 @@ mod tests {
         assert_eq!(drift.estimate().unwrap(), Estimate::bare(31.5));
     }
 
+    /// Law: the 95 % interval, value +- 1.96 errors, covers the mean of correlated noise in 92 to 98 of 100 cases. Setup: 1000
+    /// series each of 4096 and of 16384 entries, x(i+1) = rho x(i) + sqrt(1 - rho^2) g. The binomial scatter is 0.7 %; a blocking
+    /// error has a scatter of its own, which takes about a per cent off. Control: the plain error s/sqrt(n) covers far less.
+    #[test]
+    fn the_95_per_cent_interval_covers_correlated_noise() {
+        const SERIES: u32 = 1000;
+        for (rho, length) in [(0.0, 4096), (0.6, 4096), (0.9_f64, 4096), (0.9, 16384)] {
+            let mut uniform = Uniform(2026);
+            let (mut covered, mut covered_by_plain) = (0_u32, 0_u32);
+            for _ in 0..SERIES {
+                let mut x = uniform.normal();
+                let series: Blocking = (0..length)
+                    .map(|_| {
+                        x = rho * x + (1.0 - rho * rho).sqrt() * uniform.normal();
+                        x
+                    })
+                    .collect();
+                let estimate = series.estimate().unwrap();
+                let within = |error: f64| u32::from(estimate.value.abs() < 1.96 * error);
+                covered += within(estimate.standard_error.unwrap());
+                covered_by_plain += within(series.error_at(&series.levels[0], estimate.value));
+            }
+            let share = f64::from(covered) / f64::from(SERIES);
+            let plain = f64::from(covered_by_plain) / f64::from(SERIES);
+            println!(
+                "rho {rho}, {length} entries: {share:.4} covered, {plain:.4} by the plain error"
+            );
+            assert!((0.92..=0.98).contains(&share), "rho {rho}: {share}");
+            assert!(rho == 0.0 || plain < 0.92, "rho {rho}: {plain}");
+        }
+    }
+
     /// Law: for x(i+1) = rho x(i) + sqrt(1 - rho^2) g the mean over n has variance (1 + rho) / ((1 - rho) n), for n much
     /// longer than the correlation. Setup: 400 series of 4096. Tolerance: the mean blocking error within 10 % of the exact
     /// one (measured 3 % low), and 62–74 % of the means within one error (binomial scatter 2.3 %).

@@ -4,8 +4,8 @@ use super::Series;
 use crate::statistics::{Estimate, mean_of_independent};
 use kinetoscope_recording::reader::StateTable;
 
-/// More particles than this add nothing to the means, and would have to be kept.
-const MOST_PARTICLES: usize = 10_000;
+/// More particles than this hardly sharpen the means, and would have to be kept and gone through in every frame.
+const MOST_PARTICLES: usize = 1000;
 
 /// The start, and both functions of time since then.
 #[derive(Clone, Debug, Default)]
