@@ -20,7 +20,7 @@ definitions! {
     PACKING_FRACTION: "packing_fraction", "1", "n pi r^2 / (lx ly)", [], 0.0;
     PSI6_GLOBAL: "psi6.global", "1", "/state: |mean over discs of psi6|, psi6 = mean of exp(6 i theta) over neighbours within 1.5 diameters; mean over the sampled frames, error by blocking", [], 0.0;
     PSI6_LOCAL: "psi6.local", "1", "/state: mean over discs of |psi6|, over the sampled frames, error by blocking", [], 0.0;
-    PAIR_CORRELATION: "pair_correlation.near_contact", "1", "/state: g(r) over 1 to 1.1 diameters: pairs found over those of as many points at random in the room of the centres, mean over the sampled frames, error by blocking", [], 0.0;
+    PAIR_CORRELATION: "pair_correlation.near_contact", "1", "/state: g(r) over 1 to 1.1 diameters: pairs within 1.1 over those between 1 and 1.1 of as many points at random in the room of the centres, mean over the sampled frames, error by blocking", [], 0.0;
     DISPLACEMENT: "mean_square_displacement.final", "", "/state: mean |x - x(0)|^2 of the first 1000 discs, last frame; error from their scatter", [], 0.0;
     VELOCITY_MEMORY: "velocity_autocorrelation.final", "1", "/state: sum of v . v(0) over sum of v(0)^2 of the first 1000 discs, last frame", [], 0.0;
 }

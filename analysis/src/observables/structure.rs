@@ -10,8 +10,8 @@ const BINS_PER_DIAMETER: usize = 20;
 const REACH_DIAMETERS: usize = 5;
 /// Neighbours of a disc are nearer than this many diameters: between the first and the second shell of a hexagonal bed.
 const NEIGHBOUR_DIAMETERS: f64 = 1.5;
-/// Bins between 1 and 1.1 diameters.
-const NEAR_CONTACT: std::ops::Range<usize> = BINS_PER_DIAMETER..BINS_PER_DIAMETER + 2;
+/// Discs are near contact within this many diameters.
+const NEAR_CONTACT_DIAMETERS: f64 = 1.1;
 
 /// What was found so far of equal discs in a box.
 #[derive(Clone, Debug)]
@@ -57,22 +57,25 @@ impl Structure {
         let widest = self.room[0].min(self.room[1]);
         let reach = (REACH_DIAMETERS as f64).min((widest / self.diameter).floor());
         let bins = reach as usize * BINS_PER_DIAMETER;
-        if centres.len() < 2 || bins < NEAR_CONTACT.end {
+        if centres.len() < 2 || reach < 2.0 {
             return;
         }
         let bin_width = self.diameter / BINS_PER_DIAMETER as f64;
         let mut pairs = vec![0_u64; bins];
         let mut bonds = vec![[0.0_f64; 3]; centres.len()];
         let near = NEIGHBOUR_DIAMETERS * self.diameter;
+        let mut close = 0_u64;
         self.for_each_pair(&centres, reach * self.diameter, |first, second, apart| {
             let square = apart[0] * apart[0] + apart[1] * apart[1];
-            let distance = square.sqrt();
+            // Rounding brings touching discs closer than they can be.
+            let distance = square.sqrt().max(self.diameter);
+            close += u64::from(distance < NEAR_CONTACT_DIAMETERS * self.diameter);
             if let Some(count) = pairs.get_mut((distance / bin_width) as usize) {
                 *count += 1;
             }
-            if distance < near && distance > 0.0 {
+            if distance < near && square > 0.0 {
                 // exp(6 i theta) is the same in both directions.
-                let bond = sixth_power([apart[0] / distance, apart[1] / distance]);
+                let bond = sixth_power(apart.map(|part| part / square.sqrt()));
                 for disc in [first, second] {
                     bonds[disc][0] += bond[0];
                     bonds[disc][1] += bond[1];
@@ -80,19 +83,19 @@ impl Structure {
                 }
             }
         });
-        self.add_pairs(&pairs, bin_width, centres.len() as f64);
+        self.add_pairs(&pairs, close, bin_width, centres.len() as f64);
         self.add_bonds(&bonds);
         self.frames += 1;
     }
 
-    fn add_pairs(&mut self, pairs: &[u64], bin_width: f64, count: f64) {
+    fn add_pairs(&mut self, pairs: &[u64], close: u64, bin_width: f64, count: f64) {
         let all = count * (count - 1.0) / 2.0;
-        let within = |edge: usize| all * self.pairs_within(edge as f64 * bin_width);
-        let expected: Vec<f64> =
-            (0..pairs.len()).map(|bin| within(bin + 1) - within(bin)).collect();
-        let near = pairs[NEAR_CONTACT].iter().map(|count| *count as f64).sum::<f64>();
-        let near_at_random: f64 = expected[NEAR_CONTACT].iter().sum();
-        self.near_contact.add(near / near_at_random);
+        let within = |r: f64| all * self.pairs_within(r);
+        let edge = |bin: usize| within(bin as f64 * bin_width);
+        let expected: Vec<f64> = (0..pairs.len()).map(|bin| edge(bin + 1) - edge(bin)).collect();
+        let close_at_random =
+            within(NEAR_CONTACT_DIAMETERS * self.diameter) - within(self.diameter);
+        self.near_contact.add(close as f64 / close_at_random);
         self.correlation.resize(pairs.len(), 0.0);
         for ((sum, found), expected) in self.correlation.iter_mut().zip(pairs).zip(expected) {
             *sum += *found as f64 / expected;
