@@ -1,6 +1,5 @@
 //! `report.html`: one file that needs nothing else, for a wide screen, a phone and paper, light or dark.
 
-use crate::catalogue;
 use crate::checks::Judge;
 use crate::ci::escaped;
 use crate::metrics::Metric;
@@ -37,6 +36,7 @@ fn heading(report: &Report) -> String {
     let failed = report.verdicts.iter().filter(|verdict| !verdict.holds).count();
     let (tone, verdict) = match (report.verdicts.len(), failed) {
         (0, _) => ("", "no checks".to_owned()),
+        (1, 0) => ("good", "the check holds".to_owned()),
         (all, 0) => ("good", format!("all {all} checks hold")),
         (all, failed) => ("bad", format!("{failed} of {all} checks failed")),
     };
@@ -142,9 +142,9 @@ fn number(metric: &Metric) -> String {
 /// How each metric of this report is found, and the laws behind theory's values.
 fn definitions(report: &Report) -> String {
     let mut text = "<section>\n<h2>Definitions</h2>\n<dl>\n".to_owned();
-    let used: BTreeSet<&str> = report.metrics.iter().map(Metric::name).collect();
-    let all = catalogue::sweep::ALL.iter().chain(catalogue::of_model(report.model()));
-    for definition in all.filter(|definition| used.contains(definition.name)) {
+    let mut told = BTreeSet::new();
+    let all = report.metrics.iter().map(|metric| metric.definition);
+    for definition in all.filter(|definition| told.insert((definition.name, definition.how))) {
         let laws: Vec<String> =
             definition.laws.iter().map(|law| escaped(&law.to_string())).collect();
         let laws = if laws.is_empty() {
