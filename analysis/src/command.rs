@@ -118,7 +118,8 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
         let wishes = Wishes {
             checks: checks.clone(),
             pictures_at: arguments.pictures_at.clone(),
-            memory: if arguments.fresh { None } else { Memory::beside(&folder) },
+            memory: Memory::beside(&folder),
+            fresh: arguments.fresh,
         };
         let mut report = analyse(&mut source, &wishes);
         if let Some(at) = baselines.iter().position(|old| old.experiment == report.name) {

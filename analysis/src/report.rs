@@ -50,8 +50,10 @@ pub struct Wishes {
     pub checks: Vec<Check>,
     /// Times of pictures beside those of start and end, in the model's unit.
     pub pictures_at: Vec<f64>,
-    /// Where unchanged recordings need not be read again.
+    /// Where analyses are remembered.
     pub memory: Option<Memory>,
+    /// Whether all recordings are read, also those that are remembered.
+    pub fresh: bool,
 }
 
 /// One recording to be analysed.
@@ -69,6 +71,7 @@ impl Task {
         let recalled = wishes
             .memory
             .as_ref()
+            .filter(|_| !wishes.fresh)
             .and_then(|memory| memory.recall(run, coordinates, figures, pictures_at));
         if let Some(found) = recalled {
             return Ok(found);

@@ -118,13 +118,15 @@ impl DemRun {
         }
         let radius_of = |row: &[f64]| radius.map_or(equal.unwrap_or(0.0), |column| row[column]);
         if let (Some(ledger), Some(vx), Some(vy)) = (ledger, index("vx"), index("vy")) {
-            let kinetic: f64 = (0..state.rows())
+            // Masses go with the square of the radius: that of a disc of 1 m is the factor.
+            let squares: f64 = (0..state.rows())
                 .map(|disc| {
                     let row = state.row(disc);
-                    let square = row[vx] * row[vx] + row[vy] * row[vy];
-                    self.mass_kg(radius_of(row)) * square / 2.0
+                    let radius = radius_of(row);
+                    radius * radius * (row[vx] * row[vx] + row[vy] * row[vy])
                 })
                 .sum();
+            let kinetic = self.mass_kg(1.0) * squares / 2.0;
             let apart = (kinetic - ledger.kinetic_j).abs();
             let largest = self.largest_kinetic_disagreement_j.get_or_insert(0.0);
             *largest = largest_or_nan(*largest, apart);
