@@ -147,14 +147,16 @@ fn within(measured: f64, expected: Option<f64>, tolerance: f64) -> (bool, String
     }
 }
 
-/// Seven digits.
+/// Seven digits, with a power of ten where plain ones would be many.
 fn digits(value: f64) -> String {
     let text = format!("{value:.6e}");
-    match text.split_once('e') {
-        Some((mantissa, exponent)) if mantissa.contains('.') => {
-            let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
-            if exponent == "0" { mantissa.to_owned() } else { format!("{mantissa}e{exponent}") }
+    let trimmed = |digits: &str| digits.trim_end_matches('0').trim_end_matches('.').to_owned();
+    match text.split_once('e').map(|(mantissa, exponent)| (mantissa, exponent.parse::<i32>())) {
+        Some((_, Ok(exponent @ -3..=5))) => {
+            let decimals = usize::try_from(6 - exponent).unwrap_or(0);
+            trimmed(&format!("{value:.decimals$}"))
         }
+        Some((mantissa, Ok(exponent))) => format!("{}e{exponent}", trimmed(mantissa)),
         _ => text,
     }
 }
