@@ -61,17 +61,17 @@ fn a_hexagonal_lattice_has_perfect_order() {
     assert!(metrics.error("psi6.global").is_none());
 }
 
-/// Control: two hexagonal rows of other orientation, 30 degrees apart, cancel: exp(6 i 30 deg) = -1.
+/// Control: bonds that differ by 30 degrees cancel, exp(6 i 30 deg) = -1: half of the discs have one, half the other.
 #[test]
 fn two_grains_that_are_turned_by_thirty_degrees_cancel() {
     let metrics = packing(|row, column| {
-        // Lone pairs: half of them lie along x, half are turned by 30 degrees.
+        // Pairs that are further than 1.5 diameters from each other; every second one is turned.
         let pair = (row * 6.0 + column) / 2.0;
         let (index, second) = (pair.floor(), pair.fract() > 0.0);
         let base = [3.4 * (index % 6.0) - 9.0, 6.0 * (index / 6.0).floor() - 8.0];
         let angle = if index % 2.0 == 0.0 { 0.0 } else { PI / 6.0 };
-        let length = if second { 2.0 } else { 0.0 };
-        [base[0] + length * angle.cos() * 0.6, base[1] + length * angle.sin() * 0.6]
+        let length = if second { 0.3 } else { 0.0 };
+        [base[0] + length * angle.cos(), base[1] + length * angle.sin()]
     });
     metrics.assert_near("psi6.local", 1.0, 1e-12);
     metrics.assert_near("psi6.global", 0.0, 1e-12);

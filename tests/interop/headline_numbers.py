@@ -174,7 +174,7 @@ def structure(recording, model):
     a, b = model["width"] - diameter, model["height"] - diameter
     if count < 2 or min(a, b) < 2 * diameter:
         return {}
-    stride = -(-count // 64)
+    stride = -(-count // 32)
     sampled = [
         state
         for index, (events, state) in enumerate(zip(recording.events, recording.states))

@@ -15,7 +15,7 @@ deviation within the rounding given, or within 1e-9 of theory's value, is roundi
 Of several replicates at one point of a sweep there is the mean as well, under the same name. An empty unit is the model's own.
 
 Some words: `last frame` is the last that is intact; `/energy` and the like are topics of the recording. For packing, the
-`sampled frames` are every s-th from 5 events a disc on, s = n/64 rounded up, or the last frame where there is none.
+`sampled frames` are every s-th from 5 events a disc on, s = n/32 rounded up, or the last frame where there is none.
 ";
 
 const FILES: &str = "

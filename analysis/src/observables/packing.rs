@@ -74,7 +74,7 @@ struct Rates {
 /// Velocities forget their start in a few collisions a disc: means begin after this many events a disc.
 const SETTLING_EVENTS_PER_DISC: f64 = 5.0;
 /// Every so many frames as there are discs to this number one is sampled for its structure: the work a disc stays bounded.
-const DISCS_PER_SAMPLE: u64 = 64;
+const DISCS_PER_SAMPLE: u64 = 32;
 
 impl PackingRun {
     /// Nothing seen yet.
