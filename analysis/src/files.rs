@@ -46,7 +46,7 @@ pub fn write(report: &Report, folder: &Path) -> Result<usize, WriteError> {
             drawn.push((plot.title(), svg));
         }
     }
-    replace(&folder.join("report.html"), &html::page(report, &drawn))?;
+    replace(&folder.join("report.html"), html::page(report, &drawn))?;
     Ok(drawn.len())
 }
 
