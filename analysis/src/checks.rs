@@ -5,20 +5,42 @@ use crate::metrics::{Metric, Place};
 use kinetoscope_manifest::{Bound, Check};
 use std::collections::BTreeSet;
 
-/// What became of a check at one place.
+/// What became of a check, or of a comparison with a baseline, at one place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// Whether it holds.
     pub holds: bool,
-    /// One line: the metric, where, what was measured, what was expected, and the tolerance.
-    pub text: String,
+    /// Whose judgement it is.
+    pub judge: Judge,
+    /// The metric, and where.
+    pub subject: String,
+    /// What was measured, what was expected, and the tolerance.
+    pub finding: String,
+}
+
+/// Whose judgement a verdict is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Judge {
+    /// A check of the manifest or of a file.
+    Check,
+    /// An earlier analysis.
+    Baseline,
+}
+
+impl Verdict {
+    /// One line.
+    #[must_use]
+    pub fn text(&self) -> String {
+        format!("{}: {}", self.subject, self.finding)
+    }
 }
 
 /// Judges a check at every place that it is about: fits and means over replicates where there are any, else each run. A check
 /// that finds no metric fails.
 #[must_use]
 pub fn judge(check: &Check, metrics: &[Metric]) -> Vec<Verdict> {
-    let named: Vec<&Metric> = metrics.iter().filter(|metric| metric.name == check.metric).collect();
+    let named: Vec<&Metric> =
+        metrics.iter().filter(|metric| metric.name() == check.metric).collect();
     let selected: Vec<&Metric> =
         named.iter().copied().filter(|metric| check.selects(metric.coordinates())).collect();
     let means: BTreeSet<String> = selected
@@ -50,7 +72,7 @@ fn missing(check: &Check, named: &[&Metric], metrics: &[Metric]) -> Verdict {
             if place.is_empty() { "of a finished run".to_owned() } else { format!("at {place}") };
         format!("there is none {place}")
     } else {
-        let known = metrics.iter().map(|metric| metric.name.as_str());
+        let known = metrics.iter().map(Metric::name);
         let near = known
             .map(|name| (strsim::damerau_levenshtein(name, &check.metric), name))
             .filter(|(distance, _)| *distance <= 1 + check.metric.len() / 4)
@@ -60,7 +82,7 @@ fn missing(check: &Check, named: &[&Metric], metrics: &[Metric]) -> Verdict {
             None => "there is no such metric; metrics.csv lists all that there are".to_owned(),
         }
     };
-    Verdict { holds: false, text: format!("{}: {why}", check.metric) }
+    Verdict { holds: false, judge: Judge::Check, subject: check.metric.clone(), finding: why }
 }
 
 fn compare(check: &Check, metric: &Metric) -> Verdict {
@@ -94,18 +116,22 @@ fn compare(check: &Check, metric: &Metric) -> Verdict {
             (above && below && !measured.is_nan(), text)
         }
     };
-    let unit = if metric.unit.is_empty() || metric.unit == "1" {
-        String::new()
-    } else {
-        format!(" {}", metric.unit)
-    };
-    let text = format!(
-        "{}{}: measured {}{unit}, expected {expectation}",
-        metric.name,
-        place_text(metric),
-        digits(measured)
-    );
-    Verdict { holds, text }
+    let measured = in_unit(measured, metric);
+    let finding = format!("measured {measured}, expected {expectation}");
+    Verdict { holds, judge: Judge::Check, subject: subject(metric), finding }
+}
+
+/// Seven digits and the unit.
+pub(crate) fn in_unit(value: f64, metric: &Metric) -> String {
+    match metric.unit() {
+        "" | "1" => digits(value),
+        unit => format!("{} {unit}", digits(value)),
+    }
+}
+
+/// The metric's name, and which run or part of the sweep.
+pub(crate) fn subject(metric: &Metric) -> String {
+    format!("{}{}", metric.name(), place_text(metric))
 }
 
 fn within(measured: f64, expected: Option<f64>, tolerance: f64) -> (bool, String) {
@@ -121,14 +147,16 @@ fn within(measured: f64, expected: Option<f64>, tolerance: f64) -> (bool, String
     }
 }
 
-/// Seven digits.
+/// Seven digits, with a power of ten where plain ones would be many.
 fn digits(value: f64) -> String {
     let text = format!("{value:.6e}");
-    match text.split_once('e') {
-        Some((mantissa, exponent)) if mantissa.contains('.') => {
-            let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
-            if exponent == "0" { mantissa.to_owned() } else { format!("{mantissa}e{exponent}") }
+    let trimmed = |digits: &str| digits.trim_end_matches('0').trim_end_matches('.').to_owned();
+    match text.split_once('e').map(|(mantissa, exponent)| (mantissa, exponent.parse::<i32>())) {
+        Some((_, Ok(exponent @ -3..=5))) => {
+            let decimals = usize::try_from(6 - exponent).unwrap_or(0);
+            trimmed(&format!("{value:.decimals$}"))
         }
+        Some((mantissa, Ok(exponent))) => format!("{}e{exponent}", trimmed(mantissa)),
         _ => text,
     }
 }
@@ -147,15 +175,19 @@ fn place_text(metric: &Metric) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalogue::Definition;
     use crate::metrics::SweepPlace;
+
+    const SLOPE: &Definition =
+        &Definition { name: "slope", unit: "m", how: "", laws: &[], rounding: 0.0 };
 
     fn metric(value: f64, standard_error: Option<f64>, theory: Option<f64>) -> Metric {
         Metric {
-            name: "slope".to_owned(),
+            definition: SLOPE,
             value,
-            unit: "m".to_owned(),
             standard_error,
             theory,
+            rounding: 0.0,
             source: String::new(),
             place: Place::Sweep(SweepPlace { along: None, coordinates: Vec::new(), replicates: 1 }),
         }
@@ -201,6 +233,6 @@ mod tests {
             bound: Bound::Range { minimum: None, maximum: Some(1.0) },
         };
         let verdicts = judge(&check, &[bare]);
-        assert!(!verdicts[0].holds && verdicts[0].text.contains("did you mean slope"));
+        assert!(!verdicts[0].holds && verdicts[0].finding.contains("did you mean slope"));
     }
 }

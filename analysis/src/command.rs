@@ -1,16 +1,21 @@
 //! The command line of `analyze-recordings`, and its exit codes.
 
-use crate::input;
-use crate::report::{Report, analyse};
+use crate::baseline::Baseline;
+use crate::export::{self, Form};
+use crate::files::{self, WriteError};
+use crate::input::Source;
+use crate::memory::Memory;
+use crate::report::{Report, Wishes, analyse};
 use crate::table::{Terminal, Tone};
+use crate::{catalogue, ci, input};
 use clap::Parser;
 use kinetoscope_manifest::{Check, parse_checks};
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Derives numbers with errors, plots and verdicts from recordings alone.
 ///
-/// Writes metrics.json, metrics.csv and a plot a file beside the recordings. Exit codes: 0 done; 2 bad arguments or checks
+/// Writes report.html, metrics.json, metrics.csv and a plot a file beside the recordings. Exit codes: 0 done; 2 bad arguments or checks
 /// file; 3 a check failed or its metric is missing; 5 some input is unreadable, the rest was analysed; 75 the output can't be
 /// written, try again.
 #[derive(Debug, Parser)]
@@ -22,8 +27,30 @@ struct Arguments {
     /// Folder for the results; by default they go beside the recordings.
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Pictures of the state at these times as well, in the model's unit, beside those of start and end.
+    #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = finite)]
+    pictures_at: Vec<f64>,
+    /// Writes the frames in forms of other programs as well, into the folder `export` of the results. Parquet needs
+    /// a program built with `--features parquet`.
+    #[arg(long, value_name = "FORM,…", value_delimiter = ',')]
+    export: Vec<Form>,
+    /// Reads all recordings, also those that have not changed since they were analysed last.
+    #[arg(long)]
+    fresh: bool,
+    /// Compares with the metrics.json of an earlier analysis: exit code 3 if one has moved by more than 4 standard errors.
+    #[arg(long, value_name = "FILE")]
+    baseline: Vec<PathBuf>,
+    /// Writes the verdicts as JUnit XML.
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Prints what failed as annotations of a GitHub workflow.
+    #[arg(long)]
+    github: bool,
+    /// Prints the reference of all metrics (Markdown) and stops.
+    #[arg(long, exclusive = true)]
+    metrics: bool,
     /// Recordings, and folders of recordings.
-    #[arg(required = true, value_name = "PATH")]
+    #[arg(required_unless_present = "metrics", value_name = "PATH")]
     paths: Vec<PathBuf>,
 }
 
@@ -67,37 +94,89 @@ pub fn main() -> Exit {
 }
 
 fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
+    if arguments.metrics {
+        print(&catalogue::reference());
+        return Ok(Exit::Done);
+    }
+    let usage = |message| (Exit::Usage, message);
     let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks);
-    let checks = checks.map_err(|message| (Exit::Usage, message))?;
+    let checks = checks.map_err(usage)?;
+    let baselines: Result<Vec<Baseline>, String> =
+        arguments.baseline.iter().map(|path| read_baseline(path)).collect();
+    let mut baselines = baselines.map_err(usage)?;
     let sources =
         input::sources(&arguments.paths).map_err(|input::BadPath(why)| (Exit::Usage, why))?;
     let terminal = terminal();
     let several = sources.len() > 1;
     let mut reports: Vec<(PathBuf, Report)> = Vec::new();
-    for source in sources {
+    for mut source in sources {
         let folder = match &arguments.output {
             Some(output) if several => output.join(&source.name),
             Some(output) => output.clone(),
             None => source.folder.clone(),
         };
-        let report = analyse(source, &checks);
+        let wishes = Wishes {
+            checks: checks.clone(),
+            pictures_at: arguments.pictures_at.clone(),
+            memory: Memory::beside(&folder),
+            fresh: arguments.fresh,
+        };
+        let mut report = analyse(&mut source, &wishes);
+        if let Some(at) = baselines.iter().position(|old| old.experiment == report.name) {
+            report.compare(&baselines.remove(at));
+        }
         print(&report.text(terminal));
+        export_all(&source, &arguments.export, &folder, terminal)?;
         reports.push((folder, report));
     }
-    for (folder, report) in &reports {
-        if report.runs.is_empty() {
-            continue;
-        }
-        let written = report.write(folder).map_err(|error| (Exit::Retry, error.to_string()))?;
-        let plots = written.len() - 2;
+    if let Some(unused) = baselines.first() {
+        let name = &unused.experiment;
+        return Err(usage(format!("the baseline is of {name}, which is not among the recordings")));
+    }
+    write(arguments, &reports, terminal).map_err(|error| (Exit::Retry, error.to_string()))?;
+    Ok(conclude(&reports, terminal))
+}
+
+/// Exports the recordings in all forms that were asked for.
+fn export_all(
+    source: &Source,
+    forms: &[Form],
+    folder: &Path,
+    terminal: Terminal,
+) -> Result<(), (Exit, String)> {
+    let folder = folder.join("export");
+    for form in forms {
+        let failed = |export::ExportError(why)| (Exit::Retry, why);
+        let count = export::export(source, *form, &folder).map_err(failed)?;
+        let line = format!("exported: {count} recordings in {}", folder.display());
+        print(&format!("{}\n", terminal.wrapped(&line, 2)));
+    }
+    Ok(())
+}
+
+/// Writes all files, and says which.
+fn write(
+    arguments: &Arguments,
+    reports: &[(PathBuf, Report)],
+    terminal: Terminal,
+) -> Result<(), WriteError> {
+    for (folder, report) in reports.iter().filter(|(_, report)| !report.runs.is_empty()) {
+        let plots = files::write(report, folder)?;
         let line = format!(
-            "written: metrics.json, metrics.csv and {plots} {} (*.svg) in {}",
+            "written: report.html, metrics.json, metrics.csv and {plots} {} (*.svg) in {}",
             if plots == 1 { "plot" } else { "plots" },
             folder.display()
         );
         print(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
-    Ok(conclude(&reports, terminal))
+    let all: Vec<&Report> = reports.iter().map(|(_, report)| report).collect();
+    if let Some(path) = &arguments.junit {
+        files::replace(path, ci::junit(&all))?;
+    }
+    if arguments.github {
+        print(&ci::github(&all));
+    }
+    Ok(())
 }
 
 /// The gravest of what happened, and a last word on it.
@@ -117,10 +196,22 @@ fn conclude(reports: &[(PathBuf, Report)], terminal: Terminal) -> Exit {
     if unreadable > 0 { Exit::Unreadable } else { Exit::Done }
 }
 
-fn read_checks(path: &std::path::Path) -> Result<Vec<Check>, String> {
+fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| format!("the checks file {} can't be read: {error}", path.display()))?;
     parse_checks(&text, &path.display().to_string()).map_err(|diagnostics| diagnostics.to_string())
+}
+
+fn read_baseline(path: &Path) -> Result<Baseline, String> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| format!("the baseline {} can't be read: {error}", path.display()))?;
+    Baseline::read(&text).map_err(|why| format!("{} {why}", path.display()))
+}
+
+/// A finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or_else(|| "must be a number".to_owned())
 }
 
 fn terminal() -> Terminal {

@@ -7,8 +7,10 @@
 
 pub mod command;
 pub mod input;
+pub mod memory;
 pub mod run;
 
+pub mod catalogue;
 pub mod laws;
 pub mod measurement;
 pub mod observables;
@@ -25,3 +27,9 @@ pub mod plot;
 
 pub mod report;
 pub mod table;
+
+pub mod baseline;
+pub mod ci;
+pub mod export;
+pub mod files;
+pub mod html;

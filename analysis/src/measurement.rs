@@ -1,42 +1,61 @@
 //! A number that was found in one recording.
 
+use crate::catalogue::Definition;
 use crate::laws::Law;
 use crate::statistics::Estimate;
 
-/// A named number with its unit, its error, theory's value and where both come from.
+/// A number with its error, beside theory's value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
-    /// The metric's name.
-    pub name: &'static str,
-    /// Its unit; empty for a dimensionless one.
-    pub unit: &'static str,
+    /// What it is.
+    pub definition: &'static Definition,
     /// The number and its error.
     pub estimate: Estimate,
     /// What theory says.
     pub theory: Option<f64>,
-    /// Formula or reference in a few words.
-    pub source: String,
+    /// Which of the definition's laws says it.
+    pub law: Option<Law>,
 }
 
 impl Measurement {
-    /// A number without a theory. `from` says in a few words how it was found.
+    /// A number without a theory.
     #[must_use]
-    pub fn new(
-        name: &'static str,
-        unit: &'static str,
-        estimate: impl Into<Estimate>,
-        from: &str,
-    ) -> Self {
-        Self { name, unit, estimate: estimate.into(), theory: None, source: from.to_owned() }
+    pub fn new(definition: &'static Definition, estimate: impl Into<Estimate>) -> Self {
+        Self { definition, estimate: estimate.into(), theory: None, law: None }
     }
 
-    /// The same beside what a law says, where it says something for this run.
+    /// The same beside what the definition's first law says, where it says something for this run.
     #[must_use]
-    pub fn against(mut self, theory: impl Into<Option<f64>>, law: Law) -> Self {
+    pub fn against(self, theory: impl Into<Option<f64>>) -> Self {
+        let law = self.definition.laws.first().copied();
+        self.against_law(theory, law)
+    }
+
+    /// The same beside what one of the definition's laws says.
+    #[must_use]
+    pub fn against_law(
+        mut self,
+        theory: impl Into<Option<f64>>,
+        law: impl Into<Option<Law>>,
+    ) -> Self {
         self.theory = theory.into();
-        if self.theory.is_some() {
-            self.source = format!("{}; theory: {law}", self.source);
-        }
+        self.law = law.into().filter(|_| self.theory.is_some());
+        debug_assert!(self.law.is_none_or(|law| self.definition.laws.contains(&law)));
         self
+    }
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        self.definition.name
+    }
+
+    /// How it was found, and where theory's value comes from.
+    #[must_use]
+    pub fn source(&self) -> String {
+        match self.law {
+            Some(law) => format!("{}; theory: {law}", self.definition.how),
+            None => self.definition.how.to_owned(),
+        }
     }
 }

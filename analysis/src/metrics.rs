@@ -1,5 +1,6 @@
 //! All numbers of an experiment, as JSON and as CSV.
 
+use crate::catalogue::Definition;
 use crate::coordinates;
 use crate::run::RunAnalysis;
 use kinetoscope_manifest::Coordinate;
@@ -9,24 +10,65 @@ use std::collections::BTreeMap;
 /// Version of the layout of `metrics.json`.
 pub const SCHEMA: u32 = 1;
 
-/// A named number and what it is about.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// A number and what it is about.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Metric {
-    /// Its name.
-    pub name: String,
-    /// The number; null in JSON where it is not finite.
+    /// What it is.
+    pub definition: &'static Definition,
+    /// The number.
     pub value: f64,
-    /// Its unit; empty for the model's own.
-    pub unit: String,
     /// One standard error, where it is known.
     pub standard_error: Option<f64>,
     /// What theory says, where there is one.
     pub theory: Option<f64>,
-    /// Formula or reference in a few words.
+    /// A distance from theory below this is rounding.
+    pub rounding: f64,
+    /// How it was found, and the law behind theory's value.
     pub source: String,
     /// Which run, or which part of the sweep.
-    #[serde(flatten)]
     pub place: Place,
+}
+
+/// How far a number is from theory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Deviation {
+    /// No further than rounding takes it.
+    Rounding,
+    /// So many standard errors.
+    StandardErrors(f64),
+    /// The difference, where no standard error is known.
+    Bare(f64),
+}
+
+/// Differences below this share of theory's value are rounding.
+const ROUNDING_SHARE: f64 = 1e-9;
+
+impl Metric {
+    /// Its name.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        self.definition.name
+    }
+
+    /// Its unit; empty for the model's own.
+    #[must_use]
+    pub const fn unit(&self) -> &'static str {
+        self.definition.unit
+    }
+
+    /// How far it is from theory; `None` where that says nothing.
+    #[must_use]
+    pub fn deviation(&self) -> Option<Deviation> {
+        let theory = self.theory?;
+        let apart = self.value - theory;
+        let rounding = self.rounding.max(ROUNDING_SHARE * theory.abs());
+        Some(match self.standard_error {
+            _ if apart.abs() <= rounding => Deviation::Rounding,
+            // An error that is itself rounding measures nothing.
+            Some(error) if error > rounding => Deviation::StandardErrors(apart / error),
+            _ => Deviation::Bare(apart),
+        })
+    }
 }
 
 /// What a metric is about.
@@ -88,12 +130,12 @@ impl Metric {
 /// The metrics of a run.
 pub fn of_run(run: &RunAnalysis) -> impl Iterator<Item = Metric> + '_ {
     run.measurements.iter().map(|measurement| Metric {
-        name: measurement.name.to_owned(),
+        definition: measurement.definition,
         value: measurement.estimate.value,
-        unit: measurement.unit.to_owned(),
         standard_error: measurement.estimate.standard_error,
         theory: measurement.theory,
-        source: measurement.source.clone(),
+        rounding: measurement.definition.rounding,
+        source: measurement.source(),
         place: Place::Run(RunPlace {
             file: run.file.clone(),
             coordinates: run.coordinates.clone(),
@@ -108,7 +150,44 @@ struct Document<'a> {
     schema: u32,
     experiment: &'a str,
     model: &'a str,
-    metrics: &'a [Metric],
+    metrics: Vec<Entry<'a>>,
+}
+
+/// A metric as it stands in the file.
+#[derive(Serialize)]
+struct Entry<'a> {
+    name: &'a str,
+    /// Null where it is not finite.
+    value: f64,
+    unit: &'a str,
+    standard_error: Option<f64>,
+    theory: Option<f64>,
+    deviation_in_standard_errors: Option<f64>,
+    source: &'a str,
+    #[serde(flatten)]
+    place: &'a Place,
+}
+
+impl<'a> Entry<'a> {
+    fn of(metric: &'a Metric) -> Self {
+        Self {
+            name: metric.name(),
+            value: metric.value,
+            unit: metric.unit(),
+            standard_error: metric.standard_error,
+            theory: metric.theory,
+            deviation_in_standard_errors: in_standard_errors(metric),
+            source: &metric.source,
+            place: &metric.place,
+        }
+    }
+}
+
+fn in_standard_errors(metric: &Metric) -> Option<f64> {
+    match metric.deviation() {
+        Some(Deviation::StandardErrors(deviation)) => Some(deviation),
+        _ => None,
+    }
 }
 
 /// The text of `metrics.json`: the same recordings give the same bytes.
@@ -116,6 +195,7 @@ struct Document<'a> {
 /// # Errors
 /// None that is known; the serialiser's own.
 pub fn to_json(experiment: &str, model: &str, metrics: &[Metric]) -> serde_json::Result<String> {
+    let metrics = metrics.iter().map(Entry::of).collect();
     let document = Document { schema: SCHEMA, experiment, model, metrics };
     serde_json::to_string_pretty(&document).map(|text| text + "\n")
 }
@@ -132,6 +212,7 @@ pub fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
         "unit",
         "standard_error",
         "theory",
+        "deviation_in_standard_errors",
         "scope",
         "coordinates",
         "along",
@@ -155,11 +236,12 @@ pub fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
             }
         };
         writer.write_record([
-            metric.name.as_str(),
+            metric.name(),
             &metric.value.to_string(),
-            &metric.unit,
+            metric.unit(),
             &number(metric.standard_error),
             &number(metric.theory),
+            &number(in_standard_errors(metric)),
             scope,
             &places,
             along,

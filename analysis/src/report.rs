@@ -1,18 +1,21 @@
 //! One experiment from its recordings to files and to the terminal.
 
-use crate::checks::{Verdict, judge};
+use crate::baseline::Baseline;
+use crate::checks::{Judge, Verdict, judge};
 use crate::coordinates;
 use crate::figures::{self, Figures};
 use crate::input::Source;
+use crate::memory::Memory;
 use crate::metrics::{self, Metric, Place};
 use crate::plot::Plot;
-use crate::run::{self, Ending, RunAnalysis};
+use crate::run::{self, Ending, OpenRun, RunAnalysis, Unreadable};
 use crate::sweep;
 use crate::table::{Terminal, Tone, table};
 use kinetoscope_manifest::{Check, Coordinate};
 use std::fmt::Write as _;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::{self, available_parallelism};
 
 /// All that was found in one experiment.
 #[derive(Debug)]
@@ -40,23 +43,99 @@ const MOST_RUNS_DRAWN: usize = 6;
 /// In a longer sweep the terminal shows fits alone; everything is in the files.
 const MOST_POINTS_SHOWN: usize = 6;
 
-/// Analyses the recordings of one folder. `checks` are those of the command line, beside the experiment's own.
-#[must_use]
-pub fn analyse(mut source: Source, checks: &[Check]) -> Report {
-    let opened = source.open();
-    let mut runs: Vec<RunAnalysis> = Vec::new();
-    let (mut notes, mut unreadable) = (source.notes, source.unreadable);
-    let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
-    for (open, coordinates) in opened {
-        // One run a point is drawn, and no more points than a chart can hold: plots are the largest part of memory.
-        let with_figures =
-            drawn.len() < figures::sweep::MOST_CURVES && !drawn.contains(&coordinates);
-        if with_figures {
-            drawn.push(coordinates.clone());
+/// How recordings are to be analysed.
+#[derive(Clone, Debug, Default)]
+pub struct Wishes {
+    /// Checks beside the experiment's own.
+    pub checks: Vec<Check>,
+    /// Times of pictures beside those of start and end, in the model's unit.
+    pub pictures_at: Vec<f64>,
+    /// Where analyses are remembered.
+    pub memory: Option<Memory>,
+    /// Whether all recordings are read, also those that are remembered.
+    pub fresh: bool,
+}
+
+/// One recording to be analysed.
+struct Task {
+    run: OpenRun,
+    coordinates: Vec<Coordinate>,
+    with_figures: bool,
+}
+
+impl Task {
+    /// From memory where the recording is unchanged, else by reading it.
+    fn analyse(&self, wishes: &Wishes, threads: NonZeroUsize) -> Result<RunAnalysis, Unreadable> {
+        let Self { run, coordinates, with_figures } = self;
+        let (figures, pictures_at) = (*with_figures, &wishes.pictures_at);
+        let recalled = wishes
+            .memory
+            .as_ref()
+            .filter(|_| !wishes.fresh)
+            .and_then(|memory| memory.recall(run, coordinates, figures, pictures_at));
+        if let Some(found) = recalled {
+            return Ok(found);
         }
-        match run::analyse(open, coordinates, with_figures) {
+        let found = run::analyse(run, coordinates.clone(), figures, pictures_at, threads)?;
+        if let Some(memory) = &wishes.memory {
+            memory.keep(run, &found, figures, pictures_at);
+        }
+        Ok(found)
+    }
+}
+
+/// Analyses all, as many side by side as there are cores; results in the order of the tasks.
+fn analyse_all(tasks: &[Task], wishes: &Wishes) -> Vec<Result<RunAnalysis, Unreadable>> {
+    let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let workers = tasks.len().min(cores.get());
+    let threads = NonZeroUsize::new(cores.get() / workers.max(1)).unwrap_or(NonZeroUsize::MIN);
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut found = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(task) = tasks.get(index) else { return found };
+            found.push((index, task.analyse(wishes, threads)));
+        }
+    };
+    let mut found: Vec<_> = thread::scope(|scope| {
+        let others: Vec<_> = (1..workers).map(|_| scope.spawn(work)).collect();
+        let mut found = work();
+        for other in others {
+            match other.join() {
+                Ok(theirs) => found.extend(theirs),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        found
+    });
+    found.sort_by_key(|(index, _)| *index);
+    found.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Analyses the recordings of one folder.
+#[must_use]
+pub fn analyse(source: &mut Source, wishes: &Wishes) -> Report {
+    let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
+    let tasks: Vec<Task> = source
+        .open()
+        .into_iter()
+        .map(|(run, coordinates)| {
+            // One run a point is drawn, and no more points than a chart can hold: plots are the largest part of memory.
+            let with_figures =
+                drawn.len() < figures::sweep::MOST_CURVES && !drawn.contains(&coordinates);
+            if with_figures {
+                drawn.push(coordinates.clone());
+            }
+            Task { run, coordinates, with_figures }
+        })
+        .collect();
+    let mut runs: Vec<RunAnalysis> = Vec::new();
+    let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
+    for result in analyse_all(&tasks, wishes) {
+        match result {
             Ok(run) => runs.push(run),
-            Err(run::Unreadable(why)) => unreadable.push(why),
+            Err(Unreadable(why)) => unreadable.push(why),
         }
     }
     for run in &runs {
@@ -81,9 +160,20 @@ pub fn analyse(mut source: Source, checks: &[Check]) -> Report {
     // A part of an experiment is not held to the checks of the whole.
     let own = source.record.as_ref().filter(|_| source.whole);
     let own = own.map_or(&[][..], |record| &record.checks);
-    let verdicts = own.iter().chain(checks).flat_map(|check| judge(check, &metrics)).collect();
-    let description = source.record.map_or_else(String::new, |record| record.description);
-    Report { name: source.name, description, runs, metrics, verdicts, plots, notes, unreadable }
+    let verdicts =
+        own.iter().chain(&wishes.checks).flat_map(|check| judge(check, &metrics)).collect();
+    let record = source.record.as_ref();
+    let description = record.map_or_else(String::new, |record| record.description.clone());
+    Report {
+        name: source.name.clone(),
+        description,
+        runs,
+        metrics,
+        verdicts,
+        plots,
+        notes,
+        unreadable,
+    }
 }
 
 fn plots(
@@ -126,63 +216,23 @@ fn plots(
     all
 }
 
-/// A file or folder that can't be written.
-#[derive(Debug)]
-pub struct WriteError {
-    path: PathBuf,
-    why: String,
-}
-
-impl std::fmt::Display for WriteError {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let path = self.path.display();
-        write!(
-            formatter,
-            "{path} can't be written: {}. Free the disk, or name another folder with --output",
-            self.why
-        )
-    }
-}
-
 impl Report {
     /// Name of the model; empty where no run could be read.
-    fn model(&self) -> &str {
+    pub(crate) fn model(&self) -> &str {
         self.runs.first().map_or("", |run| run.model().name())
+    }
+
+    /// Judges the metrics by those of an earlier analysis as well.
+    pub fn compare(&mut self, baseline: &Baseline) {
+        let (verdicts, notes) = baseline.judge(&self.metrics);
+        self.verdicts.extend(verdicts);
+        self.notes.extend(notes);
     }
 
     /// Whether all checks hold.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.verdicts.iter().all(|verdict| verdict.holds)
-    }
-
-    /// Writes `metrics.json`, `metrics.csv` and the plots; returns what was written.
-    ///
-    /// # Errors
-    /// The first file that can't be written.
-    pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, WriteError> {
-        let failed = |path: &Path, why: String| WriteError { path: path.to_path_buf(), why };
-        std::fs::create_dir_all(folder).map_err(|error| failed(folder, error.to_string()))?;
-        let mut written = Vec::new();
-        let mut put = |name: &str, content: Result<String, String>| {
-            let path = folder.join(name);
-            content
-                .and_then(|text| replace(&path, &text).map_err(|error| error.to_string()))
-                .map_err(|why| failed(&path, why))?;
-            written.push(path);
-            Ok(())
-        };
-        let json = metrics::to_json(&self.name, self.model(), &self.metrics);
-        put("metrics.json", json.map_err(|error| error.to_string()))?;
-        put("metrics.csv", metrics::to_csv(&self.metrics).map_err(|error| error.to_string()))?;
-        for (stem, plot) in &self.plots {
-            match plot.svg() {
-                Ok(Some(svg)) => put(&format!("{stem}.svg"), Ok(svg))?,
-                Ok(None) => {}
-                Err(error) => put(&format!("{stem}.svg"), Err(error.to_string()))?,
-            }
-        }
-        Ok(written)
     }
 
     /// What the terminal shows.
@@ -213,21 +263,38 @@ impl Report {
                 let _ = writeln!(text, "{}", table(&metrics, terminal));
             }
         }
-        if !self.verdicts.is_empty() {
-            let _ = writeln!(text, "\nchecks");
-            let inside = Terminal { width: terminal.width - 2, ..terminal };
-            for verdict in &self.verdicts {
-                let (tone, word) =
-                    if verdict.holds { (Tone::Good, "ok") } else { (Tone::Bad, "FAILED") };
-                let line = inside.wrapped(&format!("{word} {}", verdict.text), 4);
-                let _ = writeln!(text, "  {}", line.replacen(word, &terminal.paint(tone, word), 1));
-            }
+        for (judge, title) in [(Judge::Check, "checks"), (Judge::Baseline, "against the baseline")]
+        {
+            text += &self.verdict_text(judge, title, terminal);
+        }
+        text
+    }
+
+    /// The verdicts of one judge. Of a long list those that hold are counted only.
+    fn verdict_text(&self, judge: Judge, title: &str, terminal: Terminal) -> String {
+        let verdicts = || self.verdicts.iter().filter(|verdict| verdict.judge == judge);
+        if verdicts().next().is_none() {
+            return String::new();
+        }
+        let mut text = format!("\n{title}\n");
+        let inside = Terminal { width: terminal.width - 2, ..terminal };
+        let counted = judge == Judge::Baseline;
+        for verdict in verdicts().filter(|verdict| !(counted && verdict.holds)) {
+            let (tone, word) =
+                if verdict.holds { (Tone::Good, "ok") } else { (Tone::Bad, "FAILED") };
+            let line = inside.wrapped(&format!("{word} {}", verdict.text()), 4);
+            let _ = writeln!(text, "  {}", line.replacen(word, &terminal.paint(tone, word), 1));
+        }
+        if counted {
+            let held = verdicts().filter(|verdict| verdict.holds).count();
+            let _ =
+                writeln!(text, "  {held} of {} metrics are where they were", verdicts().count());
         }
         text
     }
 
     /// The metrics that are shown, under their titles: fits, then the points of a short sweep.
-    fn sections(&self) -> Vec<(String, Vec<&Metric>)> {
+    pub(crate) fn sections(&self) -> Vec<(String, Vec<&Metric>)> {
         let mut sections = Vec::new();
         let fits: Vec<&Metric> = self
             .metrics
@@ -284,13 +351,4 @@ fn run_title(run: &RunAnalysis, place: &str) -> String {
     let unit = if run.time_unit.is_empty() { String::new() } else { format!(" {}", run.time_unit) };
     let frames = run.frames;
     format!("{name}: {frames} frames to t = {}{unit}, {}", run.end_time, run.ending.text())
-}
-
-/// Writes a file beside its place and then puts it there: nobody sees half of it.
-fn replace(path: &Path, text: &str) -> io::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".new");
-    let temporary = path.with_file_name(name);
-    std::fs::write(&temporary, text)?;
-    std::fs::rename(&temporary, path)
 }

@@ -7,6 +7,7 @@ use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{Coordinate, RunManifest, parse_run};
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::{Outcome, Recording};
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// How a run, or its file, ended.
@@ -62,7 +63,7 @@ impl RunAnalysis {
     /// A measurement by its name.
     #[must_use]
     pub fn measurement(&self, name: &str) -> Option<&Measurement> {
-        self.measurements.iter().find(|measurement| measurement.name == name)
+        self.measurements.iter().find(|measurement| measurement.name() == name)
     }
 
     /// The model and its values.
@@ -85,13 +86,22 @@ pub struct Unreadable(pub String);
 /// A recording that is open, with its manifest read.
 pub struct OpenRun {
     recording: Recording,
-    file: String,
+    /// The file's name, without its folder.
+    pub file: String,
     /// The canonical text of the run's manifest.
     pub canonical: String,
     /// The run's manifest.
     pub manifest: RunManifest,
     /// The run's content key.
     pub content_key: String,
+}
+
+impl OpenRun {
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.recording.path()
+    }
 }
 
 /// Opens a recording and reads its manifest.
@@ -113,19 +123,25 @@ pub fn open(path: &Path) -> Result<OpenRun, Unreadable> {
     Ok(OpenRun { recording, file, canonical, manifest, content_key })
 }
 
-/// Reads all frames of a recording, one after the other.
+/// Reads all frames of a recording, one after the other, with so many threads that unpack chunks. Memory: what `Frames` says,
+/// three frames, and some megabytes for series and pictures, whatever the file's size.
 ///
 /// # Errors
 /// A recording of which not even the first frame could be read.
 pub fn analyse(
-    run: OpenRun,
+    run: &OpenRun,
     coordinates: Vec<Coordinate>,
     with_figures: bool,
+    pictures_at: &[f64],
+    threads: NonZeroUsize,
 ) -> Result<RunAnalysis, Unreadable> {
-    let mut observer = observer(&run.manifest.model);
+    let mut observer = observer(&run.manifest.model, pictures_at);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
-    for frame in run.recording.frames().map_err(|error| Unreadable(error.to_string()))? {
-        let seen = frame.and_then(|frame| observer.see(&frame).map(|()| frame.clock.time));
+    for frame in run.recording.frames_on(threads).map_err(|error| Unreadable(error.to_string()))? {
+        let seen = frame.and_then(|frame| {
+            let time = frame.clock.time;
+            observer.see(frame).map(|()| time)
+        });
         match seen {
             Ok(time) => {
                 frames += 1;
@@ -157,8 +173,8 @@ pub fn analyse(
         ending,
         measurements: observer.measurements(),
         figures: if with_figures { observer.figures() } else { Figures::default() },
-        file: run.file,
-        manifest: run.manifest,
+        file: run.file.clone(),
+        manifest: run.manifest.clone(),
     })
 }
 

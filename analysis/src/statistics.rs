@@ -262,16 +262,16 @@ pub fn power_law_exponent(points: &[(f64, f64)]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Uniform numbers in [0, 1) from a multiplicative generator with a fixed start (Knuth's MMIX constants).
+    /// Uniform numbers in [0, 1) with 53 random bits, by Vigna's splitmix64.
     struct Uniform(u64);
 
     impl Uniform {
         fn next(&mut self) -> f64 {
-            self.0 = self
-                .0
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mut bits = self.0;
+            bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
         }
 
         /// Normal with variance 1 (Box and Muller 1958).
@@ -335,6 +335,39 @@ mod tests {
     fn a_series_too_short_for_its_correlation_has_no_error() {
         let drift: Blocking = (0..64).map(f64::from).collect();
         assert_eq!(drift.estimate().unwrap(), Estimate::bare(31.5));
+    }
+
+    /// Law: the 95 % interval, value +- 1.96 errors, covers the mean of correlated noise in 92 to 98 of 100 cases. Setup: 1000
+    /// series each of 4096 and of 16384 entries, x(i+1) = rho x(i) + sqrt(1 - rho^2) g. The binomial scatter is 0.7 %; a blocking
+    /// error has a scatter of its own, which takes about a per cent off. Control: the plain error s/sqrt(n) covers far less.
+    #[test]
+    fn the_95_per_cent_interval_covers_correlated_noise() {
+        const SERIES: u32 = 1000;
+        for (rho, length) in [(0.0, 4096), (0.6, 4096), (0.9_f64, 4096), (0.9, 16384)] {
+            let mut uniform = Uniform(2026);
+            let (mut covered, mut covered_by_plain) = (0_u32, 0_u32);
+            for _ in 0..SERIES {
+                let mut x = uniform.normal();
+                let series: Blocking = (0..length)
+                    .map(|_| {
+                        x = rho * x + (1.0 - rho * rho).sqrt() * uniform.normal();
+                        x
+                    })
+                    .collect();
+                let estimate = series.estimate().unwrap();
+                let within = |error: f64| u32::from(estimate.value.abs() < 1.96 * error);
+                let excess = series.total.value() / series.weight.value();
+                covered += within(estimate.standard_error.unwrap());
+                covered_by_plain += within(series.error_at(&series.levels[0], excess));
+            }
+            let share = f64::from(covered) / f64::from(SERIES);
+            let plain = f64::from(covered_by_plain) / f64::from(SERIES);
+            println!(
+                "rho {rho}, {length} entries: {share:.4} covered, {plain:.4} by the plain error"
+            );
+            assert!((0.92..=0.98).contains(&share), "rho {rho}: {share}");
+            assert!(rho == 0.0 || plain < 0.92, "rho {rho}: {plain}");
+        }
     }
 
     /// Law: for x(i+1) = rho x(i) + sqrt(1 - rho^2) g the mean over n has variance (1 + rho) / ((1 - rho) n), for n much

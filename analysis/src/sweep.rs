@@ -3,8 +3,9 @@
 //! Points of a sweep share their random draws, so that the scatter of points about a fit says nothing of its error. Each
 //! replicate is fitted on its own, and the error is that of the mean over replicates; with one replicate it is unknown.
 
+use crate::catalogue::{Definition, sweep as metric};
 use crate::coordinates::{self, grouped, without};
-use crate::laws::{Law, gas, orbit};
+use crate::laws::{gas, orbit};
 use crate::metrics::{Metric, Place, SweepPlace};
 use crate::run::RunAnalysis;
 use crate::statistics::{least_squares_line, mean, mean_of_independent, power_law_exponent};
@@ -38,7 +39,7 @@ pub fn replicate_means(points: &[SweepPoint<'_>]) -> Vec<Metric> {
     for point in points.iter().filter(|point| point.runs.len() > 1) {
         for first in &point.runs[0].measurements {
             let all: Vec<_> =
-                point.runs.iter().filter_map(|run| run.measurement(first.name)).collect();
+                point.runs.iter().filter_map(|run| run.measurement(first.name())).collect();
             let values: Vec<f64> = all.iter().map(|found| found.estimate.value).collect();
             let Some(estimate) =
                 mean_of_independent(&values).filter(|_| all.len() == point.runs.len())
@@ -47,12 +48,12 @@ pub fn replicate_means(points: &[SweepPoint<'_>]) -> Vec<Metric> {
             };
             let theories: Option<Vec<f64>> = all.iter().map(|found| found.theory).collect();
             means.push(Metric {
-                name: first.name.to_owned(),
+                definition: first.definition,
                 value: estimate.value,
-                unit: first.unit.to_owned(),
                 standard_error: estimate.standard_error,
                 theory: theories.and_then(|theories| mean(&theories)),
-                source: format!("mean over replicates of {}", first.source),
+                rounding: first.definition.rounding,
+                source: format!("mean over replicates of {}", first.source()),
                 place: Place::Sweep(SweepPlace {
                     along: None,
                     coordinates: point.coordinates.clone(),
@@ -67,92 +68,82 @@ pub fn replicate_means(points: &[SweepPoint<'_>]) -> Vec<Metric> {
 /// What is fitted.
 #[derive(Clone, Copy)]
 enum Shape {
-    /// A line: metrics `.slope` and `.intercept`, with their units.
-    Line { slope_unit: &'static str, intercept_unit: &'static str },
-    /// A power law: the metric is the exponent.
-    Power,
+    /// A line.
+    Line { slope: &'static Definition, intercept: &'static Definition },
+    /// A power law.
+    Power(&'static Definition),
 }
 
 /// A fit along an axis.
 #[derive(Clone, Copy)]
 struct Fit {
-    name: &'static str,
     along: &'static str,
     of: &'static str,
     shape: Shape,
     theory: fn(&ModelConfig) -> Option<f64>,
-    law: Law,
     /// Whether the fit is an order of convergence: all runs must end at the same time, and the theory must know an order.
     equal_ends: bool,
 }
 
-const SLOPE: Shape = Shape::Line { slope_unit: "N/(m K)", intercept_unit: "N/m" };
-
 /// End times that differ by more than this share of them are not equal.
 const END_TIME_TOLERANCE: f64 = 1e-9;
+/// Share of the ordinates below which an intercept is rounding.
+const ROUNDING_SHARE: f64 = 1e-9;
 
 const FITS: &[Fit] = &[
     Fit {
-        name: "pressure_vs_temperature.measured",
         along: "model.gas.temperature_k",
         of: "pressure.measured",
-        shape: SLOPE,
+        shape: Shape::Line { slope: metric::MEASURED_SLOPE, intercept: metric::MEASURED_INTERCEPT },
         theory: |model| gas_slope(model, |moments| moments.mean_square_m2_per_s2),
-        law: gas::PRESSURE_SLOPE,
         equal_ends: false,
     },
     Fit {
-        name: "pressure_vs_temperature.mean_speed_formula",
         along: "model.gas.temperature_k",
         of: "pressure.mean_speed_formula",
-        shape: SLOPE,
+        shape: Shape::Line {
+            slope: metric::MEAN_SPEED_SLOPE,
+            intercept: metric::MEAN_SPEED_INTERCEPT,
+        },
         theory: |model| gas_slope(model, |moments| moments.mean_m_per_s * moments.mean_m_per_s),
-        law: gas::PRESSURE_SLOPE,
         equal_ends: false,
     },
     Fit {
-        name: "pressure_vs_temperature.mean_square_formula",
         along: "model.gas.temperature_k",
         of: "pressure.mean_square_formula",
-        shape: SLOPE,
+        shape: Shape::Line {
+            slope: metric::MEAN_SQUARE_SLOPE,
+            intercept: metric::MEAN_SQUARE_INTERCEPT,
+        },
         theory: |model| gas_slope(model, |moments| moments.mean_square_m2_per_s2),
-        law: gas::PRESSURE_SLOPE,
         equal_ends: false,
     },
     Fit {
-        name: "pressure_vs_radius.measured.exponent",
         along: "model.gas.radius_m",
         of: "pressure.measured",
-        shape: Shape::Power,
+        shape: Shape::Power(metric::PRESSURE_RADIUS_EXPONENT),
         theory: |_| Some(-2.0),
-        law: gas::PRESSURE_RADIUS_EXPONENT,
         equal_ends: false,
     },
     Fit {
-        name: "mean_speed_vs_temperature.exponent",
         along: "model.gas.temperature_k",
         of: "mean_speed",
-        shape: Shape::Power,
+        shape: Shape::Power(metric::MEAN_SPEED_EXPONENT),
         theory: |_| Some(0.5),
-        law: gas::SPEED_EXPONENT,
         equal_ends: false,
     },
     Fit {
-        name: "convergence.order",
         along: "model.orbit.time_step_days",
         of: "position_error.final",
-        shape: Shape::Power,
+        shape: Shape::Power(metric::CONVERGENCE_ORDER),
         theory: |model| orbit::orbit_order(model, orbit::order),
-        law: orbit::CONVERGENCE,
         equal_ends: true,
     },
     Fit {
-        name: "energy.convergence_order",
         along: "model.orbit.time_step_days",
         of: "energy.largest_error_relative",
-        shape: Shape::Power,
+        shape: Shape::Power(metric::ENERGY_CONVERGENCE_ORDER),
         theory: |model| orbit::orbit_order(model, orbit::energy_order),
-        law: orbit::ENERGY_CONVERGENCE,
         equal_ends: true,
     },
 ];
@@ -206,7 +197,7 @@ impl Fit {
                 Shape::Line { .. } => {
                     least_squares_line(points).map(|line| (line.slope, line.intercept))
                 }
-                Shape::Power => power_law_exponent(points).map(|exponent| (exponent, 0.0)),
+                Shape::Power(_) => power_law_exponent(points).map(|exponent| (exponent, 0.0)),
             })
             .collect();
         if lines.is_empty() {
@@ -219,15 +210,27 @@ impl Fit {
         let slopes: Vec<f64> = lines.iter().map(|line| line.0).collect();
         let intercepts: Vec<f64> = lines.iter().map(|line| line.1).collect();
         Ok(match self.shape {
-            Shape::Power => vec![self.metric("", "1", &slopes, theory, others)],
-            Shape::Line { slope_unit, intercept_unit } => vec![
-                self.metric(".slope", slope_unit, &slopes, theory, others),
-                self.metric(".intercept", intercept_unit, &intercepts, theory.map(|_| 0.0), others),
-            ],
+            Shape::Power(exponent) => vec![self.metric(exponent, &slopes, theory, others)],
+            Shape::Line { slope, intercept } => {
+                let zero = theory.map(|_| 0.0);
+                let found = self.metric(intercept, &intercepts, zero, others);
+                // An intercept is a difference of ordinates: it is no better than their rounding.
+                let rounding = ROUNDING_SHARE * self.largest_ordinate(group);
+                vec![
+                    self.metric(slope, &slopes, theory, others),
+                    found.map(|metric| Metric { rounding, ..metric }),
+                ]
+            }
         }
         .into_iter()
         .flatten()
         .collect())
+    }
+
+    fn largest_ordinate(&self, group: &[&SweepPoint<'_>]) -> f64 {
+        let runs = group.iter().flat_map(|point| &point.runs);
+        let ordinates = runs.filter_map(|run| run.measurement(self.of));
+        ordinates.map(|found| found.estimate.value.abs()).fold(0.0, f64::max)
     }
 
     /// The points of each replicate, in the order of the sweep.
@@ -266,31 +269,32 @@ impl Fit {
     fn refusal(&self, others: &[Coordinate], why: &str) -> String {
         let place = coordinates::text(others);
         let place = if place.is_empty() { place } else { format!(" at {place}") };
-        format!("{}{place} was not fitted: {why}", self.name)
+        format!("{}{place} was not fitted: {why}", self.name())
+    }
+
+    fn name(&self) -> &'static str {
+        match self.shape {
+            Shape::Power(metric) | Shape::Line { slope: metric, .. } => metric.name,
+        }
     }
 
     fn metric(
         &self,
-        part: &str,
-        unit: &str,
+        definition: &'static Definition,
         values: &[f64],
         theory: Option<f64>,
         others: &[Coordinate],
     ) -> Option<Metric> {
         let estimate = mean_of_independent(values)?;
-        let how = match self.shape {
-            Shape::Line { .. } => "least-squares line",
-            Shape::Power => "least-squares line through the logarithms",
-        };
-        let law = theory.map_or_else(String::new, |_| format!("; theory: {}", self.law));
-        let source = format!("{how} of {}, a replicate at a time{law}", self.of);
+        let law = definition.laws.first().filter(|_| theory.is_some());
+        let law = law.map_or_else(String::new, |law| format!("; theory: {law}"));
         Some(Metric {
-            name: format!("{}{part}", self.name),
+            definition,
             value: estimate.value,
-            unit: unit.to_owned(),
             standard_error: estimate.standard_error,
             theory,
-            source,
+            rounding: definition.rounding,
+            source: format!("{}, a replicate at a time{law}", definition.how),
             place: Place::Sweep(SweepPlace {
                 along: Some(self.along.to_owned()),
                 coordinates: others.to_vec(),

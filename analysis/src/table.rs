@@ -1,6 +1,6 @@
 //! Numbers in the terminal: a table that fits its width.
 
-use crate::metrics::Metric;
+use crate::metrics::{Deviation, Metric};
 use crate::plot::{short_number, three_digits};
 
 /// How the terminal takes text.
@@ -98,7 +98,9 @@ fn decimal_exponent(value: f64) -> i32 {
     value.log10().floor() as i32
 }
 
-fn six_digits(value: f64) -> String {
+/// A number in six digits.
+#[must_use]
+pub fn six_digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -156,29 +158,28 @@ pub fn table(metrics: &[&Metric], terminal: Terminal) -> String {
 }
 
 fn row(metric: &Metric) -> [String; 4] {
-    let unit = match metric.unit.as_str() {
+    let unit = match metric.unit() {
         "" | "1" => String::new(),
         unit => format!(" {unit}"),
     };
     let value = format!("{}{unit}", with_error(metric.value, metric.standard_error));
     let theory = metric.theory.map_or_else(String::new, six_digits);
-    [metric.name.clone(), value, theory, apart(metric)]
+    [metric.name().to_owned(), value, theory, apart(metric)]
 }
 
-/// Deviation from theory, in standard errors where these are known and tell something, else in per cent or as a factor; "rounding" where it is no more.
-fn apart(metric: &Metric) -> String {
-    let Some(theory) = metric.theory else { return String::new() };
+/// Deviation from theory, in standard errors where these are known and tell something, else in per cent or as a factor;
+/// "rounding" where it is no more.
+#[must_use]
+pub fn apart(metric: &Metric) -> String {
+    let theory = metric.theory.unwrap_or(0.0);
     let deviation = metric.value - theory;
-    // What is dimensionless and zero by theory is a share of something.
-    let size = if theory == 0.0 && metric.unit == "1" { 1.0 } else { theory.abs() };
-    if deviation.abs() <= ROUNDING * size {
-        return "rounding".to_owned();
-    }
-    match metric.standard_error {
-        Some(error) if error > 0.0 && deviation.abs() < 1000.0 * error => {
-            format!("{:+.1} σ", deviation / error).replace('-', "−")
+    match metric.deviation() {
+        None => String::new(),
+        Some(Deviation::Rounding) => "rounding".to_owned(),
+        Some(Deviation::StandardErrors(deviation)) if deviation.abs() < 1000.0 => {
+            format!("{deviation:+.1} σ").replace('-', "−")
         }
-        _ if theory != 0.0 => {
+        Some(_) if theory != 0.0 => {
             let percent = 100.0 * deviation / theory.abs();
             if percent.abs() < 1000.0 {
                 format!("{percent:+.2} %").replace('-', "−")
@@ -186,13 +187,14 @@ fn apart(metric: &Metric) -> String {
                 format!("× {}", three_digits(metric.value / theory))
             }
         }
-        _ => String::new(),
+        Some(_) => String::new(),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalogue::Definition;
     use crate::metrics::{Place, SweepPlace};
 
     #[test]
@@ -212,9 +214,15 @@ mod tests {
         let place =
             Place::Sweep(SweepPlace { along: None, coordinates: Vec::new(), replicates: 2 });
         let metric = Metric {
-            name: "pressure_vs_temperature.mean_speed_formula.intercept".to_owned(),
+            definition: &Definition {
+                name: "pressure_vs_temperature.mean_speed_formula.intercept",
+                unit: "N/(m K)",
+                how: "",
+                laws: &[],
+                rounding: 0.0,
+            },
             value: -1.234_567e-23,
-            unit: "N/(m K)".to_owned(),
+            rounding: 0.0,
             standard_error: Some(2.3e-24),
             theory: Some(0.0),
             source: String::new(),

@@ -60,7 +60,8 @@ fn checks_that_hold_exit_with_zero() {
     let folder = Folder::write(MANIFEST, frames);
     let said = analyze(&[folder.path().to_str().unwrap()]);
     assert_eq!(said.code, 0, "{}", said.text);
-    let line = "ok pressure.measured at temperature_k = 100: measured 1.005e2 N/m, expected 1.005e2 ± 6e-1";
+    let line =
+        "ok pressure.measured at temperature_k = 100: measured 100.5 N/m, expected 100.5 ± 0.6";
     assert!(flat(&said.text).contains(line), "{}", said.text);
 }
 
@@ -69,7 +70,8 @@ fn a_check_that_fails_names_measured_expected_and_tolerance() {
     let folder = Folder::write(&MANIFEST.replace("100.5", "99.0"), frames);
     let said = analyze(&[folder.path().to_str().unwrap()]);
     assert_eq!(said.code, 3, "{}", said.text);
-    let line = "FAILED pressure.measured at temperature_k = 100: measured 1.005e2 N/m, expected 9.9e1 ± 6e-1";
+    let line =
+        "FAILED pressure.measured at temperature_k = 100: measured 100.5 N/m, expected 99 ± 0.6";
     assert!(flat(&said.text).contains(line), "{}", said.text);
     assert!(said.text.contains("1 of 2 checks failed"), "{}", said.text);
 }
@@ -119,6 +121,8 @@ fn the_same_recordings_give_the_same_bytes_anywhere() {
         let mut files: Vec<_> = fs::read_dir(directory.path())
             .unwrap()
             .map(|entry| entry.unwrap().path())
+            // What is remembered of analyses knows when files were changed.
+            .filter(|path| path.is_file())
             .map(|path| (path.file_name().unwrap().to_owned(), fs::read(&path).unwrap()))
             .collect();
         files.sort();
@@ -131,6 +135,9 @@ fn the_same_recordings_give_the_same_bytes_anywhere() {
     fs::create_dir(&elsewhere).unwrap();
     for entry in fs::read_dir(folder.path()).unwrap() {
         let path = entry.unwrap().path();
+        if path.is_dir() {
+            continue;
+        }
         fs::copy(&path, elsewhere.join(path.file_name().unwrap())).unwrap();
     }
     assert_eq!(first, output(&[elsewhere.to_str().unwrap()]));

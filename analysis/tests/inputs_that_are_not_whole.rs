@@ -204,5 +204,9 @@ fn sixty_columns_are_readable() {
         assert!(line.chars().count() <= 60, "{line}");
     }
     assert!(!said.text.contains('\x1b'));
-    assert!(flat(&said.text).contains("written: metrics.json, metrics.csv and"), "{}", said.text);
+    assert!(
+        flat(&said.text).contains("written: report.html, metrics.json, metrics.csv and"),
+        "{}",
+        said.text
+    );
 }

@@ -74,6 +74,11 @@ impl RecordedFrame {
         self.state.as_ref()
     }
 
+    /// Takes the exact state out of the frame, without a copy.
+    pub fn take_state(&mut self) -> Option<StateTable> {
+        self.state.take()
+    }
+
     /// The lines of the log.
     #[must_use]
     pub fn log_lines(&self) -> &[LogLine] {

@@ -1,9 +1,10 @@
 //! Plots of a DEM run: the energy ledger over time and the discs at the end.
 
-use super::{Comparison, Figures, chart, count_text, curve};
+use super::{Comparison, Figures, chart, curve, pictures};
 use crate::observables::dem::{DemRun, Ledger};
 use crate::plot::{Axis, Container, Picture, Plot, Point, Style, short_number, thinned};
 use kinetoscope_manifest::model::DiscRadius;
+use std::f64::consts::PI;
 
 /// All plots of a run.
 #[must_use]
@@ -17,9 +18,8 @@ pub fn figures(run: &DemRun) -> Figures {
             figures.comparisons = comparisons(run, start);
         }
     }
-    if !run.snapshot.bodies.is_empty() {
-        figures.plots.push(Plot::Picture(state(run)));
-    }
+    figures.plots.extend(packing_by_height(run));
+    figures.plots.extend(states(run));
     figures
 }
 
@@ -62,15 +62,15 @@ fn comparisons(run: &DemRun, start: f64) -> Vec<Comparison> {
     };
     vec![
         Comparison {
-            stem: "energy_total_by_run",
-            title: "Mechanical energy",
+            stem: "energy_total_by_run".to_owned(),
+            title: "Mechanical energy".to_owned(),
             x: Axis::linear("time", "s"),
             y: Axis::linear("energy / energy at the start", ""),
             points: points(&|entry| entry.total_j()),
         },
         Comparison {
-            stem: "energy_residual_by_run",
-            title: "Size of the ledger's residual",
+            stem: "energy_residual_by_run".to_owned(),
+            title: "Size of the ledger's residual".to_owned(),
             x: Axis::linear("time", "s"),
             y: Axis::logarithmic("|residual| / energy at the start", ""),
             points: points(&|entry| (entry.balance_j() - first).abs()),
@@ -78,24 +78,72 @@ fn comparisons(run: &DemRun, start: f64) -> Vec<Comparison> {
     ]
 }
 
-fn state(run: &DemRun) -> Picture {
+/// Slabs of the packing fraction's profile, a mean diameter each, and no more than this many.
+const MOST_SLABS: usize = 200;
+
+/// Share of each slab of the box that discs cover, from the floor up to the highest disc.
+fn packing_by_height(run: &DemRun) -> Option<Plot> {
+    let discs = run.discs_at_end().filter(|discs| discs.len() > 1)?;
+    let count = discs.len() as f64;
+    let diameter = 2.0 * discs.iter().map(|disc| disc[2]).sum::<f64>() / count;
+    let top = discs.iter().map(|disc| disc[1] + disc[2]).fold(0.0, f64::max);
+    let slabs = ((top / diameter).ceil() as usize).clamp(1, MOST_SLABS);
+    let thickness = top / slabs as f64;
+    let mut covered = vec![0.0; slabs];
+    for [_, height, radius] in discs {
+        let first = ((height - radius) / thickness).max(0.0) as usize;
+        for (slab, covered) in covered.iter_mut().enumerate().skip(first) {
+            let [low, high] = [slab, slab + 1].map(|edge| edge as f64 * thickness - height);
+            if low > radius {
+                break;
+            }
+            *covered += area_below(high, radius) - area_below(low, radius);
+        }
+    }
+    let slab_area = run.config.width_m.get() * thickness;
+    let profile = covered
+        .iter()
+        .enumerate()
+        .map(|(slab, area)| ((slab as f64 + 0.5) * thickness, area / slab_area));
+    let measured = curve("slabs of a mean diameter", Style::Data, 0, profile);
+    let hexagonal = PI / 12.0_f64.sqrt();
+    let level = [(0.0, hexagonal), (top, hexagonal)];
+    let closest = curve("hexagonal packing of equal discs, 0.9069", Style::Theory, 1, level);
+    let (x, y) = (Axis::linear("height over the floor", "m"), Axis::linear("packing fraction", ""));
+    let title = "Packing fraction by height at the end";
+    Some(chart("packing_by_height", title, x, y, vec![measured, closest]))
+}
+
+/// Area of a disc below a line that passes its centre at this height.
+fn area_below(line: f64, radius: f64) -> f64 {
+    let share = (line / radius).clamp(-1.0, 1.0);
+    radius * radius * (PI / 2.0 + share.asin() + share * (1.0 - share * share).sqrt())
+}
+
+fn states(run: &DemRun) -> Vec<Plot> {
     let radius = match run.config.radius_m {
         DiscRadius::Equal(radius) => format!("r = {} m", short_number(radius.get())),
         DiscRadius::Uniform { min, max } => {
             format!("r = {} to {} m", short_number(min.get()), short_number(max.get()))
         }
     };
-    let count = count_text(run.snapshot.particles, run.snapshot.bodies.len());
-    Picture {
-        stem: "state_at_end".to_owned(),
-        title: "Discs at the end".to_owned(),
-        caption: format!("{count}, {radius}, t = {} s", short_number(run.snapshot.time)),
-        length_unit: "m".to_owned(),
-        speed_unit: "m/s".to_owned(),
-        container: Container::Rectangle(
-            [0.0, 0.0],
-            [run.config.width_m.get(), run.config.height_m.get()],
-        ),
-        bodies: run.snapshot.bodies.clone(),
+    let [width, height] = [run.config.width_m.get(), run.config.height_m.get()];
+    let sheet = Picture::empty(Container::Rectangle([0.0, 0.0], [width, height]), "m", "m/s");
+    let caption = |count: &str, time: &str| format!("{count}, {radius}, t = {time} s");
+    pictures(run.pictures.placed(run.equal_radius()), "Discs", caption, &sheet)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_area_below_a_line_is_that_of_the_segment() {
+        assert!((area_below(2.0, 2.0) - 4.0 * PI).abs() < 1e-14);
+        assert!(area_below(-3.0, 2.0).abs() < 1e-14);
+        assert!((area_below(0.0, 2.0) - 2.0 * PI).abs() < 1e-14);
+        // A segment of the height r/2: r^2 (pi/3 - sqrt(3)/4).
+        let segment = PI / 3.0 - 3.0_f64.sqrt() / 4.0;
+        assert!((area_below(-0.5, 1.0) - segment).abs() < 1e-14);
     }
 }

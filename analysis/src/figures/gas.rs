@@ -1,6 +1,6 @@
 //! Plots of a gas run: pressure over time, speeds beside their laws, particles at the end.
 
-use super::{Figures, chart, count_text, curve};
+use super::{Figures, chart, curve, pictures};
 use crate::laws::gas as law;
 use crate::observables::gas::GasRun;
 use crate::plot::{Axis, Container, Picture, Plot, Style, short_number};
@@ -16,17 +16,19 @@ pub fn figures(run: &GasRun) -> Figures {
     if let Some(histogram) = &run.histogram {
         figures.plots.push(speeds(histogram, run.config.particles.get()));
     }
-    if !run.snapshot.bodies.is_empty() {
-        figures.plots.push(Plot::Picture(state(run)));
-    }
+    figures.plots.extend(states(run));
     figures
 }
 
 fn pressure(run: &GasRun) -> Plot {
     let ends = [run.pressure_series.first(), run.pressure_series.last()];
     let level = |value: f64| ends.into_iter().flatten().map(move |(time, _)| (*time, value));
-    let mut curves =
-        vec![curve("measured since the start", Style::Line, 0, run.pressure_series.clone())];
+    let mut curves = vec![curve(
+        "measured since the start",
+        Style::Line,
+        0,
+        run.pressure_series.iter().copied(),
+    )];
     if let Some(square) = run.mean_square() {
         let exact = law::pressure_n_per_m(&run.config, square);
         curves.push(curve("N m <v²> / (2A)", Style::Theory, 1, level(exact)));
@@ -61,20 +63,11 @@ fn speeds(histogram: &GasSpeeds, particles: u32) -> Plot {
     chart("speed_histogram", "Speeds at the end", x, y, curves)
 }
 
-fn state(run: &GasRun) -> Picture {
+fn states(run: &GasRun) -> Vec<Plot> {
     let radius = run.config.radius_m.get();
-    let count = count_text(run.snapshot.particles, run.snapshot.bodies.len());
-    Picture {
-        stem: "state_at_end".to_owned(),
-        title: "Gas at the end".to_owned(),
-        caption: format!(
-            "{count}, r = {} m, t = {} s",
-            short_number(radius),
-            short_number(run.snapshot.time)
-        ),
-        length_unit: "m".to_owned(),
-        speed_unit: "m/s".to_owned(),
-        container: Container::Circle(run.config.centre_m.map(|centre| centre.get()), radius),
-        bodies: run.snapshot.bodies.clone(),
-    }
+    let centre = run.config.centre_m.map(|centre| centre.get());
+    let sheet = Picture::empty(Container::Circle(centre, radius), "m", "m/s");
+    let caption =
+        |count: &str, time: &str| format!("{count}, r = {} m, t = {time} s", short_number(radius));
+    pictures(run.pictures.placed(None), "Gas", caption, &sheet)
 }

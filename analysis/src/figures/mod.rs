@@ -6,10 +6,12 @@ pub mod orbit;
 pub mod packing;
 pub mod sweep;
 
-use crate::plot::{Axis, Chart, Curve, Plot, Point, Style, thinned};
+use crate::observables::Placed;
+use crate::plot::{Axis, Chart, Curve, Picture, Plot, Point, Style, short_number, thinned};
+use serde::{Deserialize, Serialize};
 
 /// The plots of one run.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// Drawn for each run on its own.
     pub plots: Vec<Plot>,
@@ -18,12 +20,12 @@ pub struct Figures {
 }
 
 /// A run's curve in a chart that it shares with other runs.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// The chart's file name without its ending.
-    pub stem: &'static str,
+    pub stem: String,
     /// What is shown.
-    pub title: &'static str,
+    pub title: String,
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
@@ -50,6 +52,28 @@ pub(crate) fn curve(
 pub(crate) fn chart(stem: &str, title: &str, x: Axis, y: Axis, curves: Vec<Curve>) -> Plot {
     let (stem, title) = (stem.to_owned(), title.to_owned());
     Plot::Chart(Chart { stem, title, x, y, equal_aspect: false, curves })
+}
+
+/// The pictures of a run: title of each from what it shows and when, caption from its count and its time.
+fn pictures(
+    placed: Vec<Placed>,
+    what: &str,
+    caption: impl Fn(&str, &str) -> String,
+    sheet: &Picture,
+) -> Vec<Plot> {
+    placed
+        .into_iter()
+        .map(|Placed { stem, words, snapshot }| {
+            let count = count_text(snapshot.particles, snapshot.bodies.len());
+            Plot::Picture(Picture {
+                stem: format!("state_at_{stem}"),
+                title: format!("{what} {words}"),
+                caption: caption(&count, &short_number(snapshot.time)),
+                bodies: snapshot.bodies,
+                ..sheet.clone()
+            })
+        })
+        .collect()
 }
 
 /// "N = 1000" with a word on what is not drawn.

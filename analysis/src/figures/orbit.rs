@@ -75,15 +75,15 @@ fn comparisons(run: &OrbitRun, first: &Station) -> Vec<Comparison> {
     };
     vec![
         Comparison {
-            stem: "energy_error_by_run",
-            title: "Size of the energy error",
+            stem: "energy_error_by_run".to_owned(),
+            title: "Size of the energy error".to_owned(),
             x: time_axis(),
             y: Axis::logarithmic("|E − E₀| / |E₀|", ""),
             points: points(&|station| drift(station, first).abs()),
         },
         Comparison {
-            stem: "position_error_by_run",
-            title: "Distance from the exact position",
+            stem: "position_error_by_run".to_owned(),
+            title: "Distance from the exact position".to_owned(),
             x: time_axis(),
             y: Axis::logarithmic("position error", "AU"),
             points: points(&|station| station.position_error_au),

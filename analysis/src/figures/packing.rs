@@ -1,7 +1,8 @@
 //! Plots of a packing run: temperature and a2 against collisions, discs at the end.
 
-use super::{Comparison, Figures, chart, count_text, curve};
+use super::{Comparison, Figures, chart, curve, pictures};
 use crate::laws::packing as law;
+use crate::observables::Series;
 use crate::observables::packing::{Moments, PackingRun};
 use crate::plot::{Axis, Container, Picture, Plot, Point, Style, short_number, thinned};
 
@@ -14,16 +15,15 @@ pub fn figures(run: &PackingRun) -> Figures {
         figures.plots.push(a2(run));
         figures.comparisons.push(comparison(run));
     }
-    if !run.snapshot.bodies.is_empty() {
-        figures.plots.push(Plot::Picture(state(run)));
-    }
+    figures.plots.extend(structure(run));
+    figures.plots.extend(displacement(run));
+    figures.plots.extend(states(run));
     figures
 }
 
 /// Collision by collision where that was recorded, else frame by frame.
-fn series(run: &PackingRun) -> &[Moments] {
-    let collisions = run.collisions.entries();
-    if collisions.is_empty() { &run.frames } else { collisions }
+fn series(run: &PackingRun) -> &Series<Moments> {
+    if run.collisions.is_empty() { &run.frames } else { &run.collisions }
 }
 
 fn collisions_axis() -> Axis {
@@ -73,29 +73,57 @@ fn comparison(run: &PackingRun) -> Comparison {
         .iter()
         .map(|moments| Point::bare(moments.events / discs, moments.temperature / start));
     Comparison {
-        stem: "temperature_by_run",
-        title: "Temperature over its start",
+        stem: "temperature_by_run".to_owned(),
+        title: "Temperature over its start".to_owned(),
         x: Axis::linear("collisions a disc, pair and wall", ""),
         y: Axis::linear("T / T at the start", ""),
         points: thinned(points.collect(), super::MOST_POINTS),
     }
 }
 
-fn state(run: &PackingRun) -> Picture {
-    let (half_width, half_height) = (run.config.width.get() / 2.0, run.config.height.get() / 2.0);
-    let count = count_text(run.snapshot.particles, run.snapshot.bodies.len());
-    Picture {
-        stem: "state_at_end".to_owned(),
-        title: "Discs at the end".to_owned(),
-        caption: format!(
-            "{count}, r = {}, packing fraction {}, t = {}",
-            short_number(run.config.radius.get()),
-            short_number(law::packing_fraction(&run.config)),
-            short_number(run.snapshot.time)
-        ),
-        length_unit: String::new(),
-        speed_unit: String::new(),
-        container: Container::Rectangle([-half_width, -half_height], [half_width, half_height]),
-        bodies: run.snapshot.bodies.clone(),
+fn structure(run: &PackingRun) -> Option<Plot> {
+    let correlation = run.sampled_structure().pair_correlation();
+    let end = correlation.last()?.0;
+    let curves = vec![
+        curve("measured", Style::Line, 0, correlation),
+        curve("points at random", Style::Theory, 1, [(0.0, 1.0), (end, 1.0)]),
+    ];
+    let (x, y) = (Axis::linear("distance / diameter", ""), Axis::linear("g(r)", ""));
+    Some(chart("pair_correlation", "Pair correlation of the discs", x, y, curves))
+}
+
+fn displacement(run: &PackingRun) -> Vec<Plot> {
+    let (moved, memory) = (&run.displacement.mean_square, &run.displacement.velocity_memory);
+    let mut plots = Vec::new();
+    if moved.len() > 1 {
+        let curves = vec![curve("<|x − x(0)|²>", Style::Line, 0, moved.iter().copied())];
+        let (x, y) = (Axis::linear("time", ""), Axis::linear("mean square displacement", ""));
+        let title = "How far the discs have gone";
+        plots.push(chart("mean_square_displacement", title, x, y, curves));
     }
+    if memory.len() > 1 {
+        let ends = [memory.first(), memory.last()];
+        let level = ends.into_iter().flatten().map(|(time, _)| (*time, 0.0));
+        let curves = vec![
+            curve("Σ v · v(0) / Σ v(0)²", Style::Line, 0, memory.iter().copied()),
+            curve("forgotten", Style::Theory, 1, level),
+        ];
+        let (x, y) = (Axis::linear("time", ""), Axis::linear("velocity autocorrelation", ""));
+        let title = "How the discs forget their velocities";
+        plots.push(chart("velocity_autocorrelation", title, x, y, curves));
+    }
+    plots
+}
+
+fn states(run: &PackingRun) -> Vec<Plot> {
+    let half = [run.config.width.get() / 2.0, run.config.height.get() / 2.0];
+    let container = Container::Rectangle(half.map(|side| -side), half);
+    let radius = run.config.radius.get();
+    let fraction = short_number(law::packing_fraction(&run.config));
+    let caption = |count: &str, time: &str| {
+        let radius = short_number(radius);
+        format!("{count}, r = {radius}, packing fraction {fraction}, t = {time}")
+    };
+    let sheet = Picture::empty(container, "", "");
+    pictures(run.pictures.placed(Some(radius)), "Discs", caption, &sheet)
 }

@@ -144,7 +144,8 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
     if is_flat(&curves) {
         return None;
     }
-    let unit = |run: &&RunAnalysis| run.measurement(ordinate.metric).map(|found| found.unit);
+    let unit =
+        |run: &&RunAnalysis| run.measurement(ordinate.metric).map(|found| found.definition.unit);
     let unit = points.iter().flat_map(|point| &point.runs).copied().find_map(|run| unit(&run))?;
     let unit = if unit == "1" { "" } else { unit };
     let (label, x_unit) = words_and_unit(last_part(key));
@@ -297,8 +298,8 @@ pub fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
             y.scale = Scale::Logarithmic;
         }
         plots.push(Plot::Chart(Chart {
-            stem: shared.stem.to_owned(),
-            title: shared.title.to_owned(),
+            stem: shared.stem.clone(),
+            title: shared.title.clone(),
             x: shared.x.clone(),
             y,
             equal_aspect: false,

@@ -16,6 +16,57 @@ pub const RESTITUTION: Law = Law {
     source: "Schwager and Poeschel 2007",
 };
 
+/// How long a contact lasts.
+pub const CONTACT_DURATION: Law = Law {
+    statement: "pi / w, w^2 = k/m_eff - (eta/(2 m_eff))^2; with a clamped force to its end, and then eta/k until the surfaces part",
+    source: "damped harmonic oscillator; Schwager and Poeschel 2007",
+};
+
+/// What lies on the floor weighs.
+pub const WEIGHT: Law = Law {
+    statement: "sum of m g, for discs at rest",
+    source: "equilibrium of forces without friction at the side walls",
+};
+
+/// The damping ratio eta / (2 sqrt(k m_eff)) that rebounds with a restitution, in 0 to 1; found by bisection, since the
+/// rebound falls with it.
+fn damping_ratio(wanted: f64, tail: ForceTail) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..100 {
+        let middle = (low + high) / 2.0;
+        if restitution(middle, tail) > wanted { low = middle } else { high = middle }
+    }
+    (low + high) / 2.0
+}
+
+/// Time that a disc overlaps a wall in a rebound without gravity, s; `None` where it does not rebound as an oscillator does.
+#[must_use]
+pub fn wall_contact_duration_s(config: &DemConfig) -> Option<f64> {
+    let (stiffness, mass) = (config.stiffness_n_per_m.get(), config.mass_kg.get());
+    let frequency = (stiffness / mass).sqrt();
+    let zeta = match config.dissipation {
+        Dissipation::Restitution(wanted) => damping_ratio(wanted.get(), config.force_tail),
+        Dissipation::Damping(damping) => damping.get() / (2.0 * (stiffness * mass).sqrt()),
+    };
+    let root = (1.0 - zeta * zeta).sqrt();
+    if zeta.is_nan() || zeta >= 0.99 {
+        return None;
+    }
+    let w = frequency * root;
+    Some(match config.force_tail {
+        ForceTail::Attractive => PI / w,
+        // The force ends where k delta = eta v; the surfaces part delta / v = eta / k later.
+        ForceTail::Clamped => clamped_phase(zeta) / w + 2.0 * zeta / frequency,
+    })
+}
+
+/// w times the time until a clamped force ends, below critical damping (Schwager and Poeschel 2007, equations 17 to 19).
+fn clamped_phase(zeta: f64) -> f64 {
+    let root = (1.0 - zeta * zeta).sqrt();
+    let angle = (2.0 * zeta * root / (1.0 - 2.0 * zeta * zeta)).atan();
+    if zeta < FRAC_1_SQRT_2 { PI - angle } else { -angle }
+}
+
 /// The restitution of a disc that meets a wall: as wanted, or as the damping gives it with m_eff = m.
 #[must_use]
 pub fn wall_restitution(config: &DemConfig) -> f64 {
@@ -37,11 +88,7 @@ pub fn restitution(damping_ratio: f64, tail: ForceTail) -> f64 {
     match tail {
         ForceTail::Attractive if zeta < 1.0 => (-PI * zeta / root).exp(),
         ForceTail::Attractive => 0.0,
-        ForceTail::Clamped if zeta < 1.0 => {
-            let angle = (2.0 * zeta * root / (1.0 - 2.0 * zeta * zeta)).atan();
-            let duration = if zeta < FRAC_1_SQRT_2 { PI - angle } else { -angle };
-            (-zeta / root * duration).exp()
-        }
+        ForceTail::Clamped if zeta < 1.0 => (-zeta / root * clamped_phase(zeta)).exp(),
         ForceTail::Clamped if zeta == 1.0 => (-2.0_f64).exp(),
         ForceTail::Clamped => {
             let ratio = (zeta + root) / (zeta - root);

@@ -49,6 +49,11 @@ pub const THERMALISATION: Law = Law {
     statement: "T tends to the wall's temperature",
     source: "equilibrium with a thermal wall (Maxwell 1879)",
 };
+/// Speeds are frozen, so that their histogram stays a sample of the law that they were drawn from.
+pub const HISTOGRAM: Law = Law {
+    statement: "1 on average: counts scatter by the root of what is expected",
+    source: "Pearson's chi-square",
+};
 /// Pressure against temperature.
 pub const PRESSURE_SLOPE: Law = Law {
     statement: "dP/dT = N k_B / A times <v^2> over its share by the definition",

@@ -38,6 +38,9 @@ pub const SYMPLECTIC_ENERGY: Law = Law {
     statement: "about n h e (1 + sin E0) for semi-implicit Euler, (n h)^2 e for velocity Verlet",
     source: "first term of the modified Hamiltonian",
 };
+/// The exact solution is on itself, and its ellipse rests.
+pub const EXACT: Law =
+    Law { statement: "0 for the exact solution", source: "Kepler's ellipse is fixed" };
 /// Order of the error at a fixed time in the step.
 pub const CONVERGENCE: Law =
     Law { statement: "error of position proportional to h^order", source: "order of the method" };

@@ -1,7 +1,8 @@
 //! What is seen of several bodies that attract each other: energy, momenta, and whether they come back, all from `/state`.
 
 use super::dem::largest_or_nan;
-use super::{Observer, relative_change};
+use super::{Observer, Series, relative_change};
+use crate::catalogue::orbit as metric;
 use crate::figures::{Figures, chart, curve};
 use crate::laws::orbit::{self as law, cross, dot, norm};
 use crate::measurement::Measurement;
@@ -30,7 +31,10 @@ struct Instant {
 pub(super) struct BodiesRun {
     /// G m of each, AU^3/day^2.
     gravitational_parameters: Vec<f64>,
-    instants: Vec<Instant>,
+    instants: Series<Instant>,
+    largest_energy_error: f64,
+    /// Largest |L - L0| / sum of m |r| |v| at the start.
+    largest_turn: f64,
     force_evaluations: Option<u64>,
 }
 
@@ -39,7 +43,9 @@ impl BodiesRun {
         let bodies = config.bodies.iter().flatten();
         Self {
             gravitational_parameters: bodies.map(|body| body.gm_au3_per_day2.get()).collect(),
-            instants: Vec::new(),
+            instants: Series::default(),
+            largest_energy_error: 0.0,
+            largest_turn: 0.0,
             force_evaluations: None,
         }
     }
@@ -70,15 +76,28 @@ impl BodiesRun {
         }
         Some(instant)
     }
+
+    fn compare_with_the_start(&mut self, instant: &Instant) {
+        let Some(first) = self.instants.first() else { return };
+        let error = relative_change(instant.energy, first.energy).abs();
+        self.largest_energy_error = largest_or_nan(self.largest_energy_error, error);
+        let change = std::array::from_fn(|axis| {
+            instant.angular_momentum[axis] - first.angular_momentum[axis]
+        });
+        self.largest_turn = largest_or_nan(self.largest_turn, norm(change) / first.angular_scale);
+    }
 }
 
 impl Observer for BodiesRun {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ReadError> {
+    fn see(&mut self, frame: RecordedFrame) -> Result<(), ReadError> {
         if let Some(conserved) = frame.get::<OrbitConserved>()? {
             self.force_evaluations = Some(conserved.force_evaluations);
         }
-        let instant = frame.state().and_then(|state| self.instant(frame.clock.time, state));
-        self.instants.extend(instant);
+        if let Some(instant) = frame.state().and_then(|state| self.instant(frame.clock.time, state))
+        {
+            self.compare_with_the_start(&instant);
+            self.instants.add(instant);
+        }
         Ok(())
     }
 
@@ -86,43 +105,21 @@ impl Observer for BodiesRun {
         let (Some(first), Some(last)) = (self.instants.first(), self.instants.last()) else {
             return Vec::new();
         };
-        let from = "/state: (E - E0)/|E0| of all bodies, last frame";
         let drift = relative_change(last.energy, first.energy);
-        let mut found = vec![
-            Measurement::new("energy.drift_relative", "1", drift, from).against(0.0, law::ENERGY),
-        ];
-        let largest =
-            |of: &dyn Fn(&Instant) -> f64| self.instants.iter().map(of).fold(0.0, largest_or_nan);
-        let error = largest(&|instant| relative_change(instant.energy, first.energy).abs());
-        let from = "/state: largest |E - E0|/|E0| of the frames";
-        found.push(Measurement::new("energy.largest_error_relative", "1", error, from));
-        let turned = largest(&|instant| {
-            let change = std::array::from_fn(|axis| {
-                instant.angular_momentum[axis] - first.angular_momentum[axis]
-            });
-            norm(change) / first.angular_scale
-        });
-        let from = "/state: largest |L - L0| / sum of m |r| |v| at the start";
-        found.push(
-            Measurement::new("angular_momentum.largest_change_relative", "1", turned, from)
-                .against(0.0, law::MUTUAL_ANGULAR_MOMENTUM),
-        );
         let missed = first
             .positions
             .iter()
             .zip(&last.positions)
             .map(|(start, end)| norm(std::array::from_fn(|axis| end[axis] - start[axis])));
-        let from = "/state: largest distance of a body from its start, last frame";
-        found.push(Measurement::new(
-            "return_distance.final",
-            "AU",
-            missed.fold(0.0, largest_or_nan),
-            from,
-        ));
-        let from = "/conserved: force evaluations, last frame";
+        let mut found = vec![
+            Measurement::new(metric::ENERGY_DRIFT, drift).against_law(0.0, law::ENERGY),
+            Measurement::new(metric::LARGEST_ENERGY_ERROR, self.largest_energy_error),
+            Measurement::new(metric::ANGULAR_MOMENTUM_CHANGE, self.largest_turn).against(0.0),
+            Measurement::new(metric::RETURN_DISTANCE, missed.fold(0.0, largest_or_nan)),
+        ];
         found.extend(
             self.force_evaluations
-                .map(|count| Measurement::new("force_evaluations", "1", count as f64, from)),
+                .map(|count| Measurement::new(metric::FORCE_EVALUATIONS, count as f64)),
         );
         found
     }

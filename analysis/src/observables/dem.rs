@@ -1,9 +1,10 @@
 //! What is seen of a DEM run: the energy ledger, contacts, and the rebound of a single disc.
 
 use super::rebounds::Rebounds;
-use super::{Observer, Snapshot, relative_change};
+use super::{Observer, Pictures, Series, relative_change};
+use crate::catalogue::dem as metric;
 use crate::figures::{self, Figures};
-use crate::laws;
+use crate::laws::dem as law;
 use crate::measurement::Measurement;
 use kinetoscope_manifest::model::{DemConfig, DiscRadius};
 use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemTemperature};
@@ -46,33 +47,48 @@ impl Ledger {
 #[derive(Clone, Debug)]
 pub struct DemRun {
     pub(crate) config: DemConfig,
-    pub(crate) ledger: Vec<Ledger>,
-    pub(crate) snapshot: Snapshot,
+    pub(crate) ledger: Series<Ledger>,
+    pub(crate) pictures: Pictures,
+    largest_residual_j: f64,
+    last_motion_s: f64,
     rebounds: Option<Rebounds>,
     contacts: Option<DemContacts>,
     largest_overlap_over_radius: f64,
     granular_temperature: Option<f64>,
-    packing_fraction: Option<f64>,
     largest_kinetic_disagreement_j: Option<f64>,
 }
+
+/// Discs have settled when their kinetic energy stays below this share of the mechanical energy at the start.
+const SETTLED_SHARE: f64 = 1e-3;
 
 impl DemRun {
     /// Nothing seen yet.
     #[must_use]
-    pub fn new(config: DemConfig) -> Self {
+    pub fn new(config: DemConfig, pictures: Pictures) -> Self {
         let [across, along] = config.gravity_m_per_s2.map(|component| component.get());
         let drop = config.discs.get() == 1 && across == 0.0 && along < 0.0;
         let sag = config.mass_kg.get() * -along / config.stiffness_n_per_m.get();
         Self {
             rebounds: drop.then(|| Rebounds::new(-along, sag)),
             config,
-            ledger: Vec::new(),
-            snapshot: Snapshot::default(),
+            pictures,
+            ledger: Series::default(),
+            largest_residual_j: 0.0,
+            last_motion_s: 0.0,
             contacts: None,
             largest_overlap_over_radius: 0.0,
             granular_temperature: None,
-            packing_fraction: None,
             largest_kinetic_disagreement_j: None,
+        }
+    }
+
+    fn see_ledger(&mut self, entry: Ledger) {
+        self.ledger.add(entry);
+        let Some(first) = self.ledger.first() else { return };
+        let residual = (entry.balance_j() - first.balance_j()).abs();
+        self.largest_residual_j = largest_or_nan(self.largest_residual_j, residual);
+        if entry.kinetic_j > SETTLED_SHARE * first.total_j().abs() {
+            self.last_motion_s = entry.time_s;
         }
     }
 
@@ -95,73 +111,122 @@ impl DemRun {
     }
 
     fn see_state(&mut self, time: f64, state: &StateTable, ledger: Option<&Ledger>) {
-        self.snapshot.take(time, state, self.equal_radius());
-        let radii: Option<Vec<f64>> = match (state.column("radius"), self.equal_radius()) {
-            (Some(radii), _) => Some(radii.collect()),
-            (None, equal) => equal.map(|radius| vec![radius; state.rows()]),
-        };
-        let Some(radii) = radii else { return };
-        self.packing_fraction = Some(
-            radii.iter().map(|radius| PI * radius * radius).sum::<f64>()
-                / (self.config.width_m.get() * self.config.height_m.get()),
-        );
-        if let (Some(ledger), Some(vx), Some(vy)) = (ledger, state.column("vx"), state.column("vy"))
-        {
-            let masses: Vec<f64> = radii.iter().map(|radius| self.mass_kg(*radius)).collect();
-            let kinetic = kinetic_energy_j(&masses, vx.zip(vy));
+        let index = |name: &str| state.columns().iter().position(|column| column == name);
+        let (radius, equal) = (index("radius"), self.equal_radius());
+        if radius.is_none() && equal.is_none() {
+            return;
+        }
+        let radius_of = |row: &[f64]| radius.map_or(equal.unwrap_or(0.0), |column| row[column]);
+        if let (Some(ledger), Some(vx), Some(vy)) = (ledger, index("vx"), index("vy")) {
+            // Masses go with the square of the radius: that of a disc of 1 m is the factor.
+            let squares: f64 = (0..state.rows())
+                .map(|disc| {
+                    let row = state.row(disc);
+                    let radius = radius_of(row);
+                    radius * radius * (row[vx] * row[vx] + row[vy] * row[vy])
+                })
+                .sum();
+            let kinetic = self.mass_kg(1.0) * squares / 2.0;
             let apart = (kinetic - ledger.kinetic_j).abs();
             let largest = self.largest_kinetic_disagreement_j.get_or_insert(0.0);
-            if apart > *largest || apart.is_nan() {
-                *largest = apart;
-            }
+            *largest = largest_or_nan(*largest, apart);
         }
         if let (Some(rebounds), Some(y), Some(vy)) =
             (&mut self.rebounds, state.value(0, "y"), state.value(0, "vy"))
         {
-            rebounds.see(time, y - radii[0], vy);
+            rebounds.see(time, y - radius_of(state.row(0)), vy);
         }
     }
 
     fn ledger_measurements(&self, found: &mut Vec<Measurement>) {
         let (Some(first), Some(last)) = (self.ledger.first(), self.ledger.last()) else { return };
-        for (name, value) in [
-            ("energy.kinetic", last.kinetic_j),
-            ("energy.gravitational", last.gravitational_j),
-            ("energy.elastic", last.elastic_j),
-            ("energy.dissipated", last.dissipated_j),
-        ] {
-            found.push(Measurement::new(name, "J", value, "/energy, last frame"));
+        found.extend([
+            Measurement::new(metric::KINETIC, last.kinetic_j),
+            Measurement::new(metric::GRAVITATIONAL, last.gravitational_j),
+            Measurement::new(metric::ELASTIC, last.elastic_j),
+            Measurement::new(metric::DISSIPATED, last.dissipated_j),
+        ]);
+        let residual = last.balance_j() - first.balance_j();
+        found.push(Measurement::new(metric::RESIDUAL_DRIFT, residual).against(0.0));
+        if let Some(count) = self.rebounds.as_ref().map(Rebounds::count).filter(|&count| count > 0)
+        {
+            let each = residual / count as f64;
+            found.push(Measurement::new(metric::RESIDUAL_PER_REBOUND, each).against(0.0));
+        }
+        if self.last_motion_s < last.time_s {
+            found.push(Measurement::new(metric::SETTLING_TIME, self.last_motion_s));
         }
         let start = first.total_j();
         if start == 0.0 {
             return;
         }
         let change = relative_change(last.total_j(), start);
-        let from = "/energy: mechanical energy, last frame against the first, over its size there";
-        found.push(Measurement::new("energy.total_change_relative", "1", change, from));
-        let residuals = || self.ledger.iter().map(|entry| entry.balance_j() - first.balance_j());
-        let last_residual = last.balance_j() - first.balance_j();
-        let from = "/energy: change of the ledger's sum over the energy at the start, last frame";
-        found.push(
-            Measurement::new("energy.residual_relative", "1", last_residual / start.abs(), from)
-                .against(0.0, laws::dem::ENERGY_LEDGER),
-        );
-        let largest = residuals().map(f64::abs).fold(0.0, largest_or_nan);
-        let from = "/energy: largest size of the ledger's residual over the energy at the start";
-        found.push(
-            Measurement::new("energy.largest_residual_relative", "1", largest / start.abs(), from)
-                .against(0.0, laws::dem::ENERGY_LEDGER),
-        );
+        let largest = self.largest_residual_j / start.abs();
+        found.extend([
+            Measurement::new(metric::TOTAL_CHANGE, change),
+            Measurement::new(metric::RESIDUAL, residual / start.abs()).against(0.0),
+            Measurement::new(metric::LARGEST_RESIDUAL, largest).against(0.0),
+        ]);
         if let Some(apart) = self.largest_kinetic_disagreement_j {
-            let from = "kinetic energy of /state against /energy, largest over frames, over the energy at the start";
-            let value = apart / start.abs();
-            found.push(Measurement::new("energy.kinetic_disagreement_relative", "1", value, from));
+            found.push(Measurement::new(metric::KINETIC_DISAGREEMENT, apart / start.abs()));
         }
+    }
+
+    /// Of the last frame's state: how the discs lie, and how they press on floor and walls.
+    fn bed_measurements(&self, found: &mut Vec<Measurement>) {
+        let Some(discs) = self.discs_at_end() else { return };
+        let (width, height) = (self.config.width_m.get(), self.config.height_m.get());
+        let area = |[_, _, radius]: &[f64; 3]| PI * radius * radius;
+        let covered: f64 = discs.iter().map(area).sum();
+        let raised: f64 = discs.iter().map(|disc| area(disc) * disc[1]).sum();
+        let bed_height = 2.0 * raised / covered;
+        let overlaps = |gap: &dyn Fn(&[f64; 3]) -> f64| -> f64 {
+            let overlaps = discs.iter().map(|disc| disc[2] - gap(disc));
+            overlaps.filter(|overlap| *overlap > 0.0).sum()
+        };
+        let stiffness = self.config.stiffness_n_per_m.get();
+        let floor = stiffness * overlaps(&|disc| disc[1]);
+        let sides = stiffness * (overlaps(&|disc| disc[0]) + overlaps(&|disc| width - disc[0]));
+        let [across, along] = self.config.gravity_m_per_s2.map(|component| component.get());
+        let weight: f64 = discs.iter().map(|disc| self.mass_kg(disc[2]) * -along).sum();
+        let rests = across == 0.0 && self.has_settled();
+        let weight = rests.then_some(weight);
+        found.push(Measurement::new(metric::PACKING_FRACTION, covered / (width * height)));
+        if discs.len() < 2 {
+            return;
+        }
+        found.extend([
+            Measurement::new(metric::BED_HEIGHT, bed_height),
+            Measurement::new(metric::BED_PACKING_FRACTION, covered / (width * bed_height)),
+            Measurement::new(metric::FLOOR_FORCE, floor).against(weight),
+            Measurement::new(metric::FLOOR_STRESS, floor / width)
+                .against(weight.map(|weight| weight / width)),
+            Measurement::new(metric::SIDE_WALL_STRESS, sides / (2.0 * bed_height)),
+        ]);
+    }
+
+    /// Whether the discs move so little that what they weigh is carried: the kinetic energy is far below the elastic.
+    fn has_settled(&self) -> bool {
+        self.ledger.last().is_some_and(|last| last.kinetic_j < SETTLED_SHARE * last.elastic_j)
+    }
+
+    /// x, y and radius (m) of all discs in the last frame.
+    pub(crate) fn discs_at_end(&self) -> Option<Vec<[f64; 3]>> {
+        let state = self.pictures.last()?;
+        let index = |name: &str| state.columns().iter().position(|column| column == name);
+        let (x, y, radius) = (index("x")?, index("y")?, index("radius"));
+        let equal = self.equal_radius();
+        (0..state.rows())
+            .map(|disc| {
+                let row = state.row(disc);
+                Some([row[x], row[y], radius.map(|column| row[column]).or(equal)?])
+            })
+            .collect()
     }
 }
 
 impl Observer for DemRun {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ReadError> {
+    fn see(&mut self, mut frame: RecordedFrame) -> Result<(), ReadError> {
         let time_s = frame.clock.time;
         let ledger = frame.get::<DemEnergy>()?.map(|energy| Ledger {
             time_s,
@@ -171,7 +236,7 @@ impl Observer for DemRun {
             dissipated_j: energy.dissipated_j,
             wall_work_j: energy.wall_work_j,
         });
-        self.ledger.extend(ledger);
+        ledger.into_iter().for_each(|entry| self.see_ledger(entry));
         if let Some(contacts) = frame.get::<DemContacts>()? {
             self.largest_overlap_over_radius = largest_or_nan(
                 self.largest_overlap_over_radius,
@@ -182,8 +247,9 @@ impl Observer for DemRun {
         if let Some(temperature) = frame.get::<DemTemperature>()? {
             self.granular_temperature = Some(temperature.granular_temperature_m2_per_s2);
         }
-        if let Some(state) = frame.state() {
-            self.see_state(time_s, state, ledger.as_ref());
+        if let Some(state) = frame.take_state() {
+            self.see_state(time_s, &state, ledger.as_ref());
+            self.pictures.see(time_s, state, self.equal_radius());
         }
         Ok(())
     }
@@ -191,40 +257,35 @@ impl Observer for DemRun {
     fn measurements(&self) -> Vec<Measurement> {
         let mut found = Vec::new();
         self.ledger_measurements(&mut found);
-        if let Some(restitution) = self.rebounds.as_ref().and_then(Rebounds::restitution) {
-            let from = "/state: sqrt(energy after / before) of each rebound, mean";
-            found.push(
-                Measurement::new("restitution.measured", "1", restitution, from)
-                    .against(laws::dem::wall_restitution(&self.config), laws::dem::RESTITUTION),
+        if let Some(rebounds) = self.rebounds.as_ref().filter(|rebounds| rebounds.count() > 0) {
+            let theory = law::wall_restitution(&self.config);
+            found.extend(
+                rebounds
+                    .restitution()
+                    .map(|value| Measurement::new(metric::RESTITUTION, value).against(theory)),
+            );
+            let theory = law::wall_contact_duration_s(&self.config);
+            found.extend(
+                rebounds
+                    .contact_duration_s()
+                    .map(|value| Measurement::new(metric::CONTACT_DURATION, value).against(theory)),
             );
         }
         if let Some(contacts) = &self.contacts {
-            let from = "/contact_count: largest since the start";
             let overlap = self.largest_overlap_over_radius;
-            found.push(Measurement::new("largest_overlap_over_radius", "1", overlap, from));
-            let contacts = contacts.coordination_number;
-            let from = "/contact_count: contacts a disc, last frame";
-            found.push(Measurement::new("coordination_number", "1", contacts, from));
+            found.push(Measurement::new(metric::LARGEST_OVERLAP, overlap));
+            found.push(Measurement::new(metric::COORDINATION, contacts.coordination_number));
         }
         if let Some(temperature) = self.granular_temperature {
-            let from = "/temperature: <(v - <v>)^2> / 2, last frame";
-            found.push(Measurement::new("granular_temperature", "m^2/s^2", temperature, from));
+            found.push(Measurement::new(metric::GRANULAR_TEMPERATURE, temperature));
         }
-        if let Some(fraction) = self.packing_fraction {
-            let from = "/state: discs' area over the box's";
-            found.push(Measurement::new("packing_fraction", "1", fraction, from));
-        }
+        self.bed_measurements(&mut found);
         found
     }
 
     fn figures(&self) -> Figures {
         figures::dem::figures(self)
     }
-}
-
-/// Sum of m v^2 / 2, J.
-fn kinetic_energy_j(masses: &[f64], velocities: impl Iterator<Item = (f64, f64)>) -> f64 {
-    masses.iter().zip(velocities).map(|(mass, (vx, vy))| mass * (vx * vx + vy * vy) / 2.0).sum()
 }
 
 /// The larger of two, or not a number if either is none: a blow-up is not hidden.

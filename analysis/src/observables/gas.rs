@@ -1,7 +1,8 @@
 //! What is seen of a gas run: pressure of the wall, moments of the speeds, hits.
 
 use super::dem::largest_or_nan;
-use super::{Observer, Snapshot, relative_change};
+use super::{Observer, Pictures, Series, relative_change};
+use crate::catalogue::gas as metric;
 use crate::figures::{self, Figures};
 use crate::laws::gas as law;
 use crate::measurement::Measurement;
@@ -28,11 +29,12 @@ pub struct GasRun {
     pub(crate) config: GasConfig,
     pub(crate) time_s: f64,
     /// Time and pressure measured since the start.
-    pub(crate) pressure_series: Vec<(f64, f64)>,
+    pub(crate) pressure_series: Series<(f64, f64)>,
     pub(crate) pressure: Option<GasPressure>,
     pub(crate) histogram: Option<GasSpeeds>,
-    pub(crate) snapshot: Snapshot,
-    speeds: Option<Speeds>,
+    pub(crate) pictures: Pictures,
+    /// As the messages have them.
+    told_speeds: Option<Speeds>,
     /// Each particle's own rate of hits at the start, 1/s.
     hit_rates: Vec<f64>,
     hits: Option<u64>,
@@ -48,15 +50,15 @@ pub struct GasRun {
 impl GasRun {
     /// Nothing seen yet.
     #[must_use]
-    pub fn new(config: GasConfig) -> Self {
+    pub fn new(config: GasConfig, pictures: Pictures) -> Self {
         Self {
             config,
             time_s: 0.0,
-            pressure_series: Vec::new(),
+            pressure_series: Series::default(),
             pressure: None,
             histogram: None,
-            snapshot: Snapshot::default(),
-            speeds: None,
+            pictures,
+            told_speeds: None,
             hit_rates: Vec::new(),
             hits: None,
             first_invariants: None,
@@ -71,7 +73,12 @@ impl GasRun {
 
     /// <v^2> as recorded, m^2/s^2.
     pub(crate) fn mean_square(&self) -> Option<f64> {
-        self.speeds.map(|speeds| speeds.mean_square_m2_per_s2)
+        self.speeds().map(|speeds| speeds.mean_square_m2_per_s2)
+    }
+
+    /// Of the last frame: from the state where it was recorded.
+    fn speeds(&self) -> Option<Speeds> {
+        self.pictures.last().and_then(speeds_of).or(self.told_speeds)
     }
 
     fn see_invariants(&mut self, invariants: GasInvariants) {
@@ -86,86 +93,61 @@ impl GasRun {
         self.invariants = Some(invariants);
     }
 
+    /// Whether each particle stays and keeps its speed.
+    fn keeps_particles(&self) -> bool {
+        self.config.keeps_speeds() && self.config.opening_width_m.is_none()
+    }
+
     fn pressure_measurements(&self, found: &mut Vec<Measurement>) {
         let Some(pressure) = &self.pressure else { return };
         let moments = law::speed_moments(&self.config);
-        let unit = "N/m";
+        let by_square = |square: f64| law::pressure_n_per_m(&self.config, square);
         if self.time_s > 0.0 {
             let value = pressure.measured_since_start_n_per_m;
-            let theory = self
+            let square = self
                 .mean_square()
-                .filter(|_| self.config.keeps_speeds() && self.config.opening_width_m.is_none())
-                .filter(|_| !law::has_several_masses(&self.config));
-            let standard_error = theory.map(|square| {
-                let exact = law::pressure_n_per_m(&self.config, square);
-                exact * law::pressure_error_relative(&self.config, square.sqrt(), self.time_s)
-            });
-            let from =
-                "/pressure: impulse on the wall since the start; error R P / (v_rms t sqrt(2N))";
-            let estimate = Estimate { value, standard_error };
-            found.push(Measurement::new("pressure.measured", unit, estimate, from).against(
-                theory.map(|square| law::pressure_n_per_m(&self.config, square)),
-                law::KINETIC_PRESSURE,
-            ));
+                .filter(|_| self.keeps_particles() && !law::has_several_masses(&self.config));
+            let error = |square: f64| {
+                by_square(square)
+                    * law::pressure_error_relative(&self.config, square.sqrt(), self.time_s)
+            };
+            let estimate = Estimate { value, standard_error: square.map(error) };
+            found.push(
+                Measurement::new(metric::PRESSURE_MEASURED, estimate)
+                    .against(square.map(by_square)),
+            );
         }
-        let value = pressure.mean_speed_formula_n_per_m;
-        let from = "/pressure: N m <v>^2 / (2A), the gas document's formula (12)";
-        let theory = moments.map(|moments| {
-            law::pressure_n_per_m(&self.config, moments.mean_m_per_s * moments.mean_m_per_s)
-        });
-        found.push(
-            Measurement::new("pressure.mean_speed_formula", unit, value, from)
-                .against(theory, law::SPEED_LAW),
-        );
-        let value = pressure.mean_square_formula_n_per_m;
-        let theory = moments
-            .map(|moments| law::pressure_n_per_m(&self.config, moments.mean_square_m2_per_s2));
-        found.push(
-            Measurement::new(
-                "pressure.mean_square_formula",
-                unit,
-                value,
-                "/pressure: N m <v^2> / (2A)",
-            )
-            .against(theory, law::SPEED_LAW),
-        );
-        let value = pressure.ideal_gas_n_per_m;
-        let theory = law::temperature_k(&self.config)
+        let mean_speed =
+            moments.map(|moments| by_square(moments.mean_m_per_s * moments.mean_m_per_s));
+        let mean_square = moments.map(|moments| by_square(moments.mean_square_m2_per_s2));
+        let ideal = law::temperature_k(&self.config)
             .map(|temperature| law::pressure_slope_n_per_m_k(&self.config) * temperature);
-        found.push(
-            Measurement::new("pressure.ideal_gas", unit, value, "/pressure: N k_B T / A")
-                .against(theory, law::IDEAL_GAS),
-        );
+        found.extend([
+            Measurement::new(metric::PRESSURE_MEAN_SPEED, pressure.mean_speed_formula_n_per_m)
+                .against(mean_speed),
+            Measurement::new(metric::PRESSURE_MEAN_SQUARE, pressure.mean_square_formula_n_per_m)
+                .against(mean_square),
+            Measurement::new(metric::PRESSURE_IDEAL, pressure.ideal_gas_n_per_m).against(ideal),
+        ]);
     }
 
     fn speed_measurements(&self, found: &mut Vec<Measurement>) {
-        let Some(speeds) = self.speeds else { return };
+        let Some(speeds) = self.speeds() else { return };
         let moments = law::speed_moments(&self.config);
-        let squared_mean = speeds.mean_m_per_s * speeds.mean_m_per_s;
         let in_kelvin = |square: f64| law::temperature_of_k(&self.config, square);
+        let square = speeds.mean_square_m2_per_s2;
+        let mean = speeds.mean_m_per_s;
         let expected_square = moments.map(|moments| moments.mean_square_m2_per_s2);
         let expected_mean = moments.map(|moments| moments.mean_m_per_s);
-        let rms = speeds.mean_square_m2_per_s2.sqrt();
         found.extend([
-            Measurement::new(
-                "temperature.mean_square",
-                "K",
-                in_kelvin(speeds.mean_square_m2_per_s2),
-                "speeds of the last frame: m <v^2> / (2 k_B)",
-            )
-            .against(expected_square.map(in_kelvin), law::SPEED_LAW),
-            Measurement::new(
-                "temperature.mean_speed",
-                "K",
-                in_kelvin(squared_mean),
-                "speeds of the last frame: m <v>^2 / (2 k_B), the gas document's equation (13)",
-            )
-            .against(expected_mean.map(|mean| in_kelvin(mean * mean)), law::SPEED_LAW),
-            Measurement::new("mean_speed", "m/s", speeds.mean_m_per_s, "mean |v|, last frame")
-                .against(expected_mean, law::SPEED_LAW),
-            Measurement::new("rms_speed", "m/s", rms, "sqrt <v^2>, last frame")
-                .against(expected_square.map(f64::sqrt), law::SPEED_LAW),
-            Measurement::new("mean_velocity", "m/s", speeds.drift_m_per_s, "|mean v|, last frame"),
+            Measurement::new(metric::TEMPERATURE_MEAN_SQUARE, in_kelvin(square))
+                .against(expected_square.map(in_kelvin)),
+            Measurement::new(metric::TEMPERATURE_MEAN_SPEED, in_kelvin(mean * mean))
+                .against(expected_mean.map(|mean| in_kelvin(mean * mean))),
+            Measurement::new(metric::MEAN_SPEED, mean).against(expected_mean),
+            Measurement::new(metric::RMS_SPEED, square.sqrt())
+                .against(expected_square.map(f64::sqrt)),
+            Measurement::new(metric::MEAN_VELOCITY, speeds.drift_m_per_s),
         ]);
     }
 
@@ -173,48 +155,53 @@ impl GasRun {
         let hits = self.hits.filter(|_| self.time_s > 0.0)?;
         let value = hits as f64 / self.time_s;
         let standard_error = hit_rate_error(&self.hit_rates, self.time_s);
-        let stationary = self.config.keeps_speeds()
-            && self.config.opening_width_m.is_none()
-            && self.config.place_distribution == PlaceDistribution::Area;
+        let stationary =
+            self.keeps_particles() && self.config.place_distribution == PlaceDistribution::Area;
         let theory = self
-            .speeds
+            .speeds()
             .filter(|_| stationary)
             .map(|speeds| law::hit_rate_per_s(&self.config, speeds.mean_m_per_s));
-        let from = "/collisions: hits of the wall over time; error from the scatter of the particles' own rates";
         let estimate = Estimate { value, standard_error };
-        Some(Measurement::new("hit_rate", "1/s", estimate, from).against(theory, law::HIT_RATE))
+        Some(Measurement::new(metric::HIT_RATE, estimate).against(theory))
+    }
+
+    fn histogram_measurements(&self, found: &mut Vec<Measurement>) {
+        let Some(histogram) = &self.histogram else { return };
+        let bins = &histogram.speed_m_per_s;
+        let width = if bins.len() > 1 { bins[1] - bins[0] } else { return };
+        let counted = f64::from(self.config.particles.get()) * width;
+        let pairs = histogram.density.iter().zip(&histogram.initial_law);
+        let terms: Vec<f64> = pairs
+            .map(|(density, law)| (counted * density, counted * law))
+            .filter(|(_, expected)| *expected >= 5.0)
+            .map(|(count, expected)| (count - expected) * (count - expected) / expected)
+            .collect();
+        if let Some(value) = mean(&terms) {
+            let standard_error = Some((2.0 / terms.len() as f64).sqrt());
+            let estimate = Estimate { value, standard_error };
+            let theory = self.keeps_particles().then_some(1.0);
+            found.push(Measurement::new(metric::HISTOGRAM_CHI_SQUARE, estimate).against(theory));
+        }
+        let apart: f64 = histogram
+            .density
+            .iter()
+            .zip(&histogram.maxwell)
+            .map(|(density, maxwell)| (density - maxwell).abs() * width / 2.0)
+            .sum();
+        found.push(Measurement::new(metric::HISTOGRAM_MAXWELL, apart));
     }
 
     fn invariant_measurements(&self, found: &mut Vec<Measurement>) {
         let (Some(first), Some(last)) = (&self.first_invariants, &self.invariants) else { return };
-        let energy = relative_change(last.kinetic_j, first.kinetic_j);
-        let changes = [
-            (
-                "energy.drift_relative",
-                energy,
-                "/energy: kinetic energy, last frame against the first",
-            ),
-            (
-                "largest_speed_change_relative",
-                self.largest_speed_change,
-                "/energy: largest of any particle and frame",
-            ),
-            (
-                "largest_angular_momentum_change_relative",
-                self.largest_angular_momentum_change,
-                "/energy: largest of any particle and frame, over m r v",
-            ),
-        ];
-        for (name, value, from) in changes {
-            let kept = self.config.keeps_speeds() && self.config.opening_width_m.is_none();
-            let theory = (kept || name != "energy.drift_relative").then_some(0.0);
-            found.push(Measurement::new(name, "1", value, from).against(theory, law::INVARIANTS));
-        }
-        let outside = self.most_outside as f64;
-        found.push(
-            Measurement::new("particles_outside", "1", outside, "/energy: most of any frame")
-                .against(0.0, law::INVARIANTS),
-        );
+        let drift = relative_change(last.kinetic_j, first.kinetic_j);
+        let angular_momentum = self.largest_angular_momentum_change;
+        found.extend([
+            Measurement::new(metric::ENERGY_DRIFT, drift)
+                .against(self.keeps_particles().then_some(0.0)),
+            Measurement::new(metric::SPEED_CHANGE, self.largest_speed_change).against(0.0),
+            Measurement::new(metric::ANGULAR_MOMENTUM_CHANGE, angular_momentum).against(0.0),
+            Measurement::new(metric::OUTSIDE, self.most_outside as f64).against(0.0),
+        ]);
     }
 }
 
@@ -222,15 +209,7 @@ impl GasRun {
 impl GasRun {
     fn ledger_measurements(&self, found: &mut Vec<Measurement>) {
         let Some(ledger) = &self.ledger else { return };
-        found.push(
-            Measurement::new(
-                "energy.residual_relative",
-                "1",
-                ledger.residual_relative,
-                "/ledger: error of the ledger over the energy at the start",
-            )
-            .against(0.0, law::LEDGER),
-        );
+        found.push(Measurement::new(metric::RESIDUAL, ledger.residual_relative).against(0.0));
         if let Some(theory) = self
             .first_mean_speed_m_per_s
             .and_then(|speed| law::effusion_rate_per_s(&self.config, speed))
@@ -241,65 +220,48 @@ impl GasRun {
                 value: left / self.time_s,
                 standard_error: Some(left.sqrt() / self.time_s),
             };
-            let from = "/ledger: particles that left over time; error sqrt of their number";
-            found.push(
-                Measurement::new("effusion_rate", "1/s", estimate, from)
-                    .against(theory, law::EFFUSION),
-            );
+            found.push(Measurement::new(metric::EFFUSION_RATE, estimate).against(theory));
         }
         if self.config.wall_speed_m_per_s.get() != 0.0 {
             let value = ledger.energy_times_area_over_initial;
-            let from = "/ledger: energy times area, last frame over the first";
-            found.push(
-                Measurement::new("adiabatic_invariant", "1", value, from)
-                    .against(1.0, law::ADIABATIC),
-            );
+            found.push(Measurement::new(metric::ADIABATIC_INVARIANT, value).against(1.0));
         }
-        if let (Some(wall), Some(speeds)) = (self.config.thermal_wall, self.speeds) {
+        if let (Some(wall), Some(speeds)) = (self.config.thermal_wall, self.speeds()) {
             let temperature = law::temperature_of_k(&self.config, speeds.mean_square_m2_per_s2);
             // In two dimensions the energy of one particle scatters by its mean.
             let standard_error = Some(temperature / f64::from(self.config.particles.get()).sqrt());
             let estimate = Estimate { value: temperature, standard_error };
-            let from = "speeds of the last frame; error T / sqrt(N)";
             found.push(
-                Measurement::new("temperature.thermalised", "K", estimate, from)
-                    .against(wall.temperature_k.get(), law::THERMALISATION),
+                Measurement::new(metric::TEMPERATURE_THERMALISED, estimate)
+                    .against(wall.temperature_k.get()),
             );
         }
-        found.push(Measurement::new(
-            "excess_h",
-            "1",
-            ledger.excess_h,
-            "/ledger: H above Maxwell's, last frame",
-        ));
+        found.push(Measurement::new(metric::EXCESS_H, ledger.excess_h));
     }
 }
 
 impl Observer for GasRun {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ReadError> {
+    fn see(&mut self, mut frame: RecordedFrame) -> Result<(), ReadError> {
         self.time_s = frame.clock.time;
         if let Some(pressure) = frame.get::<GasPressure>()? {
             if self.time_s > 0.0 {
-                self.pressure_series.push((self.time_s, pressure.measured_since_start_n_per_m));
+                self.pressure_series.add((self.time_s, pressure.measured_since_start_n_per_m));
             }
             self.pressure = Some(pressure);
         }
         if let Some(temperature) = frame.get::<GasTemperature>()? {
-            self.speeds = Some(Speeds {
+            self.told_speeds = Some(Speeds {
                 mean_m_per_s: temperature.mean_speed_m_per_s,
                 mean_square_m2_per_s2: temperature.rms_speed_m_per_s
                     * temperature.rms_speed_m_per_s,
                 drift_m_per_s: temperature.mean_velocity_m_per_s,
             });
         }
-        if let Some(state) = frame.state() {
-            self.snapshot.take(self.time_s, state, None);
-            if let Some(speeds) = speeds_of(state) {
-                self.speeds = Some(speeds);
-            }
+        if let Some(state) = frame.take_state() {
             if self.hit_rates.is_empty() {
-                self.hit_rates = own_hit_rates(state, &self.config);
+                self.hit_rates = own_hit_rates(&state, &self.config);
             }
+            self.pictures.see(self.time_s, state, None);
         }
         if let Some(speeds) = frame.get::<GasSpeeds>()? {
             self.histogram = Some(speeds);
@@ -307,7 +269,7 @@ impl Observer for GasRun {
         if let Some(collisions) = frame.get::<GasCollisions>()? {
             self.hits = Some(collisions.wall);
         }
-        if let (None, Some(speeds)) = (self.first_mean_speed_m_per_s, self.speeds) {
+        if let (None, Some(speeds)) = (self.first_mean_speed_m_per_s, self.speeds()) {
             self.first_mean_speed_m_per_s = Some(speeds.mean_m_per_s);
         }
         if let Some(ledger) = frame.get::<GasLedger>()? {
@@ -324,6 +286,7 @@ impl Observer for GasRun {
         self.pressure_measurements(&mut found);
         self.speed_measurements(&mut found);
         found.extend(self.hit_measurement());
+        self.histogram_measurements(&mut found);
         self.invariant_measurements(&mut found);
         self.ledger_measurements(&mut found);
         found

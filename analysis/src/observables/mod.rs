@@ -2,13 +2,17 @@
 
 mod bodies;
 pub mod dem;
+mod displacement;
 pub mod gas;
 pub mod orbit;
 pub mod packing;
+mod pictures;
 mod rebounds;
-mod snapshot;
+mod series;
+mod structure;
 
-pub use snapshot::Snapshot;
+pub use pictures::{Pictures, Placed, Snapshot};
+pub use series::Series;
 
 use crate::figures::Figures;
 use crate::measurement::Measurement;
@@ -22,7 +26,7 @@ pub trait Observer {
     ///
     /// # Errors
     /// A message that can't be decoded.
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ReadError>;
+    fn see(&mut self, frame: RecordedFrame) -> Result<(), ReadError>;
 
     /// The run's numbers; those whose channels were not recorded are left out.
     fn measurements(&self) -> Vec<Measurement>;
@@ -31,13 +35,16 @@ pub trait Observer {
     fn figures(&self) -> Figures;
 }
 
-/// The observer of a model.
+/// The observer of a model, with pictures at its start, at these times, and at its end.
 #[must_use]
-pub fn observer(config: &ModelConfig) -> Box<dyn Observer> {
+pub fn observer(config: &ModelConfig, pictures_at: &[f64]) -> Box<dyn Observer> {
+    let pictures = Pictures::at(pictures_at);
     match config {
-        ModelConfig::Dem(config) => Box::new(dem::DemRun::new(config.clone())),
-        ModelConfig::Gas(config) => Box::new(gas::GasRun::new(config.clone())),
-        ModelConfig::Packing(config) => Box::new(packing::PackingRun::new(config.clone())),
+        ModelConfig::Dem(config) => Box::new(dem::DemRun::new(config.clone(), pictures)),
+        ModelConfig::Gas(config) => Box::new(gas::GasRun::new(config.clone(), pictures)),
+        ModelConfig::Packing(config) => {
+            Box::new(packing::PackingRun::new(config.clone(), pictures))
+        }
         ModelConfig::Orbit(config) if config.bodies.is_some() => {
             Box::new(bodies::BodiesRun::new(config))
         }

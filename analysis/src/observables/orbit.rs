@@ -1,7 +1,8 @@
 //! What is seen of an orbit: energy, angular momentum, and the distance from the exact solution, all from `/state`.
 
 use super::dem::largest_or_nan;
-use super::{Observer, relative_change};
+use super::{Observer, Series, relative_change};
+use crate::catalogue::orbit as metric;
 use crate::figures::{self, Figures};
 use crate::laws::Law;
 use crate::laws::orbit::{self as law, GM_SUN_AU3_PER_DAY2, KeplerOrbit, cross, dot, norm};
@@ -36,8 +37,11 @@ pub struct Station {
 pub struct OrbitRun {
     pub(crate) config: OrbitConfig,
     pub(crate) exact: Option<KeplerOrbit>,
-    pub(crate) stations: Vec<Station>,
+    pub(crate) stations: Series<Station>,
+    largest_energy_error: f64,
+    radii: Option<[f64; 2]>,
     force_evaluations: Option<u64>,
+    revolutions: Revolutions,
     /// Unit vectors of the plane of the start: along r0, and across it in the sense of motion.
     plane: [[f64; 3]; 2],
 }
@@ -49,8 +53,11 @@ impl OrbitRun {
         Self {
             config,
             exact: None,
-            stations: Vec::new(),
+            stations: Series::default(),
+            largest_energy_error: 0.0,
+            radii: None,
             force_evaluations: None,
+            revolutions: Revolutions::default(),
             plane: [[0.0; 3]; 2],
         }
     }
@@ -108,29 +115,19 @@ impl OrbitRun {
         };
         let (theory, source) =
             theory.map_or((None, law::ENERGY), |(value, law)| (Some(value), law));
-        let from = "/state: (E - E0)/|E0|, last frame";
-        found.push(
-            Measurement::new("energy.drift_relative", "1", drift, from).against(theory, source),
-        );
+        found.push(Measurement::new(metric::ENERGY_DRIFT, drift).against_law(theory, source));
         if let Some(orbit) = orbit.filter(|_| last.energy < 0.0 && last.time_days > 0.0) {
             let ratio = first.energy / last.energy;
             let revolutions = last.time_days / orbit.period_days();
             let rate = (ratio * ratio * ratio - 1.0) / (3.0 * revolutions);
-            let from = "/state: ((E0/E)^3 - 1)/3 a period of the start: the rate at the start";
-            found.push(Measurement::new("energy.drift_per_revolution", "1", rate, from).against(
-                euler.then(|| law::euler_energy_drift_per_revolution(step, orbit)),
-                law::EULER_ENERGY_PER_REVOLUTION,
-            ));
+            found.push(
+                Measurement::new(metric::DRIFT_PER_REVOLUTION, rate)
+                    .against(euler.then(|| law::euler_energy_drift_per_revolution(step, orbit))),
+            );
         }
-        let largest = self
-            .stations
-            .iter()
-            .map(|station| relative_change(station.energy, first.energy).abs())
-            .fold(0.0, largest_or_nan);
-        let from = "/state: largest |E - E0|/|E0| of the frames";
         found.push(
-            Measurement::new("energy.largest_error_relative", "1", largest, from)
-                .against(self.symplectic_energy_error(), law::SYMPLECTIC_ENERGY),
+            Measurement::new(metric::LARGEST_ENERGY_ERROR, self.largest_energy_error)
+                .against(self.symplectic_energy_error()),
         );
     }
 
@@ -152,71 +149,111 @@ impl OrbitRun {
     fn angular_momentum_measurement(&self, first: &Station, last: &Station) -> Measurement {
         let drift = relative_change(norm(last.angular_momentum), norm(first.angular_momentum));
         let step = self.config.time_step_days.get();
-        let found = Measurement::new(
-            "angular_momentum.drift_relative",
-            "1",
-            drift,
-            "/state: (L - L0)/L0, last frame",
-        );
+        let found = Measurement::new(metric::ANGULAR_MOMENTUM_DRIFT, drift);
         match (self.config.integrator, &self.exact) {
-            (OrbitIntegrator::ExplicitEuler, Some(orbit)) => found.against(
+            (OrbitIntegrator::ExplicitEuler, Some(orbit)) => found.against_law(
                 law::euler_angular_momentum_drift(step, orbit, last.time_days),
                 law::EULER_ANGULAR_MOMENTUM,
             ),
             (OrbitIntegrator::ExplicitEuler | OrbitIntegrator::Rk4, _) => found,
-            _ => found.against(0.0, law::ANGULAR_MOMENTUM),
+            _ => found.against_law(0.0, law::ANGULAR_MOMENTUM),
         }
+    }
+
+    fn eccentricity_measurements(
+        &self,
+        first: &Station,
+        last: &Station,
+        theory: Option<f64>,
+        found: &mut Vec<Measurement>,
+    ) {
+        let (start, end) = (first.eccentricity_vector, last.eccentricity_vector);
+        let change = norm(std::array::from_fn(|axis| end[axis] - start[axis]));
+        let normal = first.angular_momentum.map(|part| part / norm(first.angular_momentum));
+        let turn = dot(cross(start, end), normal).atan2(dot(start, end));
+        found.extend([
+            Measurement::new(metric::ECCENTRICITY_CHANGE, change).against(theory),
+            Measurement::new(metric::PERIHELION_TURN, turn).against(theory),
+        ]);
     }
 }
 
 impl OrbitRun {
     /// The period by the clock, and Kepler's third law by it and by the width of the path; none before a revolution is done.
-    fn third_law(&self, least_radius: f64, greatest_radius: f64) -> Vec<Measurement> {
-        let Some(period) = self.period_days() else { return Vec::new() };
-        let axis = (least_radius + greatest_radius) / 2.0;
+    fn third_law(&self) -> Vec<Measurement> {
+        let (Some(period), Some([least, greatest])) = (self.revolutions.period_days(), self.radii)
+        else {
+            return Vec::new();
+        };
+        let axis = (least + greatest) / 2.0;
         let ratio = TAU * TAU * axis * axis * axis / (GM_SUN_AU3_PER_DAY2 * period * period);
         let exact = self.exact.as_ref().map(KeplerOrbit::period_days);
-        let from =
-            "/state: time between passes of the direction of the start, mean over the revolutions";
-        let about =
-            "/state: 4 pi^2 a^3/(GM P^2) with a half the sum of the least and the largest |r|";
         vec![
-            Measurement::new("period.measured", "d", period, from)
-                .against(exact, law::KEPLERS_THIRD),
-            Measurement::new("third_law.ratio", "1", ratio, about).against(1.0, law::KEPLERS_THIRD),
+            Measurement::new(metric::PERIOD, period).against(exact),
+            Measurement::new(metric::THIRD_LAW, ratio).against(1.0),
         ]
     }
+}
 
-    /// Mean time of a revolution. A pass lies on the line between two frames; it is good to the third power of their
-    /// distance, since the force across the direction of the start is zero there.
+/// Counts passes of the direction of the start. A pass lies on the line between two frames; it is good to the third power of
+/// their distance, since the force across the direction of the start is zero there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Revolutions {
+    count: u32,
+    start_days: Option<f64>,
+    last_pass_days: f64,
+    /// Time and distance across the direction of the start, of the frame before; none until the body has left it.
+    before: Option<(f64, f64)>,
+}
+
+impl Revolutions {
+    /// `along` and `across`: components of the position in the plane of the start, AU.
+    fn see(&mut self, time_days: f64, along: f64, across: f64) {
+        if self.start_days.is_none() {
+            // The start itself is no pass.
+            self.start_days = Some(time_days);
+            return;
+        }
+        if let Some((time_before, before)) = self.before
+            && before < 0.0
+            && across >= 0.0
+            && along > 0.0
+        {
+            let share = before / (before - across);
+            self.last_pass_days = time_before + share * (time_days - time_before);
+            self.count += 1;
+        }
+        self.before = Some((time_days, across));
+    }
+
+    /// Mean time of a revolution.
     fn period_days(&self) -> Option<f64> {
-        let across = |station: &Station| dot(station.position_au, self.plane[1]);
-        let passes = self.stations.windows(2).skip(1).filter_map(|pair| {
-            let (before, after) = (across(&pair[0]), across(&pair[1]));
-            let ahead = dot(pair[1].position_au, self.plane[0]) > 0.0;
-            (before < 0.0 && after >= 0.0 && ahead).then(|| {
-                let share = before / (before - after);
-                pair[0].time_days + share * (pair[1].time_days - pair[0].time_days)
-            })
-        });
-        let start = self.stations.first()?.time_days;
-        let (revolutions, last) = passes.fold((0.0, start), |(count, _), time| (count + 1.0, time));
-        (revolutions > 0.0).then(|| (last - start) / revolutions)
+        let start = self.start_days.filter(|_| self.count > 0)?;
+        Some((self.last_pass_days - start) / f64::from(self.count))
     }
 }
 
 impl Observer for OrbitRun {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ReadError> {
+    fn see(&mut self, frame: RecordedFrame) -> Result<(), ReadError> {
         if let Some(elements) = frame.get::<OrbitElements>()? {
             self.force_evaluations = Some(elements.force_evaluations);
         }
-        if let Some((position, velocity)) = frame.state().and_then(|state| body(state, 0)) {
-            if self.stations.is_empty() {
-                self.begin(position, velocity);
-            }
-            let station = self.station(frame.clock.time, position, velocity);
-            self.stations.push(station);
+        let Some((position, velocity)) = frame.state().and_then(|state| body(state, 0)) else {
+            return Ok(());
+        };
+        if self.stations.is_empty() {
+            self.begin(position, velocity);
         }
+        let station = self.station(frame.clock.time, position, velocity);
+        self.stations.add(station);
+        let [along, across] = self.plane.map(|axis| dot(position, axis));
+        self.revolutions.see(frame.clock.time, along, across);
+        let start = self.stations.first().map_or(station.energy, |first| first.energy);
+        let error = relative_change(station.energy, start).abs();
+        self.largest_energy_error = largest_or_nan(self.largest_energy_error, error);
+        let radius = norm(position);
+        let [least, greatest] = self.radii.unwrap_or([radius; 2]);
+        self.radii = Some([-largest_or_nan(-least, -radius), largest_or_nan(greatest, radius)]);
         Ok(())
     }
 
@@ -227,41 +264,23 @@ impl Observer for OrbitRun {
         let mut found = Vec::new();
         self.energy_measurements(first, last, &mut found);
         found.push(self.angular_momentum_measurement(first, last));
-        let radii = || self.stations.iter().map(|station| norm(station.position_au));
-        let least = radii().fold(f64::INFINITY, |a, b| -largest_or_nan(-a, -b));
-        let greatest = radii().fold(0.0, largest_or_nan);
-        found.push(Measurement::new("radius.min", "AU", least, "/state: least |r| of the frames"));
-        found.push(Measurement::new(
-            "radius.max",
-            "AU",
-            greatest,
-            "/state: largest |r| of the frames",
-        ));
+        if let Some([least, greatest]) = self.radii {
+            found.push(Measurement::new(metric::LEAST_RADIUS, least));
+            found.push(Measurement::new(metric::LARGEST_RADIUS, greatest));
+        }
         let exact = self.config.integrator == OrbitIntegrator::Kepler;
         let theory = exact.then_some(0.0);
         if self.exact.is_some() {
-            let from =
-                "/state against the exact Kepler solution through the first frame, last frame";
-            found.push(
-                Measurement::new("position_error.final", "AU", last.position_error_au, from)
-                    .against(theory, law::CONVERGENCE),
-            );
-            let from = "/state: angle minus that of the exact solution, last frame";
-            found.push(
-                Measurement::new("phase_error.final", "rad", last.phase_error_rad, from)
-                    .against(theory, law::CONVERGENCE),
-            );
+            found.extend([
+                Measurement::new(metric::POSITION_ERROR, last.position_error_au).against(theory),
+                Measurement::new(metric::PHASE_ERROR, last.phase_error_rad).against(theory),
+            ]);
         }
-        let change = norm(std::array::from_fn(|axis| {
-            last.eccentricity_vector[axis] - first.eccentricity_vector[axis]
-        }));
-        let from = "/state: |v x L/GM - r/|r||, change from the first frame to the last";
-        found.push(Measurement::new("eccentricity_vector.change", "1", change, from));
-        found.extend(self.third_law(least, greatest));
-        let from = "/orbit: force evaluations, last frame";
+        self.eccentricity_measurements(first, last, theory, &mut found);
+        found.extend(self.third_law());
         found.extend(
             self.force_evaluations
-                .map(|count| Measurement::new("force_evaluations", "1", count as f64, from)),
+                .map(|count| Measurement::new(metric::FORCE_EVALUATIONS, count as f64)),
         );
         found
     }

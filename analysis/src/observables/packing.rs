@@ -1,10 +1,13 @@
 //! What is seen of a packing run: temperature, a2, collision rates and pressure.
 
-use super::{Observer, Snapshot, relative_change};
+use super::displacement::Displacement;
+use super::structure::Structure;
+use super::{Observer, Pictures, Series, relative_change};
+use crate::catalogue::packing as metric;
 use crate::figures::{self, Figures};
 use crate::laws::packing as law;
 use crate::measurement::Measurement;
-use crate::statistics::{Blocking, Estimate, Sum, mean};
+use crate::statistics::{Blocking, Estimate, Sum};
 use kinetoscope_manifest::model::PackingConfig;
 use kinetoscope_recording::channels::{
     PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
@@ -41,35 +44,58 @@ struct Totals {
 pub struct PackingRun {
     pub(crate) config: PackingConfig,
     /// By frames.
-    pub(crate) frames: Vec<Moments>,
+    pub(crate) frames: Series<Moments>,
     /// Events and pair collisions, by frames.
-    pub(crate) pairs: Vec<(f64, f64)>,
-    /// By collisions where they were recorded, thinned out while they are many.
-    pub(crate) collisions: Thinned,
-    pub(crate) snapshot: Snapshot,
+    pub(crate) pairs: Series<(f64, f64)>,
+    /// By collisions where they were recorded.
+    pub(crate) collisions: Series<Moments>,
+    pub(crate) pictures: Pictures,
+    pub(crate) structure: Structure,
+    pub(crate) displacement: Displacement,
     last_of_collisions: Option<Moments>,
-    a2: Blocking,
-    totals: Vec<Totals>,
+    a2_by_collisions: Blocking,
+    a2_by_frames: Blocking,
+    /// Integral over time of sqrt(kT/m), and the time.
+    thermal_speed: (Sum, Sum),
+    totals: Option<Totals>,
+    rates: Rates,
     pressure: Option<PackingPressure>,
     counts: Option<PackingCollisions>,
 }
 
+/// Growth of totals from frame to frame, over growth of another.
+#[derive(Clone, Debug, Default)]
+struct Rates {
+    pair: Blocking,
+    wall: Blocking,
+    virial: Blocking,
+}
+
 /// Velocities forget their start in a few collisions a disc: means begin after this many events a disc.
 const SETTLING_EVENTS_PER_DISC: f64 = 5.0;
+/// Every so many frames as there are discs to this number one is sampled for its structure: the work a disc stays bounded.
+const DISCS_PER_SAMPLE: u64 = 32;
 
 impl PackingRun {
     /// Nothing seen yet.
     #[must_use]
-    pub fn new(config: PackingConfig) -> Self {
+    pub fn new(config: PackingConfig, pictures: Pictures) -> Self {
+        let structure =
+            Structure::new(config.radius.get(), config.width.get(), config.height.get());
         Self {
             config,
-            frames: Vec::new(),
-            pairs: Vec::new(),
-            collisions: Thinned::default(),
-            snapshot: Snapshot::default(),
+            frames: Series::default(),
+            pairs: Series::default(),
+            collisions: Series::default(),
+            pictures,
+            structure,
+            displacement: Displacement::default(),
             last_of_collisions: None,
-            a2: Blocking::default(),
-            totals: Vec::new(),
+            a2_by_collisions: Blocking::default(),
+            a2_by_frames: Blocking::default(),
+            thermal_speed: Default::default(),
+            totals: None,
+            rates: Rates::default(),
             pressure: None,
             counts: None,
         }
@@ -101,7 +127,7 @@ impl PackingRun {
                 && self.settled(before.events)
             {
                 let weight = self.weight(&before, &moments);
-                self.a2.add_weighted(before.a2, weight);
+                self.a2_by_collisions.add_weighted(before.a2, weight);
             }
             self.last_of_collisions = Some(moments);
             self.collisions.add(moments);
@@ -110,46 +136,46 @@ impl PackingRun {
 
     /// Mean of a2: exact where collisions were recorded, else by the trapezium rule between frames.
     fn mean_a2(&self) -> Option<Estimate> {
-        if self.a2.entries() > 0 {
-            return self.a2.estimate();
-        }
-        let mut blocking = Blocking::default();
-        for pair in self.frames.windows(2) {
-            if self.settled(pair[0].events) {
-                blocking.add_weighted((pair[0].a2 + pair[1].a2) / 2.0, pair[1].time - pair[0].time);
-            }
-        }
-        blocking.estimate()
+        let exact = self.a2_by_collisions.entries() > 0;
+        if exact { &self.a2_by_collisions } else { &self.a2_by_frames }.estimate()
     }
 
-    /// A total's growth per growth of another total, with the error from blocks of frames.
-    fn rate(
-        &self,
-        amount: impl Fn(&Totals) -> f64,
-        length: impl Fn(&Totals) -> f64,
-    ) -> Option<Estimate> {
-        let mut blocking = Blocking::default();
-        for pair in self.totals.windows(2) {
-            blocking.add_amount(
-                amount(&pair[1]) - amount(&pair[0]),
-                length(&pair[1]) - length(&pair[0]),
-            );
+    fn see_moments(&mut self, moments: Moments) {
+        if let Some(before) = self.frames.last() {
+            let step = moments.time - before.time;
+            if self.settled(before.events) {
+                self.a2_by_frames.add_weighted((before.a2 + moments.a2) / 2.0, step);
+            }
+            let speed = |moments: &Moments| (moments.temperature / 2.0).sqrt();
+            let mean = mean_while_cooling(speed(before), speed(&moments));
+            self.thermal_speed.0.add(mean * step);
+            self.thermal_speed.1.add(step);
         }
-        let estimate = blocking.estimate()?;
+        self.frames.add(moments);
+    }
+
+    fn see_totals(&mut self, now: Totals) {
+        if let Some(before) = self.totals.replace(now) {
+            let discs = self.discs();
+            let time = now.time - before.time;
+            self.rates.pair.add_amount(2.0 * (now.pair - before.pair) / discs, time);
+            self.rates.wall.add_amount((now.wall - before.wall) / discs, time);
+            let energy = 2.0 * (now.energy_integral - before.energy_integral);
+            self.rates.virial.add_amount(now.virial - before.virial, energy);
+        }
+    }
+
+    /// A rate with its error from blocks of frames.
+    fn rate(&self, rate: &Blocking) -> Option<Estimate> {
+        let estimate = rate.estimate()?;
         // While the discs cool, the rate drifts: windows then differ for other reasons than chance.
         Some(if self.elastic() { estimate } else { Estimate::bare(estimate.value) })
     }
 
     /// Mean over time of sqrt(kT/m) between frames, kT/m = <v^2>/2.
     fn mean_thermal_speed(&self) -> Option<f64> {
-        let (mut area, mut length) = (Sum::default(), Sum::default());
-        for pair in self.frames.windows(2) {
-            let step = pair[1].time - pair[0].time;
-            let speed = |moments: &Moments| (moments.temperature / 2.0).sqrt();
-            area.add(mean_while_cooling(speed(&pair[0]), speed(&pair[1])) * step);
-            length.add(step);
-        }
-        (length.value() > 0.0).then(|| area.value() / length.value())
+        let (area, length) = (self.thermal_speed.0.value(), self.thermal_speed.1.value());
+        (length > 0.0).then(|| area / length)
     }
 
     fn temperature_measurements(&self, found: &mut Vec<Measurement>) {
@@ -163,80 +189,53 @@ impl PackingRun {
             }
         };
         let ratio = last.temperature / first.temperature;
-        found.extend([
-            Measurement::new("temperature.initial", "", first.temperature, "<v^2>, first frame"),
-            Measurement::new("temperature.final", "", last.temperature, "<v^2>, last frame")
-                .against(cooled.map(|cooled| cooled * first.temperature), law::COOLING),
-            Measurement::new(
-                "temperature.final_over_initial",
-                "1",
-                ratio,
-                "<v^2>, last over first",
-            )
-            .against(cooled, law::COOLING),
-            Measurement::new(
-                "temperature.kinetic_final",
-                "",
-                last.temperature / 2.0,
-                "<v^2>/2 = k_B T/m, last frame",
-            ),
-        ]);
         let drift = relative_change(last.temperature, first.temperature);
-        let from = "kinetic energy, last frame against the first";
-        found.push(
-            Measurement::new("energy.drift_relative", "1", drift, from)
-                .against(self.elastic().then_some(0.0), law::ELASTIC_ENERGY),
-        );
-        found.push(Measurement::new("a2.final", "1", last.a2, "<v^4>/(2 <v^2>^2) - 1, last frame"));
+        found.extend([
+            Measurement::new(metric::TEMPERATURE_INITIAL, first.temperature),
+            Measurement::new(metric::TEMPERATURE_FINAL, last.temperature)
+                .against(cooled.map(|cooled| cooled * first.temperature)),
+            Measurement::new(metric::TEMPERATURE_RATIO, ratio).against(cooled),
+            Measurement::new(metric::TEMPERATURE_KINETIC, last.temperature / 2.0),
+            Measurement::new(metric::ENERGY_DRIFT, drift).against(self.elastic().then_some(0.0)),
+            Measurement::new(metric::A2_FINAL, last.a2),
+        ]);
         if let Some(a2) = self.mean_a2() {
-            let from = "mean over time (over events for alpha < 1) after 5 events a disc; error by blocking";
-            let found_a2 = Measurement::new("a2.mean", "1", a2, from);
+            let found_a2 = Measurement::new(metric::A2_MEAN, a2);
             found.push(if self.elastic() {
                 let theory = law::a2_at_fixed_energy(self.config.discs.get());
-                found_a2.against(theory, law::A2_FIXED_ENERGY)
+                found_a2.against_law(theory, law::A2_FIXED_ENERGY)
             } else {
-                found_a2.against(law::a2_cooling(restitution), law::A2_COOLING)
+                found_a2.against_law(law::a2_cooling(restitution), law::A2_COOLING)
             });
         }
     }
 
     fn collision_measurements(&self, found: &mut Vec<Measurement>) {
+        if self.counts.is_none() {
+            return;
+        }
         let equilibrium = law::equilibrium(&self.config);
         let thermal_speed = self.mean_thermal_speed();
-        let discs = self.discs();
-        let time = |totals: &Totals| totals.time;
-        let pair =
-            self.counts.is_some().then(|| self.rate(|totals| 2.0 * totals.pair / discs, time));
-        if let Some(rate) = pair.flatten() {
-            let from = "/collisions: pair collisions a disc and unit of time; error by blocking";
-            found.push(Measurement::new("collision_rate", "", rate, from).against(
-                thermal_speed.map(|speed| equilibrium.pair_rate * speed),
-                law::COLLISION_RATE,
-            ));
+        if let Some(rate) = self.rate(&self.rates.pair) {
+            let theory = thermal_speed.map(|speed| equilibrium.pair_rate * speed);
+            found.push(Measurement::new(metric::COLLISION_RATE, rate).against(theory));
             if let Some(speed) = thermal_speed {
                 let share = (1.0 + self.config.restitution.get()) / 2.0;
                 let factor = share * PI.sqrt() / 4.0 * 2.0 * self.config.radius.get()
-                    / (speed * law::fixed_energy_speed(discs));
+                    / (speed * law::fixed_energy_speed(self.discs()));
                 let z = Estimate {
                     value: 1.0 + factor * rate.value,
                     standard_error: rate.standard_error.map(|error| factor * error),
                 };
-                let from = "1 + (1 + alpha)/2 (sqrt(pi)/4) s w sqrt(m/kT) from the collision rate";
                 found.push(
-                    Measurement::new("compressibility_factor.by_rate", "1", z, from)
-                        .against(equilibrium.compressibility_factor, law::VIRIAL_IDENTITY),
+                    Measurement::new(metric::COMPRESSIBILITY_BY_RATE, z)
+                        .against(equilibrium.compressibility_factor),
                 );
             }
         }
-        let wall = self.counts.is_some().then(|| self.rate(|totals| totals.wall / discs, time));
-        if let Some(rate) = wall.flatten() {
-            let from = "/collisions: wall collisions a disc and unit of time; error by blocking";
-            found.push(
-                Measurement::new("wall_rate", "", rate, from).against(
-                    thermal_speed.map(|speed| equilibrium.wall_rate * speed),
-                    law::WALL_RATE,
-                ),
-            );
+        if let Some(rate) = self.rate(&self.rates.wall) {
+            let theory = thermal_speed.map(|speed| equilibrium.wall_rate * speed);
+            found.push(Measurement::new(metric::WALL_RATE, rate).against(theory));
         }
     }
 
@@ -245,40 +244,65 @@ impl PackingRun {
             return;
         };
         let equilibrium = law::equilibrium(&self.config);
-        let excess = self.rate(|totals| totals.virial, |totals| 2.0 * totals.energy_integral);
-        if let Some(excess) = excess {
+        if let Some(excess) = self.rate(&self.rates.virial) {
             let z = Estimate { value: 1.0 + excess.value, ..excess };
-            let from =
-                "/pressure: P A/(N kT) by the pair virial since the start; error by blocking";
             found.push(
-                Measurement::new("compressibility_factor", "1", z, from)
-                    .against(equilibrium.compressibility_factor, law::COMPRESSIBILITY),
+                Measurement::new(metric::COMPRESSIBILITY, z)
+                    .against(equilibrium.compressibility_factor),
             );
         }
-        let from = "/pressure: by the pair virial since the start";
-        found.push(Measurement::new("pressure.virial", "", pressure.virial, from));
-        let from = "/pressure: impulse on the walls since the start";
-        found.push(Measurement::new("pressure.wall", "", pressure.wall, from));
+        found.push(Measurement::new(metric::PRESSURE_VIRIAL, pressure.virial));
+        found.push(Measurement::new(metric::PRESSURE_WALL, pressure.wall));
+    }
+
+    /// The structure as sampled, or of the last frame where no frame was.
+    pub(crate) fn sampled_structure(&self) -> Structure {
+        let mut structure = self.structure.clone();
+        if let Some(state) = self.pictures.last().filter(|_| structure.frames() == 0) {
+            structure.see(state);
+        }
+        structure
+    }
+
+    fn structure_measurements(&self, found: &mut Vec<Measurement>) {
+        if let Some([near, global, local]) = self.sampled_structure().estimates() {
+            found.extend([
+                Measurement::new(metric::PSI6_GLOBAL, global),
+                Measurement::new(metric::PSI6_LOCAL, local),
+                Measurement::new(metric::PAIR_CORRELATION, near),
+            ]);
+        }
+        if let Some(displacement) = self.displacement.last_mean_square() {
+            found.push(Measurement::new(metric::DISPLACEMENT, displacement));
+        }
+        if let Some((_, memory)) = self.displacement.velocity_memory.last() {
+            found.push(Measurement::new(metric::VELOCITY_MEMORY, *memory));
+        }
     }
 
     fn end_time(&self) -> f64 {
-        self.totals.last().map_or(0.0, |totals| totals.time)
+        self.totals.map_or(0.0, |totals| totals.time)
     }
 }
 
 impl Observer for PackingRun {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ReadError> {
+    fn see(&mut self, mut frame: RecordedFrame) -> Result<(), ReadError> {
         let (time, events) = (frame.clock.time, frame.clock.step_or_event_count as f64);
         if let Some(batch) = frame.get::<PerCollision>()? {
             self.see_collisions(&batch);
         }
         let told = frame.get::<PackingTemperature>()?.map(|told| (told.temperature, told.a2));
-        let seen = frame.state().and_then(moments_of);
-        if let Some((temperature, a2)) = seen.or(told) {
-            self.frames.push(Moments { events, time, temperature, a2 });
+        let state = frame.take_state();
+        if let Some((temperature, a2)) = state.as_ref().and_then(moments_of).or(told) {
+            self.see_moments(Moments { events, time, temperature, a2 });
         }
-        if let Some(state) = frame.state() {
-            self.snapshot.take(time, state, Some(self.config.radius.get()));
+        if let Some(state) = state {
+            let stride = u64::from(self.config.discs.get()).div_ceil(DISCS_PER_SAMPLE);
+            if self.settled(events) && frame.clock.frame.is_multiple_of(stride) {
+                self.structure.see(&state);
+            }
+            self.displacement.see(time, &state);
+            self.pictures.see(time, state, Some(self.config.radius.get()));
         }
         let counts = frame.get::<PackingCollisions>()?;
         let pressure = frame.get::<PackingPressure>()?;
@@ -286,7 +310,7 @@ impl Observer for PackingRun {
             let count =
                 |of: fn(&PackingCollisions) -> u64| counts.as_ref().map_or(0.0, |c| of(c) as f64);
             let amount = |of: fn(&PackingPressure) -> f64| pressure.as_ref().map_or(0.0, of);
-            self.totals.push(Totals {
+            self.see_totals(Totals {
                 time,
                 pair: count(|counts| counts.pair),
                 wall: count(|counts| counts.wall),
@@ -295,7 +319,7 @@ impl Observer for PackingRun {
             });
         }
         if let Some(counts) = counts {
-            self.pairs.push((events, counts.pair as f64));
+            self.pairs.add((events, counts.pair as f64));
             self.counts = Some(counts);
         }
         self.pressure = pressure.or(self.pressure.take());
@@ -308,7 +332,8 @@ impl Observer for PackingRun {
         self.collision_measurements(&mut found);
         self.pressure_measurements(&mut found);
         let fraction = law::packing_fraction(&self.config);
-        found.push(Measurement::new("packing_fraction", "1", fraction, "n pi r^2 / (lx ly)"));
+        found.push(Measurement::new(metric::PACKING_FRACTION, fraction));
+        self.structure_measurements(&mut found);
         found
     }
 
@@ -327,68 +352,15 @@ fn mean_while_cooling(before: f64, after: f64) -> f64 {
 
 /// <v^2> and a2 of a state; `None` without velocities.
 fn moments_of(state: &StateTable) -> Option<(f64, f64)> {
-    let squares: Vec<f64> =
-        state.column("vx")?.zip(state.column("vy")?).map(|(x, y)| x * x + y * y).collect();
-    let fourths: Vec<f64> = squares.iter().map(|square| square * square).collect();
-    let temperature = mean(&squares)?;
-    Some((temperature, mean(&fourths)? / (2.0 * temperature * temperature) - 1.0))
-}
-
-/// A series that stays short: when it is full, every second entry goes, and from then on twice as few come in.
-#[derive(Clone, Debug)]
-pub struct Thinned {
-    entries: Vec<Moments>,
-    stride: u64,
-    seen: u64,
-}
-
-impl Default for Thinned {
-    fn default() -> Self {
-        Self { entries: Vec::new(), stride: 1, seen: 0 }
+    let index = |name: &str| state.columns().iter().position(|column| column == name);
+    let (vx, vy, count) = (index("vx")?, index("vy")?, state.rows() as f64);
+    let (mut squares, mut fourths) = (0.0, 0.0);
+    for disc in 0..state.rows() {
+        let row = state.row(disc);
+        let square = row[vx] * row[vx] + row[vy] * row[vy];
+        squares += square;
+        fourths += square * square;
     }
-}
-
-impl Thinned {
-    const MOST: usize = 4096;
-
-    fn add(&mut self, moments: Moments) {
-        if self.seen.is_multiple_of(self.stride) {
-            if self.entries.len() == Self::MOST {
-                let mut index = 0;
-                self.entries.retain(|_| {
-                    index += 1;
-                    index % 2 == 1
-                });
-                self.stride *= 2;
-            }
-            if self.seen.is_multiple_of(self.stride) {
-                self.entries.push(moments);
-            }
-        }
-        self.seen += 1;
-    }
-
-    /// What was kept.
-    #[must_use]
-    pub fn entries(&self) -> &[Moments] {
-        &self.entries
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_long_series_is_thinned_evenly() {
-        let mut thinned = Thinned::default();
-        for event in 0..100_000 {
-            let events = f64::from(event);
-            thinned.add(Moments { events, time: 0.0, temperature: 0.0, a2: 0.0 });
-        }
-        let entries = thinned.entries();
-        assert!((1024..=4096).contains(&entries.len()));
-        let step = entries[1].events - entries[0].events;
-        assert!(entries.windows(2).all(|pair| pair[1].events - pair[0].events == step));
-    }
+    let temperature = squares / count;
+    (count > 0.0).then(|| (temperature, fourths / count / (2.0 * temperature * temperature) - 1.0))
 }

@@ -8,8 +8,10 @@ use crate::statistics::mean;
 pub(super) struct Rebounds {
     gravity: f64,
     least_energy: f64,
-    falling: Option<(f64, f64)>,
+    /// Time, energy and velocity when it was last seen to fall.
+    falling: Option<(f64, f64, f64)>,
     restitutions: Vec<f64>,
+    contact_durations_s: Vec<f64>,
 }
 
 /// A rebound counts while its drop height is this many times the static sag m g / k: gravity during the contact then
@@ -25,6 +27,7 @@ impl Rebounds {
             least_energy: LEAST_HEIGHT_OVER_SAG * gravity * sag,
             falling: None,
             restitutions: Vec::new(),
+            contact_durations_s: Vec::new(),
         }
     }
 
@@ -35,12 +38,16 @@ impl Rebounds {
         }
         let energy = velocity * velocity / 2.0 + self.gravity * gap;
         if velocity <= 0.0 {
-            self.falling = Some((time, energy));
-        } else if let Some((fell, before)) = self.falling.take() {
+            self.falling = Some((time, energy, velocity));
+        } else if let Some((fell, before, fell_at)) = self.falling.take() {
             // A whole flight between these two frames would have lasted longer than the one that begins now.
             let flight = 2.0 * (2.0 * energy).sqrt() / self.gravity;
             if time - fell < flight && before > self.least_energy {
                 self.restitutions.push((energy / before).sqrt());
+                // The parabolas before and after meet the floor with sqrt(2 E): when, from a velocity on them.
+                let touch = fell + ((2.0 * before).sqrt() + fell_at) / self.gravity;
+                let parting = time - ((2.0 * energy).sqrt() - velocity) / self.gravity;
+                self.contact_durations_s.push(parting - touch);
             }
         }
     }
@@ -49,6 +56,18 @@ impl Rebounds {
     #[must_use]
     pub(super) fn restitution(&self) -> Option<f64> {
         mean(&self.restitutions)
+    }
+
+    /// Mean time from touch to parting, s.
+    #[must_use]
+    pub(super) fn contact_duration_s(&self) -> Option<f64> {
+        mean(&self.contact_durations_s)
+    }
+
+    /// Rebounds seen.
+    #[must_use]
+    pub(super) fn count(&self) -> usize {
+        self.restitutions.len()
     }
 }
 

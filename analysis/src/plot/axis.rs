@@ -1,10 +1,11 @@
 //! Axes: range, ticks that can be read, and a caption with the unit.
 
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// How values lie along an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Scale {
     /// Evenly.
     Linear,
@@ -13,7 +14,7 @@ pub enum Scale {
 }
 
 /// What an axis shows.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
     /// The quantity, in words.
     pub label: String,

@@ -7,9 +7,10 @@ use super::canvas::{
 };
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
+use serde::{Deserialize, Serialize};
 
 /// A point with the error of its y.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// Abscissa.
     pub x: f64,
@@ -28,7 +29,7 @@ impl Point {
 }
 
 /// How a curve is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Style {
     /// A line through the points.
     Line,
@@ -39,7 +40,7 @@ pub enum Style {
 }
 
 /// A named set of points.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     /// What the legend says.
     pub name: String,
@@ -52,7 +53,7 @@ pub struct Curve {
 }
 
 /// Curves over two axes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Chart {
     /// The file's name without its ending.
     pub stem: String,
@@ -68,8 +69,8 @@ pub struct Chart {
     pub curves: Vec<Curve>,
 }
 
-const WIDTH: i32 = 860;
-const PLOT_HEIGHT: i32 = 440;
+const WIDTH: i32 = 640;
+const PLOT_HEIGHT: i32 = 360;
 const TITLE_HEIGHT: i32 = 40;
 const LEGEND_ROW_HEIGHT: i32 = 22;
 const BOTTOM_LABELS: i32 = 58;
@@ -90,7 +91,7 @@ impl Chart {
         let Some((mut x, mut y)) = self.layouts(&curves) else { return Ok(None) };
         let legend = legend_rows(&curves);
         let legend_height = legend.len() as i32 * LEGEND_ROW_HEIGHT;
-        let plot_height = if self.equal_aspect { 660 } else { PLOT_HEIGHT };
+        let plot_height = if self.equal_aspect { 480 } else { PLOT_HEIGHT };
         if self.equal_aspect {
             let plot_width = WIDTH - left_labels(&y) - RIGHT_MARGIN;
             self.equalise(&mut x, &mut y, f64::from(plot_width) / f64::from(plot_height));

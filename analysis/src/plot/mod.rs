@@ -9,8 +9,10 @@ pub use axis::{Axis, Scale, short_number, three_digits};
 pub use chart::{Chart, Curve, Point, Style, thinned};
 pub use picture::{Body, Container, MOST_BODIES, Picture};
 
+use serde::{Deserialize, Serialize};
+
 /// A plot, and the file that it goes to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Plot {
     /// Curves and points over two axes.
     Chart(Chart),
@@ -37,6 +39,15 @@ impl Plot {
         match self {
             Self::Chart(chart) => &chart.stem,
             Self::Picture(picture) => &picture.stem,
+        }
+    }
+
+    /// What is shown.
+    #[must_use]
+    pub fn title(&self) -> &str {
+        match self {
+            Self::Chart(chart) => &chart.title,
+            Self::Picture(picture) => &picture.title,
         }
     }
 

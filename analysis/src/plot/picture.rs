@@ -5,9 +5,10 @@ use super::axis::{short_number, three_digits};
 use super::canvas::{INK, Sheet, draw, failure, fine, stroke, text_style};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
+use serde::{Deserialize, Serialize};
 
 /// A particle as it is drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     /// Centre, in the picture's length unit.
     pub centre: [f64; 2],
@@ -18,7 +19,7 @@ pub struct Body {
 }
 
 /// The walls of a container.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Container {
     /// A rectangle from its lower left to its upper right corner.
     Rectangle([f64; 2], [f64; 2]),
@@ -27,7 +28,7 @@ pub enum Container {
 }
 
 /// Particles in their container.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Picture {
     /// The file's name without its ending.
     pub stem: String,
@@ -48,11 +49,11 @@ pub struct Picture {
 /// More particles than this are not drawn: the file would be too large for a viewer.
 pub const MOST_BODIES: usize = 10_000;
 
-const WIDTH: i32 = 760;
+const WIDTH: i32 = 620;
 const HEADER: i32 = 66;
-const SIDE: i32 = 40;
+const SIDE: i32 = 34;
 const BAR_ROOM: i32 = 110;
-const LARGEST: i32 = 600;
+const LARGEST: i32 = 470;
 
 /// Where lengths lie on the sheet.
 struct View {
@@ -95,6 +96,20 @@ impl View {
 }
 
 impl Picture {
+    /// A container without anything in it.
+    #[must_use]
+    pub fn empty(container: Container, length_unit: &str, speed_unit: &str) -> Self {
+        Self {
+            stem: String::new(),
+            title: String::new(),
+            caption: String::new(),
+            length_unit: length_unit.to_owned(),
+            speed_unit: speed_unit.to_owned(),
+            container,
+            bodies: Vec::new(),
+        }
+    }
+
     /// The picture as an SVG document.
     ///
     /// # Errors
@@ -104,13 +119,18 @@ impl Picture {
         let fastest = self.bodies.iter().map(|body| body.speed).fold(0.0, f64::max);
         draw(WIDTH, height, |sheet| {
             let middle = fine(SIDE + LARGEST / 2);
-            for (text, size, down) in [(&self.title, 18, 20), (&self.caption, 14, 46)] {
+            let (seen, outside) = self.seen(&view);
+            let caption = match outside {
+                0 => self.caption.clone(),
+                outside => format!("{}; {outside} far outside", self.caption),
+            };
+            for (text, size, down) in [(&self.title, 18, 20), (&caption, 15, 46)] {
                 let style = text_style(size, HPos::Center, VPos::Center);
                 sheet
                     .draw(&Text::new(text.clone(), (middle, fine(down)), style))
                     .map_err(failure)?;
             }
-            for body in &self.bodies {
+            for body in seen {
                 let share = if fastest > 0.0 { body.speed / fastest } else { 0.0 };
                 let radius = body.radius.map_or(fine(5) / 2, |radius| view.length(radius));
                 let disc =
@@ -123,6 +143,24 @@ impl Picture {
             sheet.draw(&Text::new(self.size_text(), below, style)).map_err(failure)?;
             self.draw_colour_bar(sheet, height, fastest)
         })
+    }
+
+    /// The bodies that have a place on the sheet, and how many are too far outside, or nowhere.
+    fn seen(&self, view: &View) -> (Vec<&Body>, usize) {
+        let [least, most] = [0.0, f64::from(fine(WIDTH - BAR_ROOM))];
+        let on_sheet = |body: &&Body| {
+            let reach = body.radius.unwrap_or(0.0) * view.scale;
+            let across = (body.centre[0] - view.low[0]) * view.scale + view.left;
+            let up = (body.centre[1] - view.low[1]) * view.scale;
+            let room = f64::from(fine(SIDE));
+            across - reach >= least
+                && across + reach <= most
+                && up - reach >= -room
+                && up + reach <= view.height * view.scale + room
+        };
+        let seen: Vec<&Body> = self.bodies.iter().filter(on_sheet).collect();
+        let outside = self.bodies.len() - seen.len();
+        (seen, outside)
     }
 
     /// The container's size in words.
@@ -171,7 +209,7 @@ impl Picture {
         } else {
             format!("speed ({})", self.speed_unit)
         };
-        let caption = text_style(13, HPos::Center, VPos::Center);
+        let caption = text_style(14, HPos::Center, VPos::Center);
         let above = (fine(left + 28), fine(HEADER + 8));
         sheet.draw(&Text::new(unit, above, caption)).map_err(failure)?;
         for step in 0..STEPS {
@@ -184,7 +222,7 @@ impl Picture {
         }
         for (share, down) in [(1.0, top), (0.5, (top + bottom) / 2), (0.0, bottom)] {
             let text = three_digits(share * fastest);
-            let style = text_style(12, HPos::Left, VPos::Center);
+            let style = text_style(14, HPos::Left, VPos::Center);
             sheet.draw(&Text::new(text, (fine(left + 22), fine(down)), style)).map_err(failure)?;
         }
         Ok(())

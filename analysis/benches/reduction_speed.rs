@@ -1,0 +1,181 @@
+//! Speed of an analysis beside a bare reader that unpacks and checks the chunks of the same file on as many threads.
+//!
+//! A recording of 1 GB of state a model, random numbers in [0, 1), which hardly pack, as a state of many particles does. Both
+//! take turns, so that a busy machine slows both: the last column, the median of the ratios of the pairs, is what to compare.
+//! The files lie in the system's temporary folder, and are in the page cache when they are read.
+//!
+//! The bar: no less than 0.8 of the bare reader's rate.
+
+#![allow(clippy::unwrap_used, reason = "a benchmark may end on an error")]
+
+use kinetoscope_analysis::run;
+use kinetoscope_manifest::parse;
+use kinetoscope_recording::channels::{self, ChannelDeclaration};
+use kinetoscope_recording::frame::{Frame, StateColumn};
+use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
+use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::sync::mpsc::sync_channel;
+use std::sync::{Arc, Mutex};
+use std::thread::available_parallelism;
+use std::time::Instant;
+
+const COLUMNS: &[StateColumn] = &[
+    StateColumn { name: "x", unit: "" },
+    StateColumn { name: "y", unit: "" },
+    StateColumn { name: "vx", unit: "" },
+    StateColumn { name: "vy", unit: "" },
+    StateColumn { name: "radius", unit: "" },
+];
+const PARTICLES: u64 = 10_000;
+const FRAMES: u64 = 2500;
+const GIGABYTES: f64 = (PARTICLES * FRAMES * 40) as f64 / 1e9;
+const PAIRS: usize = 5;
+
+fn main() {
+    let folder = tempfile::tempdir().unwrap();
+    let threads = available_parallelism().unwrap();
+    println!("{:<10}{:>14}{:>14}{:>9}", "GB/s", "analysis", "bare reader", "ratio");
+    for (model, config, scale) in [
+        ("dem", "discs = 10000\nwidth_m = 1.0\nheight_m = 1.0", 1.0),
+        ("gas", "particles = 10000", 0.7),
+        ("packing", "discs = 10000\nwidth = 400.0\nheight = 400.0", 400.0),
+    ] {
+        let path = folder.path().join(format!("{model}.mcap"));
+        record(&path, model, config, scale);
+        let pairs: Vec<[f64; 2]> = (0..PAIRS)
+            .map(|_| [speed(|| analyse(&path, threads)), speed(|| read_bare(&path, threads))])
+            .collect();
+        let median = |of: &dyn Fn(&[f64; 2]) -> f64| {
+            let mut values: Vec<f64> = pairs.iter().map(of).collect();
+            values.sort_by(f64::total_cmp);
+            values[PAIRS / 2]
+        };
+        println!(
+            "{model:<10}{:>14.2}{:>14.2}{:>9.2}",
+            median(&|pair| pair[0]),
+            median(&|pair| pair[1]),
+            median(&|pair| pair[0] / pair[1])
+        );
+        std::fs::remove_file(path).unwrap();
+    }
+}
+
+fn speed(work: impl Fn()) -> f64 {
+    let start = Instant::now();
+    work();
+    GIGABYTES / start.elapsed().as_secs_f64()
+}
+
+fn analyse(path: &Path, threads: NonZeroUsize) {
+    let open = run::open(path).map_err(|error| error.0).unwrap();
+    let found = run::analyse(&open, Vec::new(), true, &[], threads).map_err(|error| error.0);
+    assert_eq!(found.unwrap().frames, FRAMES);
+}
+
+/// Reads record by record, and hands chunks to threads that unpack them and check their sums.
+fn read_bare(path: &Path, threads: NonZeroUsize) {
+    const MAGIC: u64 = 8;
+    const CHUNK: u8 = 6;
+    let mut file = BufReader::new(File::open(path).unwrap());
+    let end = file.get_ref().metadata().unwrap().len() - MAGIC;
+    let mut magic = [0; MAGIC as usize];
+    file.read_exact(&mut magic).unwrap();
+    let mut position = MAGIC;
+    let (sender, queue) = sync_channel::<Vec<u8>>(2 * threads.get());
+    let queue = Arc::new(Mutex::new(queue));
+    std::thread::scope(|scope| {
+        for _ in 0..threads.get() {
+            let queue = Arc::clone(&queue);
+            scope.spawn(move || {
+                loop {
+                    let next = queue.lock().unwrap().recv();
+                    let Ok(body) = next else { return };
+                    check_chunk(&body);
+                }
+            });
+        }
+        while position < end {
+            let mut prefix = [0; 9];
+            file.read_exact(&mut prefix).unwrap();
+            let length = u64::from_le_bytes(prefix[1..].try_into().unwrap());
+            let mut body = Vec::with_capacity(length as usize);
+            file.by_ref().take(length).read_to_end(&mut body).unwrap();
+            position += 9 + length;
+            if prefix[0] == CHUNK {
+                sender.send(body).unwrap();
+            }
+        }
+        drop(sender);
+    });
+}
+
+/// A chunk: two times, size and checksum of its content, compression, and the content with its length.
+fn check_chunk(body: &[u8]) {
+    let size = u64::from_le_bytes(body[16..24].try_into().unwrap()) as usize;
+    let sum = u32::from_le_bytes(body[24..28].try_into().unwrap());
+    let name = u32::from_le_bytes(body[28..32].try_into().unwrap()) as usize;
+    let content = zstd::bulk::decompress(&body[32 + name + 8..], size).unwrap();
+    assert_eq!(crc32fast::hash(&content), sum);
+}
+
+/// Positions are spread over `scale`, about the origin where a model's box is.
+fn record(path: &Path, model: &'static str, config: &str, scale: f64) {
+    let manifest = format!("name = \"speed\"\n[model.{model}]\n{config}\n");
+    let experiment = parse(&manifest, "speed.toml", &[]).unwrap();
+    let header = Header {
+        manifest: experiment.runs[0].manifest.canonical(),
+        content_key: "0".repeat(64),
+        model,
+        physics_version: 1,
+        program_version: "0".to_owned(),
+        time_unit: "s",
+        state_columns: COLUMNS,
+        channels: CHANNELS,
+        selection: Selection::Named(vec!["state".to_owned(), "energy".to_owned()]),
+        scenery: Scenery {
+            walls: Vec::new(),
+            view: [[0.0, 0.0], [1.0, 1.0]],
+            drawn_radius: DrawnRadius::Column,
+            speed_range_top: 1.0,
+            speed_unit: "",
+            arrows: false,
+            force_range_top: None,
+            trail: false,
+        },
+        playback_rate: 25.0,
+        compression: Compression::Zstd,
+        frames_expected: None,
+        model_time: None,
+    };
+    let mut recorder = Recorder::create(File::create(path).unwrap(), &header).unwrap();
+    let mut random = 14_u64;
+    let mut frame = Frame::new();
+    for count in 0..FRAMES {
+        frame.clear();
+        for _ in 0..PARTICLES {
+            let [x, y, vx, vy, radius] = [0.0; 5].map(|_: f64| uniform(&mut random));
+            let origin = if model == "dem" { 0.0 } else { 0.5 };
+            frame.push_state(&[(x - origin) * scale, (y - origin) * scale, vx, vy, radius]);
+        }
+        // The energy by which a DEM run is held against its state in every frame.
+        frame.push(&channels::DemEnergy { kinetic_j: 1.0, ..channels::DemEnergy::default() });
+        let events = 1_000_000 * count;
+        recorder.write(Clock { count: events, time: count as f64 }, &frame).unwrap();
+    }
+    recorder.finish(&Outcome::Complete).unwrap();
+}
+
+const CHANNELS: &[ChannelDeclaration] = &[ChannelDeclaration::of::<channels::DemEnergy>()];
+
+/// A number in [0, 1) with 53 random bits, by Vigna's splitmix64.
+fn uniform(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut bits = *state;
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}

@@ -1,0 +1,29 @@
+//! What is measured of a DEM run.
+
+use super::definitions;
+use crate::laws::dem as law;
+
+definitions! {
+    KINETIC: "energy.kinetic", "J", "/energy, last frame", [], 0.0;
+    GRAVITATIONAL: "energy.gravitational", "J", "/energy, last frame", [], 0.0;
+    ELASTIC: "energy.elastic", "J", "/energy, last frame", [], 0.0;
+    DISSIPATED: "energy.dissipated", "J", "/energy, last frame", [], 0.0;
+    TOTAL_CHANGE: "energy.total_change_relative", "1", "/energy: mechanical energy, last frame against the first, over its size there", [], 0.0;
+    RESIDUAL: "energy.residual_relative", "1", "/energy: change of the ledger's sum over the energy at the start, last frame", [law::ENERGY_LEDGER], 1e-9;
+    RESIDUAL_DRIFT: "energy.residual", "J", "/energy: change of the ledger's sum, last frame against the first", [law::ENERGY_LEDGER], 0.0;
+    RESIDUAL_PER_REBOUND: "energy.residual_per_rebound", "J", "/energy and /state: the ledger's residual over the rebounds seen of a single disc", [law::ENERGY_LEDGER], 0.0;
+    LARGEST_RESIDUAL: "energy.largest_residual_relative", "1", "/energy: largest size of the ledger's residual over the energy at the start", [law::ENERGY_LEDGER], 1e-9;
+    KINETIC_DISAGREEMENT: "energy.kinetic_disagreement_relative", "1", "kinetic energy of /state against /energy, largest over frames, over the energy at the start", [], 0.0;
+    RESTITUTION: "restitution.measured", "1", "/state: sqrt(energy after / before) of each rebound of a single disc, mean", [law::RESTITUTION], 0.0;
+    CONTACT_DURATION: "contact_duration.measured", "s", "/state: from touch to parting of each rebound of a single disc, by its parabolas before and after, mean", [law::CONTACT_DURATION], 0.0;
+    LARGEST_OVERLAP: "largest_overlap_over_radius", "1", "/contact_count: largest since the start", [], 0.0;
+    COORDINATION: "coordination_number", "1", "/contact_count: contacts a disc, last frame", [], 0.0;
+    GRANULAR_TEMPERATURE: "granular_temperature", "m^2/s^2", "/temperature: <(v - <v>)^2> / 2, last frame", [], 0.0;
+    PACKING_FRACTION: "packing_fraction", "1", "/state: discs' area over the box's", [], 0.0;
+    BED_HEIGHT: "bed.height", "m", "/state: twice the height of the discs' centre of area over the floor, last frame", [], 0.0;
+    BED_PACKING_FRACTION: "bed.packing_fraction", "1", "/state: discs' area over box width times bed.height, last frame", [], 0.0;
+    FLOOR_FORCE: "floor.force", "N", "/state: sum of k times overlap with the floor, last frame", [law::WEIGHT], 0.0;
+    FLOOR_STRESS: "floor.stress", "N/m", "/state: floor.force over the box's width", [law::WEIGHT], 0.0;
+    SIDE_WALL_STRESS: "side_wall.stress", "N/m", "/state: sum of k times overlap with both side walls, over twice bed.height, last frame", [], 0.0;
+    SETTLING_TIME: "settling_time", "s", "/energy: time of the last frame whose kinetic energy is above a thousandth of the mechanical energy at the start; none where it is the last of all", [], 0.0;
+}

@@ -1,0 +1,28 @@
+//! What is measured of a gas run.
+
+use super::definitions;
+use crate::laws::gas as law;
+
+definitions! {
+    PRESSURE_MEASURED: "pressure.measured", "N/m", "/pressure: impulse on the wall since the start; error R P / (v_rms t sqrt(2N))", [law::KINETIC_PRESSURE], 0.0;
+    PRESSURE_MEAN_SPEED: "pressure.mean_speed_formula", "N/m", "/pressure: N m <v>^2 / (2A), the gas document's formula (12)", [law::SPEED_LAW], 0.0;
+    PRESSURE_MEAN_SQUARE: "pressure.mean_square_formula", "N/m", "/pressure: N m <v^2> / (2A)", [law::SPEED_LAW], 0.0;
+    PRESSURE_IDEAL: "pressure.ideal_gas", "N/m", "/pressure: N k_B T / A", [law::IDEAL_GAS], 0.0;
+    TEMPERATURE_MEAN_SQUARE: "temperature.mean_square", "K", "speeds of the last frame: m <v^2> / (2 k_B)", [law::SPEED_LAW], 0.0;
+    TEMPERATURE_MEAN_SPEED: "temperature.mean_speed", "K", "speeds of the last frame: m <v>^2 / (2 k_B), the gas document's equation (13)", [law::SPEED_LAW], 0.0;
+    MEAN_SPEED: "mean_speed", "m/s", "mean |v|, last frame", [law::SPEED_LAW], 0.0;
+    RMS_SPEED: "rms_speed", "m/s", "sqrt <v^2>, last frame", [law::SPEED_LAW], 0.0;
+    MEAN_VELOCITY: "mean_velocity", "m/s", "|mean v|, last frame", [], 0.0;
+    HIT_RATE: "hit_rate", "1/s", "/collisions: hits of the wall over time; error from the scatter of the particles' own rates", [law::HIT_RATE], 0.0;
+    ENERGY_DRIFT: "energy.drift_relative", "1", "/energy: kinetic energy, last frame against the first", [law::INVARIANTS], 1e-9;
+    SPEED_CHANGE: "largest_speed_change_relative", "1", "/energy: largest of any particle and frame", [law::INVARIANTS], 1e-9;
+    ANGULAR_MOMENTUM_CHANGE: "largest_angular_momentum_change_relative", "1", "/energy: largest of any particle and frame, over m r v", [law::INVARIANTS], 1e-9;
+    OUTSIDE: "particles_outside", "1", "/energy: most of any frame", [law::INVARIANTS], 0.0;
+    RESIDUAL: "energy.residual_relative", "1", "/ledger: error of the ledger over the energy at the start", [law::LEDGER], 1e-9;
+    EFFUSION_RATE: "effusion_rate", "1/s", "/ledger: particles that left over time; error sqrt of their number", [law::EFFUSION], 0.0;
+    ADIABATIC_INVARIANT: "adiabatic_invariant", "1", "/ledger: energy times area, last frame over the first", [law::ADIABATIC], 0.0;
+    TEMPERATURE_THERMALISED: "temperature.thermalised", "K", "speeds of the last frame; error T / sqrt(N)", [law::THERMALISATION], 0.0;
+    EXCESS_H: "excess_h", "1", "/ledger: H above Maxwell's, last frame", [], 0.0;
+    HISTOGRAM_CHI_SQUARE: "speed_histogram.chi_square_per_bin", "1", "/speeds, last frame: mean over bins of (count - expected)^2 / expected against the law of the start, where 5 or more are expected; error sqrt(2/bins)", [law::HISTOGRAM], 0.0;
+    HISTOGRAM_MAXWELL: "speed_histogram.distance_from_maxwell", "1", "/speeds, last frame: half of the integral of |density - Maxwell's at the same <v^2>|", [], 0.0;
+}

@@ -1,0 +1,72 @@
+//! The documents' own form: `x y r` a line, a file a frame, and a script for gnuplot that plays them.
+
+use super::{ExportError, Exporter, Subject};
+use kinetoscope_recording::reader::RecordedFrame;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+pub(super) struct Gnuplot {
+    subject: Subject,
+    folder: PathBuf,
+    frames: u64,
+    /// Lower left and upper right corner of what was seen, where there are no walls.
+    seen: [[f64; 2]; 2],
+}
+
+impl Gnuplot {
+    pub(super) fn new(subject: Subject, folder: PathBuf) -> Self {
+        Self { subject, folder, frames: 0, seen: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]] }
+    }
+
+    fn write(&self, name: &str, text: &str) -> Result<(), ExportError> {
+        let path = self.folder.join(name);
+        std::fs::write(&path, text).map_err(|error| ExportError::at(&path, error))
+    }
+
+    fn script(&self) -> String {
+        let [low, high] = self.subject.bounds().unwrap_or(self.seen);
+        let points = self.subject.radius() == 0.0 && self.subject.index("radius").is_none();
+        let style =
+            if points { "using 1:2 with points pointtype 7" } else { "using 1:2:3 with circles" };
+        let last = self.frames.saturating_sub(1);
+        format!(
+            "# Plays the frames: gnuplot play.gp\n\
+             set size ratio -1\n\
+             set xrange [{}:{}]\nset yrange [{}:{}]\n\
+             do for [frame = 0:{last}] {{\n\
+             \x20   set title sprintf(\"frame %d\", frame)\n\
+             \x20   plot sprintf(\"frame_%06d.txt\", frame) {style} notitle\n\
+             \x20   pause 0.04\n\
+             }}\n\
+             pause mouse close\n",
+            low[0], high[0], low[1], high[1]
+        )
+    }
+}
+
+impl Exporter for Gnuplot {
+    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
+        let Some(state) = frame.state() else { return Ok(()) };
+        let (Some(x), Some(y)) = (self.subject.index("x"), self.subject.index("y")) else {
+            return Ok(());
+        };
+        let radius = self.subject.index("radius");
+        let mut text = String::new();
+        for particle in 0..state.rows() {
+            let row = state.row(particle);
+            let radius = radius.map_or(self.subject.radius(), |column| row[column]);
+            // Writing to a String can't fail.
+            let _ = writeln!(text, "{:?} {:?} {radius:?}", row[x], row[y]);
+            for (axis, place) in [row[x], row[y]].into_iter().enumerate() {
+                self.seen[0][axis] = self.seen[0][axis].min(place);
+                self.seen[1][axis] = self.seen[1][axis].max(place);
+            }
+        }
+        self.frames = frame.clock.frame + 1;
+        self.write(&format!("frame_{:06}.txt", frame.clock.frame), &text)
+    }
+
+    fn finish(&mut self) -> Result<(), ExportError> {
+        self.write("play.gp", &self.script())
+    }
+}

@@ -1,0 +1,140 @@
+//! Recordings in the forms of other programs: a second pass over the frames, one after the other.
+
+mod gnuplot;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod tables;
+mod xyz;
+
+use crate::input::Source;
+use crate::run;
+use kinetoscope_manifest::model::{DiscRadius, ModelConfig};
+use kinetoscope_recording::reader::{RecordedFrame, Recording};
+use std::path::{Path, PathBuf};
+
+/// A form that recordings are exported in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Form {
+    /// A table a topic: a line a particle and frame, or a line a frame.
+    Csv,
+    /// The same tables as Parquet.
+    #[cfg(feature = "parquet")]
+    Parquet,
+    /// `x y r` a line, a file a frame, and a script that plays them.
+    Gnuplot,
+    /// Extended XYZ, for OVITO and ASE.
+    Xyz,
+}
+
+impl Form {
+    /// Files a frame stay out of the way of tables.
+    const fn folder(self) -> &'static str {
+        match self {
+            Self::Gnuplot => "gnuplot",
+            _ => "",
+        }
+    }
+}
+
+/// A recording that was not exported as a whole, with the user's next step.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExportError(pub String);
+
+impl ExportError {
+    fn at(path: &Path, why: impl std::fmt::Display) -> Self {
+        Self(format!(
+            "{} can't be written: {why}. Free the disk, or name another folder with --output",
+            path.display()
+        ))
+    }
+}
+
+/// What a form does with the frames of one recording.
+trait Exporter {
+    /// Takes in the next frame.
+    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError>;
+
+    /// Writes what is still open.
+    fn finish(&mut self) -> Result<(), ExportError>;
+}
+
+/// What the forms need to know of a run.
+struct Subject {
+    model: ModelConfig,
+    columns: Vec<String>,
+}
+
+impl Subject {
+    /// Radius of the particles that have none in the state; 0 for points.
+    fn radius(&self) -> f64 {
+        match &self.model {
+            ModelConfig::Dem(config) => match config.radius_m {
+                DiscRadius::Equal(radius) => radius.get(),
+                DiscRadius::Uniform { min, max } => (min.get() + max.get()) / 2.0,
+            },
+            ModelConfig::Packing(config) => config.radius.get(),
+            ModelConfig::Gas(_) | ModelConfig::Orbit(_) => 0.0,
+        }
+    }
+
+    /// Lower left and upper right corner of what the particles are in; `None` without walls.
+    fn bounds(&self) -> Option<[[f64; 2]; 2]> {
+        match &self.model {
+            ModelConfig::Dem(config) => {
+                Some([[0.0, 0.0], [config.width_m.get(), config.height_m.get()]])
+            }
+            ModelConfig::Packing(config) => {
+                let half = [config.width.get() / 2.0, config.height.get() / 2.0];
+                Some([half.map(|side| -side), half])
+            }
+            ModelConfig::Gas(config) => {
+                let (centre, radius) = (config.centre_m.map(|part| part.get()), config.radius_m);
+                Some([centre.map(|c| c - radius.get()), centre.map(|c| c + radius.get())])
+            }
+            ModelConfig::Orbit(_) => None,
+        }
+    }
+
+    fn index(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|column| column == name)
+    }
+}
+
+/// Exports the recordings of a source into `folder`, a sub-folder a recording; returns how many there were.
+///
+/// # Errors
+/// A file that can't be written. A recording that can't be read is passed
+/// over: the analysis has named it.
+pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, ExportError> {
+    let mut exported = 0;
+    for path in &source.files {
+        let Ok(recording) = Recording::open(path) else { continue };
+        let Ok(run) = run::open(path) else { continue };
+        let stem = path.file_stem().unwrap_or_default();
+        let folder = folder.join(stem).join(form.folder());
+        std::fs::create_dir_all(&folder).map_err(|error| ExportError::at(&folder, error))?;
+        let subject = Subject {
+            model: run.manifest.model.clone(),
+            columns: recording.state_columns().to_vec(),
+        };
+        let mut exporter = exporter(form, subject, folder);
+        let Ok(frames) = recording.frames() else { continue };
+        // Where a recording is torn, what is intact is exported.
+        for frame in frames.map_while(Result::ok) {
+            exporter.see(&frame)?;
+        }
+        exporter.finish()?;
+        exported += 1;
+    }
+    Ok(exported)
+}
+
+fn exporter(form: Form, subject: Subject, folder: PathBuf) -> Box<dyn Exporter> {
+    match form {
+        Form::Csv => Box::new(tables::Tables::new(subject, folder, tables::csv_file)),
+        Form::Gnuplot => Box::new(gnuplot::Gnuplot::new(subject, folder)),
+        Form::Xyz => Box::new(xyz::Xyz::new(subject, folder)),
+        #[cfg(feature = "parquet")]
+        Form::Parquet => Box::new(tables::Tables::new(subject, folder, parquet::parquet_file)),
+    }
+}

@@ -1,0 +1,128 @@
+//! A table a topic, with the frame and its time in the first columns.
+
+use super::{ExportError, Exporter, Subject};
+use kinetoscope_recording::channels;
+use kinetoscope_recording::fields::{FieldValue, read_fields};
+use kinetoscope_recording::reader::RecordedFrame;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+/// A table that is written row by row.
+pub(super) trait TableFile {
+    /// Adds a row: the frame, its time, and a value a column.
+    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), ExportError>;
+
+    /// Ends the file.
+    fn finish(&mut self) -> Result<(), ExportError>;
+}
+
+/// Begins a table of these columns, without frame and time, in a file of this name without its ending.
+pub(super) type Begin = fn(&Path, &[String]) -> Result<Box<dyn TableFile>, ExportError>;
+
+/// All tables of a recording.
+pub(super) struct Tables {
+    subject: Subject,
+    folder: PathBuf,
+    begin: Begin,
+    open: BTreeMap<String, Box<dyn TableFile>>,
+}
+
+impl Tables {
+    pub(super) fn new(subject: Subject, folder: PathBuf, begin: Begin) -> Self {
+        Self { subject, folder, begin, open: BTreeMap::new() }
+    }
+
+    fn table(
+        &mut self,
+        topic: &str,
+        columns: &[String],
+    ) -> Result<&mut Box<dyn TableFile>, ExportError> {
+        if !self.open.contains_key(topic) {
+            let path = self.folder.join(topic.trim_start_matches('/'));
+            self.open.insert(topic.to_owned(), (self.begin)(&path, columns)?);
+        }
+        // It was put there just now, if not before.
+        self.open.get_mut(topic).ok_or_else(|| ExportError::at(&self.folder, "a table is lost"))
+    }
+}
+
+impl Exporter for Tables {
+    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
+        let (index, time) = (frame.clock.frame, frame.clock.time);
+        if let Some(state) = frame.state() {
+            let mut columns = vec!["particle".to_owned()];
+            columns.extend_from_slice(&self.subject.columns);
+            let table = self.table(channels::STATE, &columns)?;
+            let mut values = vec![0.0; columns.len()];
+            for particle in 0..state.rows() {
+                values[0] = particle as f64;
+                values[1..].copy_from_slice(state.row(particle));
+                table.row(index, time, &values)?;
+            }
+        }
+        for message in frame.messages() {
+            let declared = channels::ALL.iter().find(|channel| {
+                channel.topic == message.topic() && channel.schema == message.schema()
+            });
+            let Some(fields) = declared.and_then(|channel| read_fields(channel, message.payload()))
+            else {
+                continue;
+            };
+            // A message of series has a row an entry, any other one row; texts say nothing that the frame does not.
+            let fields: Vec<_> = fields
+                .into_iter()
+                .filter(|field| !matches!(field.values.first(), Some(FieldValue::Text(_))))
+                .collect();
+            let rows = fields.iter().map(|field| field.values.len()).max().unwrap_or(0);
+            let columns: Vec<String> = fields.iter().map(|field| field.name.to_owned()).collect();
+            let table = self.table(message.topic(), &columns)?;
+            for row in 0..rows {
+                let values: Vec<f64> =
+                    fields.iter().map(|field| number(field.values.get(row))).collect();
+                table.row(index, time, &values)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), ExportError> {
+        self.open.values_mut().try_for_each(|table| table.finish())
+    }
+}
+
+fn number(value: Option<&FieldValue>) -> f64 {
+    match value {
+        Some(FieldValue::Number(number)) => *number,
+        Some(FieldValue::Count(count)) => *count as f64,
+        Some(FieldValue::Text(_)) | None => f64::NAN,
+    }
+}
+
+struct CsvFile {
+    path: PathBuf,
+    writer: csv::Writer<BufWriter<File>>,
+}
+
+/// Begins a CSV table. Numbers are written so that they read back to the same bits.
+pub(super) fn csv_file(path: &Path, columns: &[String]) -> Result<Box<dyn TableFile>, ExportError> {
+    let path = path.with_extension("csv");
+    let file = File::create(&path).map_err(|error| ExportError::at(&path, error))?;
+    let mut writer = csv::Writer::from_writer(BufWriter::new(file));
+    let header = ["frame", "time"].into_iter().chain(columns.iter().map(String::as_str));
+    writer.write_record(header).map_err(|error| ExportError::at(&path, error))?;
+    Ok(Box::new(CsvFile { path, writer }))
+}
+
+impl TableFile for CsvFile {
+    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), ExportError> {
+        let numbers = values.iter().map(|value| format!("{value:?}"));
+        let record = [frame.to_string(), format!("{time:?}")].into_iter().chain(numbers);
+        self.writer.write_record(record).map_err(|error| ExportError::at(&self.path, error))
+    }
+
+    fn finish(&mut self) -> Result<(), ExportError> {
+        self.writer.flush().map_err(|error| ExportError::at(&self.path, error))
+    }
+}

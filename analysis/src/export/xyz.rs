@@ -1,0 +1,85 @@
+//! Extended XYZ, which OVITO draws and ASE reads: every column of the state, the box, and the time.
+
+use super::{ExportError, Exporter, Subject};
+use kinetoscope_recording::reader::RecordedFrame;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
+
+pub(super) struct Xyz {
+    subject: Subject,
+    path: PathBuf,
+    file: Option<BufWriter<File>>,
+}
+
+impl Xyz {
+    pub(super) fn new(subject: Subject, folder: PathBuf) -> Self {
+        Self { subject, path: folder.join("state.xyz"), file: None }
+    }
+
+    /// The second line of a frame: box, columns, time.
+    fn comment(&self, frame: u64, time: f64) -> String {
+        let lattice = self.subject.bounds().map_or_else(String::new, |[low, high]| {
+            // The plane gets a thickness: readers refuse a box without a volume.
+            let [width, height] = [0, 1].map(|axis| high[axis] - low[axis]);
+            let depth = width.min(height);
+            format!(
+                "Lattice=\"{width} 0 0 0 {height} 0 0 0 {depth}\" Origin=\"{} {} {}\" pbc=\"F F F\" ",
+                low[0],
+                low[1],
+                -depth / 2.0
+            )
+        });
+        let others: String = self.others().map(|(_, name)| format!(":{name}:R:1")).collect();
+        format!(
+            "{lattice}Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1{others} Time={time:?} Frame={frame}"
+        )
+    }
+
+    /// The columns that have no place of their own.
+    fn others(&self) -> impl Iterator<Item = (usize, &String)> {
+        let known = ["x", "y", "z", "vx", "vy", "vz", "radius"];
+        let columns = self.subject.columns.iter().enumerate();
+        columns.filter(move |(_, name)| !known.contains(&name.as_str()))
+    }
+
+    fn frame(&self, file: &mut impl Write, frame: &RecordedFrame) -> std::io::Result<()> {
+        let Some(state) = frame.state() else { return Ok(()) };
+        writeln!(file, "{}", state.rows())?;
+        writeln!(file, "{}", self.comment(frame.clock.frame, frame.clock.time))?;
+        let places = ["x", "y", "z", "vx", "vy", "vz"].map(|name| self.subject.index(name));
+        let radius = self.subject.index("radius");
+        for particle in 0..state.rows() {
+            let row = state.row(particle);
+            // No element: OVITO takes any name as a type.
+            write!(file, "X")?;
+            for place in places {
+                write!(file, " {:?}", place.map_or(0.0, |column| row[column]))?;
+            }
+            write!(file, " {:?}", radius.map_or(self.subject.radius(), |column| row[column]))?;
+            for (column, _) in self.others() {
+                write!(file, " {:?}", row[column])?;
+            }
+            writeln!(file)?;
+        }
+        Ok(())
+    }
+}
+
+impl Exporter for Xyz {
+    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
+        let failed = |error| ExportError::at(&self.path, error);
+        let mut file = match self.file.take() {
+            Some(file) => file,
+            None => BufWriter::new(File::create(&self.path).map_err(failed)?),
+        };
+        self.frame(&mut file, frame).map_err(failed)?;
+        self.file = Some(file);
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), ExportError> {
+        let flushed = self.file.as_mut().map_or(Ok(()), BufWriter::flush);
+        flushed.map_err(|error| ExportError::at(&self.path, error))
+    }
+}

@@ -1,0 +1,178 @@
+//! `report.html`: one file that needs nothing else, for a wide screen, a phone and paper, light or dark.
+
+use crate::checks::Judge;
+use crate::ci::escaped;
+use crate::metrics::Metric;
+use crate::report::Report;
+use crate::table::{apart, six_digits, with_error};
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+const STYLE: &str = include_str!("report.css");
+
+/// The page. `plots` are titles and SVG documents, in order.
+#[must_use]
+pub fn page(report: &Report, plots: &[(&str, String)]) -> String {
+    let name = escaped(&report.name);
+    let mut text = format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n\
+         <title>{name}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n"
+    );
+    text += &heading(report);
+    text += &remarks(report);
+    text += &verdicts(report);
+    text += &figures(plots);
+    text += &numbers(report);
+    text += &definitions(report);
+    text += &manifest(report);
+    text + "</main>\n</body>\n</html>\n"
+}
+
+fn heading(report: &Report) -> String {
+    let runs = report.runs.len();
+    let runs = if runs == 1 { "1 run".to_owned() } else { format!("{runs} runs") };
+    let failed = report.verdicts.iter().filter(|verdict| !verdict.holds).count();
+    let (tone, verdict) = match (report.verdicts.len(), failed) {
+        (0, _) => ("", "no checks".to_owned()),
+        (1, 0) => ("good", "the check holds".to_owned()),
+        (all, 0) => ("good", format!("all {all} checks hold")),
+        (all, failed) => ("bad", format!("{failed} of {all} checks failed")),
+    };
+    format!(
+        "<header>\n<h1>{}</h1>\n<p>{}</p>\n<p class=\"facts\">{} · {runs} · <strong class=\"{tone}\">{verdict}</strong></p>\n</header>\n",
+        escaped(&report.name),
+        escaped(&report.description),
+        escaped(report.model()),
+    )
+}
+
+/// Notes, and what could not be read.
+fn remarks(report: &Report) -> String {
+    let mut text = String::new();
+    for (title, tone, lines) in
+        [("Unreadable", "bad", &report.unreadable), ("Notes", "", &report.notes)]
+    {
+        if !lines.is_empty() {
+            // Writing to a String can't fail.
+            let _ = writeln!(text, "<section>\n<h2 class=\"{tone}\">{title}</h2>\n<ul>");
+            for line in lines {
+                let _ = writeln!(text, "<li>{}</li>", escaped(line));
+            }
+            text += "</ul>\n</section>\n";
+        }
+    }
+    text
+}
+
+fn verdicts(report: &Report) -> String {
+    let mut text = String::new();
+    for (judge, title) in [(Judge::Check, "Checks"), (Judge::Baseline, "Against the baseline")] {
+        let of: Vec<_> = report.verdicts.iter().filter(|verdict| verdict.judge == judge).collect();
+        if of.is_empty() {
+            continue;
+        }
+        let _ = writeln!(
+            text,
+            "<section>\n<h2>{title}</h2>\n<table class=\"verdicts\">\n<thead><tr><th></th><th>metric</th><th>finding</th></tr></thead>\n<tbody>"
+        );
+        for verdict in of {
+            let (tone, word) = if verdict.holds { ("good", "ok") } else { ("bad", "failed") };
+            let _ = writeln!(
+                text,
+                "<tr><td><strong class=\"{tone}\">{word}</strong></td><td>{}</td><td>{}</td></tr>",
+                breakable(&verdict.subject),
+                escaped(&verdict.finding)
+            );
+        }
+        text += "</tbody>\n</table>\n</section>\n";
+    }
+    text
+}
+
+fn figures(plots: &[(&str, String)]) -> String {
+    if plots.is_empty() {
+        return String::new();
+    }
+    let mut text = "<section>\n<h2>Plots</h2>\n<div class=\"plots\">\n".to_owned();
+    for (title, svg) in plots {
+        let named = format!("<svg role=\"img\" aria-label=\"{}\"", escaped(title));
+        let svg = svg.replacen("<svg", &named, 1);
+        let _ = writeln!(text, "<figure>{}</figure>", svg.trim_end());
+    }
+    text + "</div>\n</section>\n"
+}
+
+fn numbers(report: &Report) -> String {
+    let mut text = "<section>\n<h2>Numbers</h2>\n\
+        <p>Digits in brackets are one standard error, in units of the last digits. σ is the deviation from theory in standard errors.</p>\n"
+        .to_owned();
+    for (title, metrics) in report.sections() {
+        let _ = writeln!(text, "<h3>{}</h3>", breakable(&title));
+        if metrics.is_empty() {
+            continue;
+        }
+        text += "<table class=\"numbers\">\n<thead><tr><th>metric</th><th>value</th><th>unit</th><th>theory</th><th>apart</th></tr></thead>\n<tbody>\n";
+        for metric in metrics {
+            text += &number(metric);
+        }
+        text += "</tbody>\n</table>\n";
+    }
+    text + "</section>\n"
+}
+
+fn number(metric: &Metric) -> String {
+    let unit = if metric.unit() == "1" { "" } else { metric.unit() };
+    let theory = metric.theory.map_or_else(String::new, six_digits);
+    let labelled = |label: &str, text: &str| {
+        let label = if text.is_empty() { "" } else { label };
+        format!("<td data-label=\"{label}\">{}</td>", escaped(text))
+    };
+    format!(
+        "<tr><td>{}</td>{}{}{}{}</tr>\n",
+        breakable(metric.name()),
+        labelled("", &with_error(metric.value, metric.standard_error)),
+        labelled("", unit),
+        labelled("theory", &theory),
+        labelled("apart", &apart(metric)),
+    )
+}
+
+/// How each metric of this report is found, and the laws behind theory's values.
+fn definitions(report: &Report) -> String {
+    let mut text = "<section>\n<h2>Definitions</h2>\n<dl>\n".to_owned();
+    let mut told = BTreeSet::new();
+    let all = report.metrics.iter().map(|metric| metric.definition);
+    for definition in all.filter(|definition| told.insert((definition.name, definition.how))) {
+        let laws: Vec<String> =
+            definition.laws.iter().map(|law| escaped(&law.to_string())).collect();
+        let laws = if laws.is_empty() {
+            String::new()
+        } else {
+            format!("<br>Theory: {}", laws.join("; or "))
+        };
+        let _ = writeln!(
+            text,
+            "<dt>{}</dt><dd>{}{laws}</dd>",
+            breakable(definition.name),
+            escaped(definition.how)
+        );
+    }
+    text + "</dl>\n</section>\n"
+}
+
+fn manifest(report: &Report) -> String {
+    let Some(run) = report.runs.first() else { return String::new() };
+    let title = if report.runs.len() == 1 { "Manifest" } else { "Manifest of the first run" };
+    format!(
+        "<section>\n<h2>{title}</h2>\n<p>{}</p>\n<pre>{}</pre>\n</section>\n",
+        breakable(&run.file),
+        escaped(run.manifest.canonical().trim_end())
+    )
+}
+
+/// Text that may break after its dots and underscores, so that long names fit a phone.
+fn breakable(text: &str) -> String {
+    escaped(text).replace('_', "_<wbr>").replace('.', ".<wbr>")
+}

@@ -1,0 +1,214 @@
+//! How equal discs lie about each other: pair correlation g(r) and bond order psi6, over sampled frames.
+
+use crate::statistics::{Blocking, Estimate};
+use kinetoscope_recording::reader::StateTable;
+use std::f64::consts::PI;
+
+/// Bins of g(r) a diameter.
+const BINS_PER_DIAMETER: usize = 20;
+/// g(r) is found up to this many diameters.
+const REACH_DIAMETERS: usize = 5;
+/// Neighbours of a disc are nearer than this many diameters: between the first and the second shell of a hexagonal bed.
+const NEIGHBOUR_DIAMETERS: f64 = 1.5;
+/// Discs are near contact within this many diameters.
+const NEAR_CONTACT_DIAMETERS: f64 = 1.1;
+
+/// What was found so far of equal discs in a box.
+#[derive(Clone, Debug)]
+pub(crate) struct Structure {
+    diameter: f64,
+    /// Lower left corner and sides of the room that centres have.
+    corner: [f64; 2],
+    room: [f64; 2],
+    frames: u64,
+    /// Sum over frames of the pairs in each bin over those of as many points at random.
+    correlation: Vec<f64>,
+    near_contact: Blocking,
+    psi6_global: Blocking,
+    psi6_local: Blocking,
+}
+
+impl Structure {
+    /// Discs of this radius in a box centred on the origin.
+    pub(super) fn new(radius: f64, width: f64, height: f64) -> Self {
+        let room = [width - 2.0 * radius, height - 2.0 * radius];
+        Self {
+            diameter: 2.0 * radius,
+            corner: room.map(|side| -side / 2.0),
+            room,
+            frames: 0,
+            correlation: Vec::new(),
+            near_contact: Blocking::default(),
+            psi6_global: Blocking::default(),
+            psi6_local: Blocking::default(),
+        }
+    }
+
+    /// Frames that were sampled.
+    pub(super) const fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Samples a frame.
+    pub(super) fn see(&mut self, state: &StateTable) {
+        let (Some(x), Some(y)) = (state.column("x"), state.column("y")) else { return };
+        let centres: Vec<[f64; 2]> = x.zip(y).map(|(x, y)| [x, y]).collect();
+        // The room must be wide enough for a ring of the full reach about its middle.
+        let widest = self.room[0].min(self.room[1]);
+        let reach = (REACH_DIAMETERS as f64).min((widest / self.diameter).floor());
+        let bins = reach as usize * BINS_PER_DIAMETER;
+        if centres.len() < 2 || reach < 2.0 {
+            return;
+        }
+        let bin_width = self.diameter / BINS_PER_DIAMETER as f64;
+        let mut pairs = vec![0_u64; bins];
+        let mut bonds = vec![[0.0_f64; 3]; centres.len()];
+        let near = NEIGHBOUR_DIAMETERS * self.diameter;
+        let mut close = 0_u64;
+        self.for_each_pair(&centres, reach * self.diameter, |first, second, apart| {
+            let square = apart[0] * apart[0] + apart[1] * apart[1];
+            // Rounding brings touching discs closer than they can be.
+            let distance = square.sqrt().max(self.diameter);
+            close += u64::from(distance < NEAR_CONTACT_DIAMETERS * self.diameter);
+            if let Some(count) = pairs.get_mut((distance / bin_width) as usize) {
+                *count += 1;
+            }
+            if distance < near && square > 0.0 {
+                // exp(6 i theta) is the same in both directions.
+                let bond = sixth_power(apart.map(|part| part / square.sqrt()));
+                for disc in [first, second] {
+                    bonds[disc][0] += bond[0];
+                    bonds[disc][1] += bond[1];
+                    bonds[disc][2] += 1.0;
+                }
+            }
+        });
+        self.add_pairs(&pairs, close, bin_width, centres.len() as f64);
+        self.add_bonds(&bonds);
+        self.frames += 1;
+    }
+
+    fn add_pairs(&mut self, pairs: &[u64], close: u64, bin_width: f64, count: f64) {
+        let all = count * (count - 1.0) / 2.0;
+        let within = |r: f64| all * self.pairs_within(r);
+        let edge = |bin: usize| within(bin as f64 * bin_width);
+        let expected: Vec<f64> = (0..pairs.len()).map(|bin| edge(bin + 1) - edge(bin)).collect();
+        let close_at_random =
+            within(NEAR_CONTACT_DIAMETERS * self.diameter) - within(self.diameter);
+        self.near_contact.add(close as f64 / close_at_random);
+        self.correlation.resize(pairs.len(), 0.0);
+        for ((sum, found), expected) in self.correlation.iter_mut().zip(pairs).zip(expected) {
+            *sum += *found as f64 / expected;
+        }
+    }
+
+    fn add_bonds(&mut self, bonds: &[[f64; 3]]) {
+        let (mut total, mut local) = ([0.0, 0.0], 0.0);
+        for [real, imaginary, neighbours] in bonds.iter().filter(|bond| bond[2] > 0.0) {
+            let psi = [real / neighbours, imaginary / neighbours];
+            total = [total[0] + psi[0], total[1] + psi[1]];
+            local += psi[0].hypot(psi[1]);
+        }
+        self.psi6_global.add(total[0].hypot(total[1]) / bonds.len() as f64);
+        self.psi6_local.add(local / bonds.len() as f64);
+    }
+
+    /// Share of pairs of points at random in the room that are nearer than r, for r up to its shorter side: the integral of
+    /// 2 pi r (1 - 2 r (a + b)/(pi a b) + r^2/(pi a b)) / (a b) (Philip 2007, distance between points in a rectangle).
+    fn pairs_within(&self, r: f64) -> f64 {
+        let [a, b] = self.room;
+        let area = a * b;
+        (PI * area - 4.0 / 3.0 * (a + b) * r + r * r / 2.0) * r * r / (area * area)
+    }
+
+    /// Calls for each pair nearer than `reach`, by cells of that side.
+    fn for_each_pair(
+        &self,
+        centres: &[[f64; 2]],
+        reach: f64,
+        mut each: impl FnMut(usize, usize, [f64; 2]),
+    ) {
+        let cells = [0, 1].map(|axis| ((self.room[axis] / reach) as usize).max(1));
+        let place = |centre: &[f64; 2], axis: usize| {
+            let share = (centre[axis] - self.corner[axis]) / self.room[axis];
+            // A centre outside, as a foreign file may have it, is in the outermost cell: `as` saturates.
+            ((share * cells[axis] as f64) as usize).min(cells[axis] - 1)
+        };
+        let mut members: Vec<Vec<usize>> = vec![Vec::new(); cells[0] * cells[1]];
+        for (index, centre) in centres.iter().enumerate() {
+            members[place(centre, 1) * cells[0] + place(centre, 0)].push(index);
+        }
+        for (first, centre) in centres.iter().enumerate() {
+            let around = |axis: usize| {
+                let own = place(centre, axis);
+                own.saturating_sub(1)..=(own + 1).min(cells[axis] - 1)
+            };
+            for row in around(1) {
+                for column in around(0) {
+                    for &second in members[row * cells[0] + column].iter().filter(|&&s| s > first) {
+                        let other = centres[second];
+                        let apart = [other[0] - centre[0], other[1] - centre[1]];
+                        if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
+                            each(first, second, apart);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// g(r): distances in diameters, and the mean over the sampled frames.
+    pub(crate) fn pair_correlation(&self) -> Vec<(f64, f64)> {
+        let middle = |bin: usize| (bin as f64 + 0.5) / BINS_PER_DIAMETER as f64;
+        let mean = |sum: &f64| sum / self.frames as f64;
+        self.correlation.iter().enumerate().map(|(bin, sum)| (middle(bin), mean(sum))).collect()
+    }
+
+    /// Mean g between 1 and 1.1 diameters, |mean psi6| and mean |psi6|.
+    pub(super) fn estimates(&self) -> Option<[Estimate; 3]> {
+        let [near, global, local] =
+            [&self.near_contact, &self.psi6_global, &self.psi6_local].map(Blocking::estimate);
+        Some([near?, global?, local?])
+    }
+}
+
+/// exp(6 i theta) of a unit vector.
+fn sixth_power([x, y]: [f64; 2]) -> [f64; 2] {
+    let (real, imaginary) = (x * x - y * y, 2.0 * x * y);
+    [
+        real * (real * real - 3.0 * imaginary * imaginary),
+        imaginary * (3.0 * real * real - imaginary * imaginary),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The share of a rectangle's pairs by its formula against a fine lattice of points.
+    #[test]
+    fn pairs_at_random_are_counted_as_in_a_rectangle() {
+        let structure = Structure::new(0.5, 5.0, 9.0);
+        let points: Vec<[f64; 2]> = (0..40 * 80)
+            .map(|index| [f64::from(index % 40) * 0.1 + 0.05, f64::from(index / 40) * 0.1 + 0.05])
+            .collect();
+        let mut near = 0_u64;
+        for first in &points {
+            near += points.iter().filter(|p| (p[0] - first[0]).hypot(p[1] - first[1]) < 2.0).count()
+                as u64;
+        }
+        let share = near as f64 / (points.len() * points.len()) as f64;
+        assert!((structure.pairs_within(2.0) / share - 1.0).abs() < 0.01, "{share}");
+    }
+
+    #[test]
+    fn a_direction_turned_by_sixty_degrees_is_the_same_bond() {
+        let bond =
+            |degrees: f64| sixth_power([degrees.to_radians().cos(), degrees.to_radians().sin()]);
+        for turned in [0.0, 60.0, 180.0] {
+            let [a, b] = [bond(17.0), bond(17.0 + turned)];
+            assert!((a[0] - b[0]).abs() < 1e-14 && (a[1] - b[1]).abs() < 1e-14);
+        }
+        assert!((bond(30.0)[0] + 1.0).abs() < 1e-14);
+    }
+}
