@@ -86,7 +86,7 @@ pub(crate) fn frame(model: &Dem) -> Frame {
 pub(crate) fn discs(model: &Dem) -> Vec<Disc> {
     frame(model)
         .state()
-        .chunks_exact(7)
+        .chunks_exact(9)
         .map(|row| Disc {
             position: [row[0], row[1]],
             velocity: [row[2], row[3]],

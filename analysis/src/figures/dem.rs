@@ -79,11 +79,9 @@ fn comparisons(run: &DemRun, start: f64) -> Vec<Comparison> {
 }
 
 fn state(run: &DemRun) -> Picture {
-    let radius = match run.config.radius_m {
-        DiscRadius::Equal(radius) => format!("r = {} m", short_number(radius.get())),
-        DiscRadius::Uniform { min, max } => {
-            format!("r = {} to {} m", short_number(min.get()), short_number(max.get()))
-        }
+    let radius = match (run.config.radius_m, run.config.radius_m.range()) {
+        (DiscRadius::Equal(radius), _) => format!("r = {} m", short_number(radius.get())),
+        (_, (min, max)) => format!("r = {} to {} m", short_number(min), short_number(max)),
     };
     let count = count_text(run.snapshot.particles, run.snapshot.bodies.len());
     Picture {

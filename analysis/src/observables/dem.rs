@@ -26,6 +26,8 @@ pub struct Ledger {
     pub dissipated_j: f64,
     /// Done by the walls since the start.
     pub wall_work_j: f64,
+    /// Taken along by discs that were removed.
+    pub removed_j: f64,
 }
 
 impl Ledger {
@@ -35,10 +37,10 @@ impl Ledger {
         self.kinetic_j + self.gravitational_j + self.elastic_j
     }
 
-    /// What must stay constant: mechanical energy + dissipated - wall work.
+    /// What must stay constant: mechanical energy + dissipated + removed - wall work.
     #[must_use]
     pub fn balance_j(&self) -> f64 {
-        self.total_j() + self.dissipated_j - self.wall_work_j
+        self.total_j() + self.dissipated_j + self.removed_j - self.wall_work_j
     }
 }
 
@@ -80,16 +82,13 @@ impl DemRun {
     pub(crate) fn equal_radius(&self) -> Option<f64> {
         match self.config.radius_m {
             DiscRadius::Equal(radius) => Some(radius.get()),
-            DiscRadius::Uniform { .. } => None,
+            _ => None,
         }
     }
 
     /// Mass of a disc, kg: the areal density is that of a disc of the mean radius with the manifest's mass.
     fn mass_kg(&self, radius: f64) -> f64 {
-        let mean = match self.config.radius_m {
-            DiscRadius::Equal(radius) => radius.get(),
-            DiscRadius::Uniform { min, max } => (min.get() + max.get()) / 2.0,
-        };
+        let mean = self.config.radius_m.mean();
         let ratio = radius / mean;
         self.config.mass_kg.get() * ratio * ratio
     }
@@ -170,6 +169,7 @@ impl Observer for DemRun {
             elastic_j: energy.elastic_j,
             dissipated_j: energy.dissipated_j,
             wall_work_j: energy.wall_work_j,
+            removed_j: energy.removed_j,
         });
         self.ledger.extend(ledger);
         if let Some(contacts) = frame.get::<DemContacts>()? {
