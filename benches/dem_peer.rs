@@ -1,8 +1,8 @@
 //! One side of a comparison with another program: writes the state that is timed, moves it on, and says how fast and with
 //! what kinetic energy. `benches/peers/dem_lammps.py` calls it in turn with its peer.
 //!
-//! dem_peer SCENE DISCS STEPS THREADS STATE_FILE; SCENE is settled, rubbing, gas or collapse.
-//! The first call writes STATE_FILE (a line `x y vx vy radius mass` a disc, the velocities the integrator's).
+//! dem_peer SCENE DISCS STEPS THREADS STATE_FILE; SCENE is settled, rubbing, gas, collapse or equal.
+//! The first call writes STATE_FILE (a line `x y vx vy vx_step vy_step radius mass` a disc).
 
 mod dem_beds;
 
@@ -48,8 +48,10 @@ fn text_of(model: &Dem, scene: Scene, discs: u32) -> String {
     let mut text = format!("{} {} {:e}\n", config.width_m.get(), config.height_m.get(), step);
     for row in observed(model).state().chunks_exact(Dem::STATE_COLUMNS.len()) {
         let mass = 1e-3 * row[6] * row[6] / (5e-4 * 5e-4);
-        let (x, y, vx, vy, radius) = (row[0], row[1], row[4], row[5], row[6]);
-        writeln!(text, "{x:e} {y:e} {vx:e} {vy:e} {radius:e} {mass:e}").expect("text");
+        for value in &row[..7] {
+            write!(text, "{value:e} ").expect("text");
+        }
+        writeln!(text, "{mass:e}").expect("text");
     }
     text
 }

@@ -26,8 +26,10 @@ pub(crate) enum Scene {
     Rubbing,
     /// Packing fraction 0.3, periodic, without gravity, e = 1.
     Gas,
-    /// A loose lattice that falls together.
+    /// A loose bed that falls together.
     Collapse,
+    /// Equal discs that fall together from random places: two programs must agree on their energy.
+    Equal,
 }
 
 impl Scene {
@@ -38,6 +40,7 @@ impl Scene {
             "rubbing" => Some(Self::Rubbing),
             "gas" => Some(Self::Gas),
             "collapse" => Some(Self::Collapse),
+            "equal" => Some(Self::Equal),
             _ => None,
         }
     }
@@ -45,15 +48,20 @@ impl Scene {
     /// A run of the scene from its raw start.
     pub(crate) fn config(self, discs: u32) -> DemConfig {
         let count = f64::from(discs);
-        // A square of discs at the lattice's spacing; a bed stands with some room above it.
-        let side = (count.sqrt().ceil()) * 2.3 * RADIUS;
+        // Beds begin at random, 40 rows of discs high, packing fraction 0.46: they settle soon at any number.
+        let rows = 40.0;
+        let bed = [(count / rows).ceil() * 2.6 * RADIUS, rows * 2.6 * RADIUS];
         let gas_side = RADIUS * (std::f64::consts::PI * count / 0.3).sqrt();
         let is_gas = self == Self::Gas;
         DemConfig {
             discs: NonZeroU32::new(discs).expect("not zero"),
-            radius_m: DiscRadius::Uniform { min: positive(0.9 * RADIUS), max: positive(1.1 * RADIUS) },
-            width_m: positive(if is_gas { gas_side } else { side }),
-            height_m: positive(if is_gas { gas_side } else { 1.05 * side }),
+            radius_m: if self == Self::Equal {
+                DiscRadius::Equal(positive(RADIUS))
+            } else {
+                DiscRadius::Uniform { min: positive(0.9 * RADIUS), max: positive(1.1 * RADIUS) }
+            },
+            width_m: positive(if is_gas { gas_side } else { bed[0] }),
+            height_m: positive(if is_gas { gas_side } else { bed[1] }),
             gravity_m_per_s2: [0.0, if is_gas { 0.0 } else { -9.81 }]
                 .map(|g| Finite::new(g).expect("finite")),
             stiffness_n_per_m: positive(5e4),
@@ -63,7 +71,7 @@ impl Scene {
             friction: NonNegative::new(if self == Self::Rubbing { 0.5 } else { 0.0 })
                 .expect("not negative"),
             periodic: if is_gas { PeriodicSides::Both } else { PeriodicSides::None },
-            placement: if is_gas { Placement::Random } else { Placement::Lattice },
+            placement: Placement::Random,
             duration_s: positive(1e3),
             stability: kinetoscope_manifest::model::Stability::Warn,
             ..DemConfig::default()
@@ -76,21 +84,16 @@ impl Scene {
         let config = if self == Self::Gas { with_speeds(config) } else { config };
         let mut model = Dem::prepare(&config, SEED, false).expect("a start");
         let steps = match self {
-            Self::Settled | Self::Rubbing => settling_steps(discs),
+            Self::Settled | Self::Rubbing => 10_000,
             Self::Gas => 2000,
-            Self::Collapse => 200,
+            Self::Collapse | Self::Equal => 200,
         };
         model.advance(Target::Count(steps), u64::MAX).expect("no blow-up");
         model
     }
 }
 
-/// A lattice settles from the bottom: the time grows with its height.
-fn settling_steps(discs: u32) -> u64 {
-    (400.0 * f64::from(discs).sqrt()) as u64
-}
-
-/// Random velocities of about 1 m/s, for a gas.
+/// Random velocities of about 0.1 m/s, for a gas.
 fn with_speeds(config: DemConfig) -> DemConfig {
     let start = Dem::prepare(&config, SEED, false).expect("a start");
     let mut frame = kinetoscope_recording::frame::Frame::new();
@@ -99,6 +102,6 @@ fn with_speeds(config: DemConfig) -> DemConfig {
     let rows = frame.state().chunks_exact(Dem::STATE_COLUMNS.len());
     let mut generator = SEED.stream(kinetoscope::random::Stream::Velocities);
     let positions: Vec<[Finite; 2]> = rows.map(|row| [finite(row[0]), finite(row[1])]).collect();
-    let velocities = positions.iter().map(|_| generator.normal_pair().map(finite)).collect();
+    let velocities = positions.iter().map(|_| generator.normal_pair().map(|v| finite(0.1 * v))).collect();
     DemConfig { placement: Placement::Given(GivenState { positions, velocities }), ..config }
 }
