@@ -6,7 +6,7 @@ use crate::figures::{self, Figures};
 use crate::laws;
 use crate::measurement::Measurement;
 use kinetoscope_manifest::model::{DemConfig, DiscRadius};
-use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemTemperature};
+use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemTemperature, DemWalls};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 use std::f64::consts::PI;
@@ -24,6 +24,8 @@ pub struct Ledger {
     pub elastic_j: f64,
     /// Taken by the dashpots since the start.
     pub dissipated_j: f64,
+    /// Part of what is dissipated: taken by friction.
+    pub friction_j: f64,
     /// Done by the walls since the start.
     pub wall_work_j: f64,
     /// Taken along by discs that were removed.
@@ -52,6 +54,7 @@ pub struct DemRun {
     pub(crate) snapshot: Snapshot,
     rebounds: Option<Rebounds>,
     contacts: Option<DemContacts>,
+    discs_removed: Option<u64>,
     largest_overlap_over_radius: f64,
     granular_temperature: Option<f64>,
     packing_fraction: Option<f64>,
@@ -71,6 +74,7 @@ impl DemRun {
             ledger: Vec::new(),
             snapshot: Snapshot::default(),
             contacts: None,
+            discs_removed: None,
             largest_overlap_over_radius: 0.0,
             granular_temperature: None,
             packing_fraction: None,
@@ -128,6 +132,8 @@ impl DemRun {
             ("energy.gravitational", last.gravitational_j),
             ("energy.elastic", last.elastic_j),
             ("energy.dissipated", last.dissipated_j),
+            ("energy.friction", last.friction_j),
+            ("energy.wall_work", last.wall_work_j),
         ] {
             found.push(Measurement::new(name, "J", value, "/energy, last frame"));
         }
@@ -168,6 +174,7 @@ impl Observer for DemRun {
             gravitational_j: energy.gravitational_j,
             elastic_j: energy.elastic_j,
             dissipated_j: energy.dissipated_j,
+            friction_j: energy.friction_j,
             wall_work_j: energy.wall_work_j,
             removed_j: energy.removed_j,
         });
@@ -178,6 +185,9 @@ impl Observer for DemRun {
                 contacts.largest_overlap_over_radius,
             );
             self.contacts = Some(contacts);
+        }
+        if let Some(walls) = frame.get::<DemWalls>()? {
+            self.discs_removed = Some(walls.discs_removed);
         }
         if let Some(temperature) = frame.get::<DemTemperature>()? {
             self.granular_temperature = Some(temperature.granular_temperature_m2_per_s2);
@@ -205,6 +215,10 @@ impl Observer for DemRun {
             let contacts = contacts.coordination_number;
             let from = "/contact_count: contacts a disc, last frame";
             found.push(Measurement::new("coordination_number", "1", contacts, from));
+        }
+        if let Some(removed) = self.discs_removed {
+            let from = "/wall_forces: discs that left through the outlet, last frame";
+            found.push(Measurement::new("discs_removed", "1", removed as f64, from));
         }
         if let Some(temperature) = self.granular_temperature {
             let from = "/temperature: <(v - <v>)^2> / 2, last frame";
