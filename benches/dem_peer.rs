@@ -15,7 +15,8 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
+    let arguments: Vec<String> =
+        std::env::args().skip(1).filter(|word| word != "--bench").collect();
     let [scene, discs, steps, threads, file] = arguments.as_slice() else {
         println!("dem_peer SCENE DISCS STEPS THREADS STATE_FILE");
         return;

@@ -17,10 +17,13 @@ fn bits(config: &DemConfig, threads: usize, lanes: bool, stored: bool) -> Vec<u6
     pool.install(|| {
         let mut model = prepared(config).with_lanes(lanes);
         for target in [150, 300] {
-            model.advance(Target::Count(target), u64::MAX).unwrap_or_else(|fault| panic!("{fault}"));
+            model
+                .advance(Target::Count(target), u64::MAX)
+                .unwrap_or_else(|fault| panic!("{fault}"));
             if stored {
                 let value = serde_json::to_value(&model).expect("a model can be stored");
-                model = serde_json::from_value::<Dem>(value).expect("and taken up").with_lanes(lanes);
+                model =
+                    serde_json::from_value::<Dem>(value).expect("and taken up").with_lanes(lanes);
             }
         }
         let seen = frame(&model);

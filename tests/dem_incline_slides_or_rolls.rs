@@ -7,7 +7,9 @@
 
 mod dem_scene;
 
-use dem_scene::{energy, frame, given, gravity, non_negative, positive, prepared, run_to, time_step};
+use dem_scene::{
+    energy, frame, given, gravity, non_negative, positive, prepared, run_to, time_step,
+};
 use kinetoscope_manifest::model::DemConfig;
 
 const G: f64 = 9.81;
@@ -58,7 +60,10 @@ fn error(found: [f64; 3], expected: [f64; 3]) -> f64 {
 fn it_slides_below_a_third_of_the_tangent_and_rolls_above() {
     for friction in [0.05, 0.1, 0.18, 0.21, 0.5] {
         let (found, expected) = (measured(friction), expected(friction));
-        println!("mu = {friction}: {found:?}, expected {expected:?}, error {:.1e}", error(found, expected));
+        println!(
+            "mu = {friction}: {found:?}, expected {expected:?}, error {:.1e}",
+            error(found, expected)
+        );
         assert!(error(found, expected) < 1e-4, "mu = {friction}");
     }
 }

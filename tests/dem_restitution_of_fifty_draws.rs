@@ -8,9 +8,11 @@
 
 mod dem_scene;
 
-use dem_scene::{SEED, discs, given, gravity, per_contact, positive, prepared, restitution, run_to};
-use kinetoscope::random::{Generator, Stream};
+use dem_scene::{
+    SEED, discs, given, gravity, per_contact, positive, prepared, restitution, run_to,
+};
 use kinetoscope::models::dem::restitution::{damping, damping_ratio};
+use kinetoscope::random::{Generator, Stream};
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, ForceTail, Stability};
 use std::f64::consts::PI;
 
@@ -73,13 +75,15 @@ fn obtained(draw: &Draw, tail: ForceTail, phase: f64, dashpot: f64) -> f64 {
         },
         ..DemConfig::default()
     };
-    let step = w0_step / libm::sqrt(draw.stiffness * (1.0 / masses(draw)[0] + 1.0 / masses(draw)[1]));
+    let step =
+        w0_step / libm::sqrt(draw.stiffness * (1.0 / masses(draw)[0] + 1.0 / masses(draw)[1]));
     let gap = speed * step * phase;
     // Far apart at first: radii are known only once they are drawn.
     let apart = given(config.clone(), &[([0.3, 0.5], [0.0; 2]), ([0.7, 0.5], [0.0; 2])]);
     let drawn = discs(&prepared(&apart));
     let touching = drawn[0].radius + drawn[1].radius;
-    let pair = given(config, &[([0.5, 0.5], [0.0; 2]), ([0.5 + touching + gap, 0.5], [-speed, 0.0])]);
+    let pair =
+        given(config, &[([0.5, 0.5], [0.0; 2]), ([0.5 + touching + gap, 0.5], [-speed, 0.0])]);
     let mut model = prepared(&pair);
     run_to(&mut model, (8.0 * draw.steps) as u64 + 8);
     let after = discs(&model);

@@ -102,6 +102,7 @@ fn with_speeds(config: DemConfig) -> DemConfig {
     let rows = frame.state().chunks_exact(Dem::STATE_COLUMNS.len());
     let mut generator = SEED.stream(kinetoscope::random::Stream::Velocities);
     let positions: Vec<[Finite; 2]> = rows.map(|row| [finite(row[0]), finite(row[1])]).collect();
-    let velocities = positions.iter().map(|_| generator.normal_pair().map(|v| finite(0.1 * v))).collect();
+    let velocities =
+        positions.iter().map(|_| generator.normal_pair().map(|v| finite(0.1 * v))).collect();
     DemConfig { placement: Placement::Given(GivenState { positions, velocities }), ..config }
 }

@@ -5,8 +5,8 @@ use kinetoscope::model::{Model, Target};
 use kinetoscope::models::dem::Dem;
 use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{
-    DemConfig, DemWall, DemWallShape, DiscRadius, Dissipation, GivenState, PeriodicSides, Placement,
-    Stability, TimeStep,
+    DemConfig, DemWall, DemWallShape, DiscRadius, Dissipation, GivenState, PeriodicSides,
+    Placement, Stability, TimeStep,
 };
 use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive, Share};
 use kinetoscope_recording::channels::DemEnergy;
@@ -144,8 +144,11 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
         time_step: per_contact(20.0),
         ..DemConfig::default()
     };
-    let rubbing =
-        DemConfig { friction: non_negative(0.5), rolling_friction: non_negative(0.1), ..bed.clone() };
+    let rubbing = DemConfig {
+        friction: non_negative(0.5),
+        rolling_friction: non_negative(0.1),
+        ..bed.clone()
+    };
     let small = DemConfig { discs: count(300), width_m: positive(0.04), ..rubbing.clone() };
     vec![
         ("bed", bed.clone()),

@@ -484,8 +484,7 @@ impl DemConfig {
 
     fn check_wall(&self, wall: &DemWall, table: &mut Reader<'_>) {
         let (width, height) = (self.width_m.get(), self.height_m.get());
-        let is_inside =
-            |x: f64, y: f64| (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
+        let is_inside = |x: f64, y: f64| (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
         let fits = match wall.shape {
             DemWallShape::Segment { from_m, to_m } => {
                 [from_m, to_m].iter().all(|end| is_inside(end[0].get(), end[1].get()))

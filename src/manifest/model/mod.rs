@@ -7,7 +7,8 @@ mod orbit;
 mod packing;
 
 pub use dem::{
-    DemConfig, DemIntegrator, DiscRadius, Dissipation, ForceTail, PeriodicSides, Stability, TimeStep,
+    DemConfig, DemIntegrator, DiscRadius, Dissipation, ForceTail, PeriodicSides, Stability,
+    TimeStep,
 };
 pub use dem_walls::{DemWall, DemWallShape};
 pub use gas::{

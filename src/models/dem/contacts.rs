@@ -114,11 +114,7 @@ pub(super) fn find(
     }
 }
 
-fn pair_contacts(
-    block: &Block,
-    discs: &Discs,
-    law: &ContactLaw,
-) -> impl Iterator<Item = Contact> {
+fn pair_contacts(block: &Block, discs: &Discs, law: &ContactLaw) -> impl Iterator<Item = Contact> {
     (0..block.inner.len()).filter_map(|pair| {
         let first = block.start + block.inner.first[pair] as usize;
         let second = block.start + block.inner.second[pair] as usize;
@@ -127,11 +123,7 @@ fn pair_contacts(
 }
 
 /// Edges are listed with both of their discs; here they count once.
-fn edge_contacts(
-    block: &Block,
-    discs: &Discs,
-    law: &ContactLaw,
-) -> impl Iterator<Item = Contact> {
+fn edge_contacts(block: &Block, discs: &Discs, law: &ContactLaw) -> impl Iterator<Item = Contact> {
     (0..block.edges.len()).filter_map(|edge| {
         let first = block.start + block.edges.first[edge] as usize;
         let second = block.edges.second[edge] as usize;

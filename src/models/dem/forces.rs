@@ -184,7 +184,13 @@ impl Forces {
             let mut on_disc = push.along(normal);
             if scene.law.has_friction() {
                 // Against a wall the reduced radius is the disc's own.
-                let rub = touch.rub(scene, [radius, f64::INFINITY], &push, pair.damping, &mut pair.stretch);
+                let rub = touch.rub(
+                    scene,
+                    [radius, f64::INFINITY],
+                    &push,
+                    pair.damping,
+                    &mut pair.stretch,
+                );
                 self.sums.take(&rub, 1.0);
                 on_disc = push.and(&rub, normal);
                 add_torque(&mut self.torques[own], rub.torques(radius, 1.0));

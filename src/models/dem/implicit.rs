@@ -22,11 +22,7 @@ const TOLERANCE: f64 = 1e-6;
 const MOST_SWEEPS: u32 = 50;
 
 /// Replaces the contacts' forces by those with implicit dashpots.
-pub(super) fn solve_dashpots(
-    discs: &Discs,
-    parameters: &Parameters,
-    contacts: &mut [Contact],
-) {
+pub(super) fn solve_dashpots(discs: &Discs, parameters: &Parameters, contacts: &mut [Contact]) {
     let Parameters { gravity, law, time_step, .. } = *parameters;
     // The velocities at the step's end, as far as they are known: by gravity and the springs, then by the dashpots too.
     // So a bed at rest is solved at once.

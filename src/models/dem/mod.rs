@@ -295,8 +295,9 @@ impl Dem {
         let throughput = energies.kinetic + energies.elastic_normal + energies.elastic_tangential;
         let scale = self.ledger.initial.abs() + throughput + balance.dissipated().abs();
         let share = residual.abs() / scale;
-        // No number is no closed ledger.
-        if scale > 0.0 && !(share <= LARGEST_RESIDUAL) { Err(BlowUp::Residual(share)) } else { Ok(()) }
+        // Written so that no number is no closed ledger.
+        let is_closed = share <= LARGEST_RESIDUAL || scale == 0.0;
+        if is_closed { Ok(()) } else { Err(BlowUp::Residual(share)) }
     }
 
     /// The contact that ended the run.
@@ -323,7 +324,8 @@ impl Dem {
     /// Forces at the present state, found without touching it.
     fn evaluate(&self) -> Evaluation {
         let walls = self.parameters.walls_at(self.count);
-        let scene = scene(&self.discs, &self.parameters, &walls, &Window::default(), self.use_lanes);
+        let scene =
+            scene(&self.discs, &self.parameters, &walls, &Window::default(), self.use_lanes);
         Evaluation::of(&self.neighbours, &scene, &self.parameters)
     }
 

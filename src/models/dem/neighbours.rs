@@ -291,8 +291,7 @@ impl Block {
         skin: f64,
     ) {
         let [x, y] = discs.position(disc);
-        let shift =
-            [0, 1].map(|axis: usize| f64::from(run.shift[axis]) * around.sides[axis]);
+        let shift = [0, 1].map(|axis: usize| f64::from(run.shift[axis]) * around.sides[axis]);
         let is_here = run.shift == [0, 0];
         for other in run.discs.clone() {
             let is_inner = is_here && own.contains(&other);
@@ -334,7 +333,8 @@ impl Block {
             .map(|(&a, &b)| stretch_of(&springs.pairs, ends(id(a), discs.ids[b as usize])))
             .collect();
         for pair in &mut self.walls {
-            pair.stretch = stretch_of(&springs.walls, [discs.ids[start + pair.disc as usize], pair.wall]);
+            pair.stretch =
+                stretch_of(&springs.walls, [discs.ids[start + pair.disc as usize], pair.wall]);
         }
     }
 }

@@ -139,7 +139,8 @@ fn box_walls(sides: [f64; 2], periodic: [bool; 2]) -> Vec<Wall> {
 }
 
 fn wall(config: &DemWall) -> Wall {
-    let pair = |values: [kinetoscope_manifest::quantity::Finite; 2]| values.map(|value| value.get());
+    let pair =
+        |values: [kinetoscope_manifest::quantity::Finite; 2]| values.map(|value| value.get());
     let (shape, spin) = match config.shape {
         DemWallShape::Segment { from_m, to_m } => {
             (Shape::Segment { from: pair(from_m), to: pair(to_m) }, 0.0)

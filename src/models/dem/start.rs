@@ -83,8 +83,8 @@ pub(super) fn discs(
 fn overlapped_wall(walls: &[PlacedWall], centre: [f64; 2], radius: f64) -> Option<usize> {
     walls.iter().position(|wall| {
         let distance = wall.shape.footing(centre).distance;
-        // No number is nowhere free.
-        !(distance >= radius * (1.0 - TOUCHING))
+        let is_free = distance >= radius * (1.0 - TOUCHING);
+        !is_free
     })
 }
 
