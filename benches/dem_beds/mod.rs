@@ -28,7 +28,7 @@ pub(crate) enum Scene {
     Gas,
     /// A loose bed that falls together.
     Collapse,
-    /// Equal discs that fall together from random places: two programs must agree on their energy.
+    /// Equal discs at rest on each other: two programs must agree on their energy.
     Equal,
 }
 
@@ -84,9 +84,9 @@ impl Scene {
         let config = if self == Self::Gas { with_speeds(config) } else { config };
         let mut model = Dem::prepare(&config, SEED, false).expect("a start");
         let steps = match self {
-            Self::Settled | Self::Rubbing => 10_000,
+            Self::Settled | Self::Rubbing | Self::Equal => 10_000,
             Self::Gas => 2000,
-            Self::Collapse | Self::Equal => 200,
+            Self::Collapse => 200,
         };
         model.advance(Target::Count(steps), u64::MAX).expect("no blow-up");
         model

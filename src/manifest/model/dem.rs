@@ -539,9 +539,10 @@ impl TomlValue for DiscRadius {
             return Positive::read(node, name, errors).map(Self::Equal);
         };
         let mut reader = Reader::new(name, table, errors);
-        let radius = if reader.has("mean") || reader.has("deviation") {
+        let is_uniform = reader.has("min") || reader.has("max");
+        let radius = if !is_uniform && (reader.has("mean") || reader.has("deviation")) {
             Self::read_normal(&mut reader, node.span)
-        } else if reader.has("small") || reader.has("large") {
+        } else if !is_uniform && (reader.has("small") || reader.has("large")) {
             Self::read_two_sizes(&mut reader, node.span)
         } else {
             Self::read_uniform(&mut reader, name, node.span)

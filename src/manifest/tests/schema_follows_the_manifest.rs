@@ -161,7 +161,7 @@ fn the_schemas_words_are_the_readers() {
 #[test]
 fn the_canonical_form_writes_every_key_of_the_schema() {
     let more = [
-        "[model.dem]\ndamping_n_s_per_m = 1\ntime_step_s = 1e-6\n[record]\nevery_s = 1",
+        "[model.dem]\ndamping_n_s_per_m = 1\ntime_step_s = 1e-6\noutlet_below_m = 0\nregion_m = [[0, 0], [0.01, 0.01]]\n[record]\nevery_s = 1",
         "[model.gas]\nmax_speed_m_per_s = 1\npropagation = \"stepped\"\ntime_step_s = 1e-6\n[record]\nevery_steps = 1",
         "[model.packing]\nduration = 1\n[record]\nevery_time = 1\nchannels = []",
         "[model.packing]\n[record]\nevery_collisions = 1",
