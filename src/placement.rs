@@ -31,6 +31,19 @@ pub fn random_sequential_addition(
     radii: &[f64],
     generator: &mut Generator,
 ) -> Result<Vec<[f64; 2]>, Jammed> {
+    random_sequential_addition_where(rectangle, radii, generator, |_, _| true)
+}
+
+/// The same, with trials drawn again where `is_allowed` says no to a centre and radius: for containers that are no rectangle.
+///
+/// # Errors
+/// [`Jammed`] where a disc found no place in 2,000,000 trials.
+pub fn random_sequential_addition_where(
+    rectangle: Rectangle,
+    radii: &[f64],
+    generator: &mut Generator,
+    is_allowed: impl Fn([f64; 2], f64) -> bool,
+) -> Result<Vec<[f64; 2]>, Jammed> {
     let mut largest = 0.0;
     for &radius in radii {
         largest = if radius > largest { radius } else { largest };
@@ -46,7 +59,8 @@ pub fn random_sequential_addition(
         let place = (0..TRIALS_PER_DISC).find_map(|_| {
             let trial =
                 [generator.uniform_in(low[0], high[0]), generator.uniform_in(low[1], high[1])];
-            cells.is_free(trial, radius, &centres, radii).then_some(trial)
+            (is_allowed(trial, radius) && cells.is_free(trial, radius, &centres, radii))
+                .then_some(trial)
         });
         let Some(centre) = place else { return Err(Jammed { placed: index }) };
         cells.insert(centre, index);

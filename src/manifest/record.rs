@@ -61,6 +61,7 @@ pub const CHANNELS: [(&str, &[&str]); 4] = [
             "energy",
             "energy_share",
             "contact_count",
+            "wall_forces",
             "temperature",
             "log",
         ],

@@ -109,22 +109,30 @@ channels! {
         time_unit: String [string] = "4",
     }
 
-    /// DEM: where the energy is. kinetic + gravitational + elastic + dissipated - wall_work = total at the start + residual.
+    /// DEM: where the energy is. kinetic + gravitational + elastic + dissipated + removed - wall_work = total at the start + residual.
     DemEnergy on "/energy" {
         /// Sum of m v^2 / 2, from the velocity at the positions' time, J.
         kinetic_j: f64 [double] = "1",
         /// Sum of -m g . x, J; zero at the origin.
         gravitational_j: f64 [double] = "2",
-        /// Sum of k delta^2 / 2 over contacts, J.
+        /// Sum of k delta^2 / 2 over contacts, and the tangential springs, J.
         elastic_j: f64 [double] = "3",
-        /// Energy taken by the dashpots since the start, J.
+        /// Energy taken by dashpots, friction and rolling friction since the start, J.
         dissipated_j: f64 [double] = "4",
         /// Work done by the walls on the discs since the start, J; 0 for walls at rest.
         wall_work_j: f64 [double] = "5",
         /// kinetic + gravitational + elastic, J.
         total_j: f64 [double] = "6",
-        /// total + dissipated - wall work - total at the start: the integrator's error, J.
+        /// total + dissipated + removed - wall work - total at the start: the integrator's error, J.
         residual_j: f64 [double] = "7",
+        /// Part of `elastic_j`: tangential and rolling springs, J.
+        elastic_tangential_j: f64 [double] = "8",
+        /// Part of `dissipated_j`: taken by friction, J.
+        friction_j: f64 [double] = "9",
+        /// Part of `dissipated_j`: taken by rolling friction, J.
+        rolling_j: f64 [double] = "10",
+        /// Energy that removed discs took along, J.
+        removed_j: f64 [double] = "11",
     }
 
     /// DEM: the ledger as shares of the energy at the start, for plots.
@@ -151,6 +159,19 @@ channels! {
         coordination_number: f64 [double] = "3",
         /// Largest overlap since the last frame, over the smaller radius of the pair.
         largest_overlap_over_radius: f64 [double] = "4",
+    }
+
+    /// DEM: forces of the walls on the discs, an entry a wall: left, right, floor, ceiling of the box (where it is not
+    /// periodic), then the manifest's walls.
+    DemWalls on "/wall_forces" {
+        /// Mean force since the last frame, x, N; 0 in frame 0.
+        mean_force_x_n: Vec<f64> [double, repeated] = "1",
+        /// Mean force since the last frame, y, N; 0 in frame 0.
+        mean_force_y_n: Vec<f64> [double, repeated] = "2",
+        /// Work done on the discs since the start, J.
+        work_j: Vec<f64> [double, repeated] = "3",
+        /// Discs removed since the start.
+        discs_removed: u64 [uint64] = "4",
     }
 
     /// DEM: fluctuation of the velocities about their mean.

@@ -164,6 +164,7 @@ impl Stage {
                         ])
                     })
                     .collect(),
+                Wall::Segment { from, to } => [from, to].map(exact).to_vec(),
                 Wall::Body { centre, radius } => {
                     walls.cylinders.push(cylinder(
                         exact(centre),

@@ -17,6 +17,13 @@ pub enum Wall {
         /// Its radius.
         radius: f64,
     },
+    /// A straight line.
+    Segment {
+        /// One end.
+        from: [f64; 2],
+        /// The other.
+        to: [f64; 2],
+    },
     /// A body at rest, drawn as a filled disc (the Sun).
     Body {
         /// Its centre.

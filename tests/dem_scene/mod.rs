@@ -5,7 +5,8 @@ use kinetoscope::model::{Model, Target};
 use kinetoscope::models::dem::Dem;
 use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{
-    DemConfig, DiscRadius, Dissipation, GivenState, Placement, TimeStep,
+    DemConfig, DemWall, DemWallShape, DiscRadius, Dissipation, GivenState, PeriodicSides,
+    Placement, Stability, TimeStep,
 };
 use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive, Share};
 use kinetoscope_recording::channels::DemEnergy;
@@ -49,7 +50,7 @@ pub(crate) fn equal(radius: f64) -> DiscRadius {
     DiscRadius::Equal(positive(radius))
 }
 
-fn finite(pair: [f64; 2]) -> [Finite; 2] {
+pub(crate) fn finite(pair: [f64; 2]) -> [Finite; 2] {
     pair.map(|value| Finite::new(value).expect("finite"))
 }
 
@@ -86,7 +87,7 @@ pub(crate) fn frame(model: &Dem) -> Frame {
 pub(crate) fn discs(model: &Dem) -> Vec<Disc> {
     frame(model)
         .state()
-        .chunks_exact(7)
+        .chunks_exact(9)
         .map(|row| Disc {
             position: [row[0], row[1]],
             velocity: [row[2], row[3]],
@@ -106,4 +107,86 @@ pub(crate) fn time_step(model: &Dem) -> f64 {
         kinetoscope::model::Extent::Steps { step, .. } => step,
         other => panic!("{other:?}"),
     }
+}
+
+pub(crate) fn non_negative(value: f64) -> NonNegative {
+    NonNegative::new(value).expect("not negative")
+}
+
+/// A straight wall at rest.
+pub(crate) fn segment(from: [f64; 2], to: [f64; 2]) -> DemWall {
+    DemWall {
+        shape: DemWallShape::Segment { from_m: finite(from), to_m: finite(to) },
+        velocity_m_per_s: finite([0.0; 2]),
+        amplitude_m: finite([0.0; 2]),
+        frequency_hz: non_negative(0.0),
+    }
+}
+
+pub(crate) fn drum(centre: [f64; 2], radius: f64, spin: f64) -> DemWall {
+    let spin_rad_per_s = Finite::new(spin).expect("finite");
+    let shape =
+        DemWallShape::Drum { centre_m: finite(centre), radius_m: positive(radius), spin_rad_per_s };
+    DemWall { shape, ..segment([0.0; 2], [1.0; 2]) }
+}
+
+/// A scene of every kind, in full motion within a few hundred steps, by name.
+pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
+    let count = |discs: u32| NonZeroU32::new(discs).expect("not zero");
+    // Gravity a hundred times the Earth's: a bed forms in a few hundred steps.
+    let bed = DemConfig {
+        discs: count(6000),
+        radius_m: DiscRadius::Uniform { min: positive(4.5e-4), max: positive(5.5e-4) },
+        width_m: positive(0.3),
+        height_m: positive(0.036),
+        gravity_m_per_s2: gravity(50.0, -981.0),
+        stiffness_n_per_m: positive(5e6),
+        time_step: per_contact(20.0),
+        ..DemConfig::default()
+    };
+    let rubbing = DemConfig {
+        friction: non_negative(0.5),
+        rolling_friction: non_negative(0.1),
+        ..bed.clone()
+    };
+    let small = DemConfig { discs: count(300), width_m: positive(0.04), ..rubbing.clone() };
+    vec![
+        ("bed", bed.clone()),
+        ("rubbing bed", rubbing.clone()),
+        (
+            "periodic",
+            DemConfig { periodic: PeriodicSides::X, stability: Stability::Warn, ..rubbing.clone() },
+        ),
+        (
+            "drum",
+            DemConfig {
+                height_m: positive(0.04),
+                walls: vec![drum([0.02, 0.02], 0.02, 100.0)],
+                ..small.clone()
+            },
+        ),
+        (
+            "shaken box",
+            DemConfig {
+                walls: vec![DemWall {
+                    amplitude_m: finite([0.0, 1e-3]),
+                    frequency_hz: non_negative(500.0),
+                    ..segment([0.0, 0.002], [0.04, 0.002])
+                }],
+                ..small.clone()
+            },
+        ),
+        (
+            "hopper",
+            DemConfig {
+                walls: vec![
+                    segment([0.0, 0.012], [0.015, 0.006]),
+                    segment([0.04, 0.012], [0.025, 0.006]),
+                ],
+                outlet_below_m: Finite::new(0.004),
+                region_m: Some([finite([0.0, 0.005]), finite([0.04, 0.036])]),
+                ..small
+            },
+        ),
+    ]
 }

@@ -8,6 +8,9 @@ definitions! {
     GRAVITATIONAL: "energy.gravitational", "J", "/energy, last frame", [], 0.0;
     ELASTIC: "energy.elastic", "J", "/energy, last frame", [], 0.0;
     DISSIPATED: "energy.dissipated", "J", "/energy, last frame", [], 0.0;
+    FRICTION: "energy.friction", "J", "/energy, last frame: the part of energy.dissipated that friction took", [], 0.0;
+    WALL_WORK: "energy.wall_work", "J", "/energy, last frame: work of the walls since the start", [], 0.0;
+    DISCS_REMOVED: "discs_removed", "1", "/wall_forces: discs that left through the outlet, last frame", [], 0.0;
     TOTAL_CHANGE: "energy.total_change_relative", "1", "/energy: mechanical energy, last frame against the first, over its size there", [], 0.0;
     RESIDUAL: "energy.residual_relative", "1", "/energy: change of the ledger's sum over the energy at the start, last frame", [law::ENERGY_LEDGER], 1e-9;
     RESIDUAL_DRIFT: "energy.residual", "J", "/energy: change of the ledger's sum, last frame against the first", [law::ENERGY_LEDGER], 0.0;

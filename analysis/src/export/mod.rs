@@ -8,7 +8,7 @@ mod xyz;
 
 use crate::input::Source;
 use crate::run;
-use kinetoscope_manifest::model::{DiscRadius, ModelConfig};
+use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use std::path::{Path, PathBuf};
 
@@ -68,10 +68,7 @@ impl Subject {
     /// Radius of the particles that have none in the state; 0 for points.
     fn radius(&self) -> f64 {
         match &self.model {
-            ModelConfig::Dem(config) => match config.radius_m {
-                DiscRadius::Equal(radius) => radius.get(),
-                DiscRadius::Uniform { min, max } => (min.get() + max.get()) / 2.0,
-            },
+            ModelConfig::Dem(config) => config.radius_m.mean(),
             ModelConfig::Packing(config) => config.radius.get(),
             ModelConfig::Gas(_) | ModelConfig::Orbit(_) => 0.0,
         }

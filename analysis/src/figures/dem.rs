@@ -121,11 +121,9 @@ fn area_below(line: f64, radius: f64) -> f64 {
 }
 
 fn states(run: &DemRun) -> Vec<Plot> {
-    let radius = match run.config.radius_m {
-        DiscRadius::Equal(radius) => format!("r = {} m", short_number(radius.get())),
-        DiscRadius::Uniform { min, max } => {
-            format!("r = {} to {} m", short_number(min.get()), short_number(max.get()))
-        }
+    let radius = match (run.config.radius_m, run.config.radius_m.range()) {
+        (DiscRadius::Equal(radius), _) => format!("r = {} m", short_number(radius.get())),
+        (_, (min, max)) => format!("r = {} to {} m", short_number(min), short_number(max)),
     };
     let [width, height] = [run.config.width_m.get(), run.config.height_m.get()];
     let sheet = Picture::empty(Container::Rectangle([0.0, 0.0], [width, height]), "m", "m/s");

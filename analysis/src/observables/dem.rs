@@ -7,7 +7,7 @@ use crate::figures::{self, Figures};
 use crate::laws::dem as law;
 use crate::measurement::Measurement;
 use kinetoscope_manifest::model::{DemConfig, DiscRadius};
-use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemTemperature};
+use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemTemperature, DemWalls};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 use std::f64::consts::PI;
@@ -25,8 +25,12 @@ pub struct Ledger {
     pub elastic_j: f64,
     /// Taken by the dashpots since the start.
     pub dissipated_j: f64,
+    /// Part of what is dissipated: taken by friction.
+    pub friction_j: f64,
     /// Done by the walls since the start.
     pub wall_work_j: f64,
+    /// Taken along by discs that were removed.
+    pub removed_j: f64,
 }
 
 impl Ledger {
@@ -36,10 +40,10 @@ impl Ledger {
         self.kinetic_j + self.gravitational_j + self.elastic_j
     }
 
-    /// What must stay constant: mechanical energy + dissipated - wall work.
+    /// What must stay constant: mechanical energy + dissipated + removed - wall work.
     #[must_use]
     pub fn balance_j(&self) -> f64 {
-        self.total_j() + self.dissipated_j - self.wall_work_j
+        self.total_j() + self.dissipated_j + self.removed_j - self.wall_work_j
     }
 }
 
@@ -53,6 +57,7 @@ pub struct DemRun {
     last_motion_s: f64,
     rebounds: Option<Rebounds>,
     contacts: Option<DemContacts>,
+    discs_removed: Option<u64>,
     largest_overlap_over_radius: f64,
     granular_temperature: Option<f64>,
     largest_kinetic_disagreement_j: Option<f64>,
@@ -76,6 +81,7 @@ impl DemRun {
             largest_residual_j: 0.0,
             last_motion_s: 0.0,
             contacts: None,
+            discs_removed: None,
             largest_overlap_over_radius: 0.0,
             granular_temperature: None,
             largest_kinetic_disagreement_j: None,
@@ -96,16 +102,13 @@ impl DemRun {
     pub(crate) fn equal_radius(&self) -> Option<f64> {
         match self.config.radius_m {
             DiscRadius::Equal(radius) => Some(radius.get()),
-            DiscRadius::Uniform { .. } => None,
+            _ => None,
         }
     }
 
     /// Mass of a disc, kg: the areal density is that of a disc of the mean radius with the manifest's mass.
     fn mass_kg(&self, radius: f64) -> f64 {
-        let mean = match self.config.radius_m {
-            DiscRadius::Equal(radius) => radius.get(),
-            DiscRadius::Uniform { min, max } => (min.get() + max.get()) / 2.0,
-        };
+        let mean = self.config.radius_m.mean();
         let ratio = radius / mean;
         self.config.mass_kg.get() * ratio * ratio
     }
@@ -145,6 +148,8 @@ impl DemRun {
             Measurement::new(metric::GRAVITATIONAL, last.gravitational_j),
             Measurement::new(metric::ELASTIC, last.elastic_j),
             Measurement::new(metric::DISSIPATED, last.dissipated_j),
+            Measurement::new(metric::FRICTION, last.friction_j),
+            Measurement::new(metric::WALL_WORK, last.wall_work_j),
         ]);
         let residual = last.balance_j() - first.balance_j();
         found.push(Measurement::new(metric::RESIDUAL_DRIFT, residual).against(0.0));
@@ -234,7 +239,9 @@ impl Observer for DemRun {
             gravitational_j: energy.gravitational_j,
             elastic_j: energy.elastic_j,
             dissipated_j: energy.dissipated_j,
+            friction_j: energy.friction_j,
             wall_work_j: energy.wall_work_j,
+            removed_j: energy.removed_j,
         });
         ledger.into_iter().for_each(|entry| self.see_ledger(entry));
         if let Some(contacts) = frame.get::<DemContacts>()? {
@@ -243,6 +250,9 @@ impl Observer for DemRun {
                 contacts.largest_overlap_over_radius,
             );
             self.contacts = Some(contacts);
+        }
+        if let Some(walls) = frame.get::<DemWalls>()? {
+            self.discs_removed = Some(walls.discs_removed);
         }
         if let Some(temperature) = frame.get::<DemTemperature>()? {
             self.granular_temperature = Some(temperature.granular_temperature_m2_per_s2);
@@ -275,6 +285,9 @@ impl Observer for DemRun {
             let overlap = self.largest_overlap_over_radius;
             found.push(Measurement::new(metric::LARGEST_OVERLAP, overlap));
             found.push(Measurement::new(metric::COORDINATION, contacts.coordination_number));
+        }
+        if let Some(removed) = self.discs_removed {
+            found.push(Measurement::new(metric::DISCS_REMOVED, removed as f64));
         }
         if let Some(temperature) = self.granular_temperature {
             found.push(Measurement::new(metric::GRANULAR_TEMPERATURE, temperature));

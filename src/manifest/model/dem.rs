@@ -1,10 +1,10 @@
 //! `[model.dem]`: discs with spring–dashpot contacts in a box.
 
-use super::Placement;
+use super::{DemWall, DemWallShape, Placement};
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
 use crate::quantity::{Finite, NonNegative, Positive, Share};
-use crate::tree::{Node, Value};
+use crate::tree::{Node, Span, Value};
 use crate::value::{TomlValue, number, refuse, words};
 use serde_json::{Value as Json, json};
 use std::num::NonZeroU32;
@@ -30,6 +30,22 @@ pub struct DemConfig {
     pub dissipation: Dissipation,
     /// What the force does where the dashpot would pull.
     pub force_tail: ForceTail,
+    /// Coefficient of friction mu, between discs and with walls.
+    pub friction: NonNegative,
+    /// Coefficient of rolling friction mu_r.
+    pub rolling_friction: NonNegative,
+    /// Stiffness k_t of the tangential and rolling springs over k.
+    pub tangential_stiffness_share: Positive,
+    /// Damping eta_t of the tangential spring over eta, while the contact sticks.
+    pub tangential_damping_share: NonNegative,
+    /// Directions in which the box is periodic and has no walls.
+    pub periodic: PeriodicSides,
+    /// Walls besides the box's own.
+    pub walls: Vec<DemWall>,
+    /// Discs whose centre sinks below this height are removed, m.
+    pub outlet_below_m: Option<Finite>,
+    /// The part of the box that discs are placed in at the start, lower left and upper right corner, m.
+    pub region_m: Option<[[Finite; 2]; 2]>,
     /// How the equation of motion is discretised.
     pub integrator: DemIntegrator,
     /// The time step, by contacts or in seconds.
@@ -54,6 +70,63 @@ pub enum DiscRadius {
         /// Largest radius, m.
         max: Positive,
     },
+    /// Normal about a mean, drawn again beyond three deviations.
+    Normal {
+        /// Mean radius, m.
+        mean: Positive,
+        /// Standard deviation, m; below a third of the mean.
+        deviation: Positive,
+    },
+    /// Two sizes.
+    TwoSizes {
+        /// The smaller radius, m.
+        small: Positive,
+        /// The larger radius, m.
+        large: Positive,
+        /// Probability of the smaller.
+        small_share: Share,
+    },
+}
+
+/// Largest ratio of two radii in a run: beyond it the contacts of the smallest discs are lost among the largest's.
+const MOST_RADIUS_RATIO: f64 = 10.0;
+
+impl DiscRadius {
+    /// Smallest and largest radius that can be drawn, m.
+    #[must_use]
+    pub fn range(&self) -> (f64, f64) {
+        match self {
+            Self::Equal(radius) => (radius.get(), radius.get()),
+            Self::Uniform { min, max } => (min.get(), max.get()),
+            Self::Normal { mean, deviation } => {
+                (mean.get() - 3.0 * deviation.get(), mean.get() + 3.0 * deviation.get())
+            }
+            Self::TwoSizes { small, large, .. } => (small.get(), large.get()),
+        }
+    }
+
+    /// The radius of a disc of the manifest's mass, m: the mean of equal, uniform and normal radii, and for two sizes the
+    /// mean of the two.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        match self {
+            Self::Normal { mean, .. } => mean.get(),
+            other => 0.5 * (other.range().0 + other.range().1),
+        }
+    }
+}
+
+/// Directions in which the box is periodic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PeriodicSides {
+    /// Four walls.
+    None,
+    /// Left and right side are one.
+    X,
+    /// Floor and ceiling are one.
+    Y,
+    /// No walls.
+    Both,
 }
 
 /// The dashpot of a contact.
@@ -81,7 +154,8 @@ pub enum DemIntegrator {
     SemiImplicitEuler,
     /// Half kick, drift, half kick.
     VelocityVerlet,
-    /// The dashpot solved implicitly, contact by contact: stable at any damping, exact for isolated pairs only.
+    /// Dashpots that take the velocities at the step's end, solved over all contacts together (projected Gauss–Seidel):
+    /// stable at any damping, in beds, too.
     ImplicitDashpot,
 }
 
@@ -92,6 +166,15 @@ pub enum TimeStep {
     PerContact(Positive),
     /// In seconds.
     Fixed(Positive),
+    /// The longest that the stability bounds allow with room to spare.
+    Automatic,
+}
+
+/// A time step as it is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum StepLength {
+    Seconds(Positive),
+    Automatic,
 }
 
 /// What a time step beyond the stability bounds leads to.
@@ -116,6 +199,14 @@ impl Default for DemConfig {
             stiffness_n_per_m: const { Positive::literal(5e4) },
             dissipation: Dissipation::Restitution(const { Share::literal(0.5) }),
             force_tail: ForceTail::Attractive,
+            friction: const { NonNegative::literal(0.0) },
+            rolling_friction: const { NonNegative::literal(0.0) },
+            tangential_stiffness_share: const { Positive::literal(2.0 / 7.0) },
+            tangential_damping_share: const { NonNegative::literal(0.5) },
+            periodic: PeriodicSides::None,
+            walls: Vec::new(),
+            outlet_below_m: None,
+            region_m: None,
             integrator: DemIntegrator::SemiImplicitEuler,
             time_step: TimeStep::PerContact(const { Positive::literal(20.0) }),
             stability: Stability::Refuse,
@@ -131,6 +222,7 @@ words!(pub DemIntegrator {
     VelocityVerlet = "velocity-verlet",
     ImplicitDashpot = "implicit-dashpot",
 });
+words!(pub PeriodicSides { None = "none", X = "x", Y = "y", Both = "both" });
 words!(pub Stability { Refuse = "refuse", Warn = "warn" });
 
 impl DemConfig {
@@ -151,7 +243,8 @@ impl DemConfig {
         keys.key(
             "radius_m",
             "m",
-            "Radius of the discs, or { min, max }: uniform between the two.",
+            "Radius of the discs; or { min, max }: uniform between the two; or { mean, deviation }: normal, drawn again \
+            beyond three deviations; or { small, large, small_share }: two sizes. At most 1 : 10.",
             &mut self.radius_m,
         );
         keys.key("width_m", "m", "Width of the box [0, width] x [0, height].", &mut self.width_m);
@@ -176,10 +269,13 @@ impl DemConfig {
             makes it zero.",
             &mut self.force_tail,
         );
+        self.friction_keys(keys);
+        self.scene_keys(keys);
         keys.key(
             "integrator",
             "",
-            "How the equation of motion is discretised.",
+            "How the equation of motion is discretised. implicit-dashpot solves the dashpots over all contacts together \
+            (projected Gauss-Seidel) and is stable at any damping, in beds, too; it knows neither friction nor moving walls.",
             &mut self.integrator,
         );
         self.time_step_keys(keys);
@@ -223,10 +319,67 @@ impl DemConfig {
         }
     }
 
+    fn friction_keys(&mut self, keys: &mut impl Keys) {
+        keys.key(
+            "friction",
+            "1",
+            "Coefficient of friction mu: a contact slides where its tangential spring would pull harder than mu times the \
+            normal force.",
+            &mut self.friction,
+        );
+        keys.key(
+            "rolling_friction",
+            "1",
+            "Coefficient of rolling friction: a spring and slider against the relative spin, its lever the reduced radius.",
+            &mut self.rolling_friction,
+        );
+        keys.key(
+            "tangential_stiffness_share",
+            "1",
+            "Stiffness of the tangential and rolling springs over that of the normal one.",
+            &mut self.tangential_stiffness_share,
+        );
+        keys.key(
+            "tangential_damping_share",
+            "1",
+            "Damping of the tangential spring over that of the normal one, while the contact sticks.",
+            &mut self.tangential_damping_share,
+        );
+    }
+
+    fn scene_keys(&mut self, keys: &mut impl Keys) {
+        keys.key(
+            "periodic",
+            "",
+            "Directions in which the box is periodic and has no walls.",
+            &mut self.periodic,
+        );
+        keys.key(
+            "walls",
+            "",
+            "Walls besides the box's: { from_m, to_m } or { centre_m, radius_m, spin_rad_per_s } (a drum, discs inside), \
+            each with velocity_m_per_s, amplitude_m, frequency_hz: displacement u t + A sin(2 pi f t).",
+            &mut self.walls,
+        );
+        self.outlet_below_m = keys.optional(
+            "outlet_below_m",
+            "m",
+            "Discs whose centre sinks below this height are removed.",
+            self.outlet_below_m,
+        );
+        self.region_m = keys.optional(
+            "region_m",
+            "m",
+            "The part of the box that discs are placed in, [[x, y], [x, y]]: lower left and upper right corner.",
+            self.region_m,
+        );
+    }
+
     fn time_step_keys(&mut self, keys: &mut impl Keys) {
         let (per_contact, fixed) = match self.time_step {
             TimeStep::PerContact(steps) => (Some(steps), None),
-            TimeStep::Fixed(step) => (None, Some(step)),
+            TimeStep::Fixed(step) => (None, Some(StepLength::Seconds(step))),
+            TimeStep::Automatic => (None, Some(StepLength::Automatic)),
         };
         keys.exclusive(&["steps_per_contact", "time_step_s"]);
         if let Some(steps) = keys.optional(
@@ -237,10 +390,17 @@ impl DemConfig {
         ) {
             self.time_step = TimeStep::PerContact(steps);
         }
-        if let Some(step) =
-            keys.optional("time_step_s", "s", "Time step, in place of `steps_per_contact`.", fixed)
-        {
-            self.time_step = TimeStep::Fixed(step);
+        if let Some(step) = keys.optional(
+            "time_step_s",
+            "s",
+            "Time step, in place of `steps_per_contact`; or automatic: the longest that the stability bounds allow with \
+            room to spare.",
+            fixed,
+        ) {
+            self.time_step = match step {
+                StepLength::Seconds(step) => TimeStep::Fixed(step),
+                StepLength::Automatic => TimeStep::Automatic,
+            };
         }
     }
 
@@ -249,9 +409,7 @@ impl DemConfig {
         if let Placement::Given(state) = &self.placement {
             self.discs = state.count(table, "discs", self.discs);
         }
-        let radius = match self.radius_m {
-            DiscRadius::Equal(radius) | DiscRadius::Uniform { max: radius, .. } => radius.get(),
-        };
+        let (smallest, radius) = self.radius_m.range();
         let (width, height) = (self.width_m.get(), self.height_m.get());
         if 2.0 * radius >= width || 2.0 * radius >= height {
             let title = format!(
@@ -266,9 +424,108 @@ impl DemConfig {
         }
         let steps = match self.time_step {
             TimeStep::Fixed(step) => self.duration_s.get() / step.get(),
-            TimeStep::PerContact(_) => f64::INFINITY,
+            TimeStep::PerContact(_) | TimeStep::Automatic => f64::INFINITY,
         };
+        if smallest * MOST_RADIUS_RATIO < radius * (1.0 - 1e-12) {
+            table.refuse(
+                &["radius_m"],
+                &format!("the largest radius is {:.1} times the smallest", radius / smallest),
+                "at most 10 times",
+            );
+        }
+        self.check_scene(radius, table);
         super::at_least_one_step(steps, table, &["time_step_s", "duration_s"]);
+    }
+}
+
+impl DemConfig {
+    fn check_scene(&self, largest_radius: f64, table: &mut Reader<'_>) {
+        let (width, height) = (self.width_m.get(), self.height_m.get());
+        let moves = self.walls.iter().any(|wall| !wall.is_at_rest());
+        let rubs = self.friction.get() > 0.0 || self.rolling_friction.get() > 0.0;
+        if self.integrator == DemIntegrator::ImplicitDashpot && (moves || rubs) {
+            table.refuse(
+                &["integrator", "friction", "rolling_friction", "walls"],
+                "the implicit dashpot knows neither friction nor moving walls",
+                "take \"semi-implicit-euler\" or \"velocity-verlet\"",
+            );
+        }
+        // Neighbours across a periodic side must not be neighbours within the box as well.
+        let least = 12.0 * largest_radius;
+        let (x, y) = match self.periodic {
+            PeriodicSides::None => (false, false),
+            PeriodicSides::X => (true, false),
+            PeriodicSides::Y => (false, true),
+            PeriodicSides::Both => (true, true),
+        };
+        if (x && width < least) || (y && height < least) {
+            table.refuse(
+                &["periodic", "width_m", "height_m", "radius_m"],
+                "the periodic box is too small for its discs",
+                "a periodic side must be at least 12 of the largest radii long",
+            );
+        }
+        if let Some([low, high]) = self.region_m {
+            let is_inside = |at: [Finite; 2]| {
+                (0.0..=width).contains(&at[0].get()) && (0.0..=height).contains(&at[1].get())
+            };
+            if !is_inside(low) || !is_inside(high) || low[0] >= high[0] || low[1] >= high[1] {
+                table.refuse(
+                    &["region_m", "width_m", "height_m"],
+                    "the region is no rectangle within the box",
+                    "its corners, lower left first, must lie within the box",
+                );
+            }
+        }
+        for wall in &self.walls {
+            self.check_wall(wall, table);
+        }
+    }
+
+    fn check_wall(&self, wall: &DemWall, table: &mut Reader<'_>) {
+        let (width, height) = (self.width_m.get(), self.height_m.get());
+        let is_inside = |x: f64, y: f64| (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
+        let fits = match wall.shape {
+            DemWallShape::Segment { from_m, to_m } => {
+                [from_m, to_m].iter().all(|end| is_inside(end[0].get(), end[1].get()))
+            }
+            DemWallShape::Drum { centre_m, radius_m, .. } => {
+                let ([x, y], r) = (centre_m.map(Finite::get), radius_m.get());
+                let slack = 1e-9 * r;
+                is_inside(x - r + slack, y - r + slack) && is_inside(x + r - slack, y + r - slack)
+            }
+        };
+        if !fits {
+            table.refuse(
+                &["walls", "width_m", "height_m"],
+                "a wall reaches outside the box",
+                "walls must begin within the box: an outlet cannot be wider than its hopper",
+            );
+        }
+    }
+}
+
+impl TomlValue for StepLength {
+    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+        match &node.value {
+            Value::Text(text) if text == "automatic" => Some(Self::Automatic),
+            Value::Text(_) => {
+                refuse(node, name, "a number > 0 or \"automatic\"", errors);
+                None
+            }
+            _ => Positive::read(node, name, errors).map(Self::Seconds),
+        }
+    }
+
+    fn write(&self) -> String {
+        match self {
+            Self::Seconds(step) => step.write(),
+            Self::Automatic => "\"automatic\"".to_owned(),
+        }
+    }
+
+    fn schema() -> Json {
+        json!({ "anyOf": [Positive::schema(), { "enum": ["automatic"] }] })
     }
 }
 
@@ -282,16 +539,16 @@ impl TomlValue for DiscRadius {
             return Positive::read(node, name, errors).map(Self::Equal);
         };
         let mut reader = Reader::new(name, table, errors);
-        let min: Option<Positive> = reader.required("min", node.span);
-        let max: Option<Positive> = reader.required("max", node.span);
-        let bounds = min.zip(max);
-        let ordered = bounds.filter(|(min, max)| min <= max);
-        if bounds.is_some() && ordered.is_none() {
-            let title = format!("`{name}` has its smallest radius above its largest");
-            reader.refuse(&["min", "max"], &title, "min must be <= max");
-        }
+        let is_uniform = reader.has("min") || reader.has("max");
+        let radius = if !is_uniform && (reader.has("mean") || reader.has("deviation")) {
+            Self::read_normal(&mut reader, node.span)
+        } else if !is_uniform && (reader.has("small") || reader.has("large")) {
+            Self::read_two_sizes(&mut reader, node.span)
+        } else {
+            Self::read_uniform(&mut reader, name, node.span)
+        };
         reader.finish();
-        ordered.map(|(min, max)| Self::Uniform { min, max })
+        radius
     }
 
     fn write(&self) -> String {
@@ -300,16 +557,75 @@ impl TomlValue for DiscRadius {
             Self::Uniform { min, max } => {
                 format!("{{ min = {}, max = {} }}", min.write(), max.write())
             }
+            Self::Normal { mean, deviation } => {
+                format!("{{ mean = {}, deviation = {} }}", mean.write(), deviation.write())
+            }
+            Self::TwoSizes { small, large, small_share } => format!(
+                "{{ small = {}, large = {}, small_share = {} }}",
+                small.write(),
+                large.write(),
+                small_share.write()
+            ),
         }
     }
 
     fn schema() -> Json {
-        let bounds = json!({ "min": Positive::schema(), "max": Positive::schema() });
-        json!({ "anyOf": [Positive::schema(), {
-            "type": "object",
-            "properties": bounds,
-            "required": ["min", "max"],
-            "additionalProperties": false
-        }] })
+        let table = |keys: &[(&str, Json)]| {
+            let properties: serde_json::Map<String, Json> =
+                keys.iter().map(|(key, schema)| ((*key).to_owned(), schema.clone())).collect();
+            let required: Vec<&str> = keys.iter().map(|(key, _)| *key).collect();
+            json!({
+                "type": "object",
+                "properties": properties,
+                "required": required,
+                "additionalProperties": false
+            })
+        };
+        let length = Positive::schema;
+        json!({ "anyOf": [
+            length(),
+            table(&[("min", length()), ("max", length())]),
+            table(&[("mean", length()), ("deviation", length())]),
+            table(&[("small", length()), ("large", length()), ("small_share", Share::schema())]),
+        ] })
+    }
+}
+
+impl DiscRadius {
+    fn read_uniform(reader: &mut Reader<'_>, name: &str, at: Span) -> Option<Self> {
+        let min: Option<Positive> = reader.required("min", at);
+        let max: Option<Positive> = reader.required("max", at);
+        let bounds = min.zip(max);
+        let ordered = bounds.filter(|(min, max)| min <= max);
+        if bounds.is_some() && ordered.is_none() {
+            let title = format!("`{name}` has its smallest radius above its largest");
+            reader.refuse(&["min", "max"], &title, "min must be <= max");
+        }
+        ordered.map(|(min, max)| Self::Uniform { min, max })
+    }
+
+    fn read_normal(reader: &mut Reader<'_>, at: Span) -> Option<Self> {
+        let mean: Option<Positive> = reader.required("mean", at);
+        let deviation: Option<Positive> = reader.required("deviation", at);
+        let (mean, deviation) = mean.zip(deviation)?;
+        if 3.0 * deviation.get() >= mean.get() {
+            let title = "three deviations below the mean is no radius";
+            reader.refuse(&["mean", "deviation"], title, "deviation must be below a third of mean");
+            return None;
+        }
+        Some(Self::Normal { mean, deviation })
+    }
+
+    fn read_two_sizes(reader: &mut Reader<'_>, at: Span) -> Option<Self> {
+        let small: Option<Positive> = reader.required("small", at);
+        let large: Option<Positive> = reader.required("large", at);
+        let small_share: Option<Share> = reader.required("small_share", at);
+        let ((small, large), small_share) = small.zip(large).zip(small_share)?;
+        if small > large {
+            let title = "the smaller radius is above the larger";
+            reader.refuse(&["small", "large"], title, "small must be <= large");
+            return None;
+        }
+        Some(Self::TwoSizes { small, large, small_share })
     }
 }

@@ -139,6 +139,33 @@ fn intervals_fit_the_model() {
 }
 
 #[test]
+fn dem_scenes_make_sense() {
+    refused("[model.dem]\nradius_m = { min = 1e-4, max = 1.1e-3 } # <-", "at most 10 times");
+    refused("[model.dem]\nradius_m = { mean = 1e-4, deviation = 4e-5 } # <-", "below a third");
+    refused(
+        "[model.dem]\nradius_m = { small = 2e-4, large = 1e-4, small_share = 0.5 } # <-",
+        "<= large",
+    );
+    refused("[model.dem]\nstiffness_n_per_m = 0 # <-", "must be a number > 0");
+    refused("[model.dem]\nrestitution = 1.1 # <-", "must be a number in (0, 1]");
+    refused(
+        "[model.dem]\nwalls = [{ from_m = [0.0, 0.01], to_m = [0.05, 0.01] }] # <-",
+        "an outlet cannot be wider than its hopper",
+    );
+    refused(
+        "[model.dem]\nperiodic = \"x\"\nwidth_m = 0.005 # <-",
+        "at least 12 of the largest radii",
+    );
+    refused(
+        "[model.dem]\nfriction = 0.1\nintegrator = \"implicit-dashpot\" # <-",
+        "neither friction nor moving walls",
+    );
+    refused("[model.dem]\nregion_m = [[0, 0], [1, 1]] # <-", "must lie within the box");
+    accepted("[model.dem]\ntime_step_s = \"automatic\"");
+    refused("[model.dem]\ntime_step_s = \"auto\" # <-", "a number > 0 or \"automatic\"");
+}
+
+#[test]
 fn dem_discs_fit_their_box() {
     refused("[model.dem]\nradius_m = 0.02 # <-", "does not fit into a box of 0.04 m x 0.04 m");
     refused("[model.dem]\nradius_m = 0.02\nheight_m = 0.03 # <-", "does not fit");

@@ -66,6 +66,8 @@ fn every_key_has_its_meaning_unit_range_and_default() {
         "wall_accommodation",
         "opening_width_m",
         "damping_n_s_per_m",
+        "outlet_below_m",
+        "region_m",
         "time_step_s",
         "max_speed_m_per_s",
         "duration",
@@ -167,7 +169,7 @@ fn the_schemas_words_are_the_readers() {
 #[test]
 fn the_canonical_form_writes_every_key_of_the_schema() {
     let more = [
-        "[model.dem]\ndamping_n_s_per_m = 1\ntime_step_s = 1e-6\n[record]\nevery_s = 1",
+        "[model.dem]\ndamping_n_s_per_m = 1\ntime_step_s = 1e-6\noutlet_below_m = 0\nregion_m = [[0, 0], [0.01, 0.01]]\n[record]\nevery_s = 1",
         "[model.gas]\nmax_speed_m_per_s = 1\npropagation = \"stepped\"\ntime_step_s = 1e-6\n[record]\nevery_steps = 1",
         "[model.packing]\nduration = 1\n[record]\nevery_time = 1\nchannels = []",
         "[model.packing]\n[record]\nevery_collisions = 1",

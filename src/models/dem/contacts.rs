@@ -1,22 +1,11 @@
-//! Who touches whom, and with what force: a pure function of positions and velocities.
+//! Who touches whom, one by one: for looking, for the implicit dashpot, and for the words of a fault.
 
+use super::discs::Discs;
 use super::motion;
-use super::neighbours::Neighbours;
+use super::neighbours::{Block, Neighbours};
 use super::restitution;
+use super::walls::PlacedWall;
 use serde::{Deserialize, Serialize};
-
-/// The discs, column by column, in the order of their ids.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Discs {
-    /// Centres, m.
-    pub(super) positions: Vec<[f64; 2]>,
-    /// The integrator's velocities, half a step behind the positions, m/s.
-    pub(super) velocities: Vec<[f64; 2]>,
-    /// Radii, m.
-    pub(super) radii: Vec<f64>,
-    /// Masses, kg.
-    pub(super) masses: Vec<f64>,
-}
 
 /// How the damping of a contact is found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,15 +27,23 @@ pub(super) struct ContactLaw {
     pub(super) only_pushes: bool,
     /// Whether the dashpot takes the velocities at the step's end.
     pub(super) is_implicit: bool,
+    /// Stiffness k_t of the tangential and the rolling spring, N/m.
+    pub(super) tangential_stiffness: f64,
+    /// eta_t over eta.
+    pub(super) tangential_damping_share: f64,
+    /// Coefficient of friction mu.
+    pub(super) friction: f64,
+    /// Coefficient of rolling friction mu_r.
+    pub(super) rolling_friction: f64,
 }
 
 /// Two discs, or a disc and a wall, that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Contact {
-    /// The disc that the normal points to.
+    /// Where the disc that the normal points to stands in memory.
     pub(super) disc: u32,
-    /// The other disc; `None` is a wall.
-    pub(super) partner: Option<u32>,
+    /// The other.
+    pub(super) partner: Partner,
     /// Unit vector from the partner to the disc.
     pub(super) normal: [f64; 2],
     /// Overlap delta, m.
@@ -57,6 +54,15 @@ pub(super) struct Contact {
     pub(super) separating_speed: f64,
     /// Normal force f, positive where it pushes, N.
     pub(super) force: f64,
+}
+
+/// What a disc touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Partner {
+    /// A disc, by its place in memory.
+    Disc(u32),
+    /// A wall, by its number.
+    Wall(u32),
 }
 
 impl ContactLaw {
@@ -76,43 +82,70 @@ impl ContactLaw {
         }
     }
 
-    /// The force in use with an explicit dashpot, N: equation (1), clamped or not.
-    fn force(&self, overlap: f64, separating_speed: f64, effective_mass: f64) -> f64 {
-        let damping = self.damping(effective_mass);
-        let force = motion::contact_force(self.stiffness, damping, overlap, separating_speed);
-        self.clamped(force)
+    /// What the normal force does not fall below, N: zero where it only pushes.
+    pub(super) fn least_force(&self) -> f64 {
+        if self.only_pushes { 0.0 } else { f64::NEG_INFINITY }
     }
 
     /// The force without its attractive tail, where it has none.
     pub(super) fn clamped(&self, force: f64) -> f64 {
-        if self.only_pushes && force < 0.0 { 0.0 } else { force }
+        let least = self.least_force();
+        if force > least { force } else { least }
+    }
+
+    /// Whether contacts have tangential or rolling springs.
+    pub(super) fn has_friction(&self) -> bool {
+        self.friction > 0.0 || self.rolling_friction > 0.0
     }
 }
 
-/// Finds all contacts with their explicit forces: pairs in the order of their ids, then each disc's walls (left, right, floor, ceiling).
+/// Finds all contacts with their explicit normal forces, block by block: pairs, edges, walls.
 pub(super) fn find(
     discs: &Discs,
-    sides: [f64; 2],
     law: &ContactLaw,
+    walls: &[PlacedWall],
     neighbours: &Neighbours,
     contacts: &mut Vec<Contact>,
 ) {
     contacts.clear();
-    for disc in 0..discs.positions.len() {
-        for &partner in neighbours.above(disc) {
-            contacts.extend(pair_contact(discs, law, disc, partner as usize));
-        }
-    }
-    for disc in 0..discs.positions.len() {
-        wall_contacts(discs, sides, law, disc, contacts);
+    for block in &neighbours.blocks {
+        let found = pair_contacts(block, discs, law).chain(edge_contacts(block, discs, law));
+        contacts.extend(found.chain(wall_contacts(block, discs, law, walls)));
     }
 }
 
-fn pair_contact(discs: &Discs, law: &ContactLaw, disc: usize, partner: usize) -> Option<Contact> {
-    let [x, y] = discs.positions[disc];
-    let [other_x, other_y] = discs.positions[partner];
-    let apart = [x - other_x, y - other_y];
-    let reach = discs.radii[disc] + discs.radii[partner];
+fn pair_contacts(block: &Block, discs: &Discs, law: &ContactLaw) -> impl Iterator<Item = Contact> {
+    (0..block.inner.len()).filter_map(|pair| {
+        let first = block.start + block.inner.first[pair] as usize;
+        let second = block.start + block.inner.second[pair] as usize;
+        pair_contact(discs, law, [first, second], [0.0; 2], block.inner.damping[pair])
+    })
+}
+
+/// Edges are listed with both of their discs; here they count once.
+fn edge_contacts(block: &Block, discs: &Discs, law: &ContactLaw) -> impl Iterator<Item = Contact> {
+    (0..block.edges.len()).filter_map(|edge| {
+        let first = block.start + block.edges.first[edge] as usize;
+        let second = block.edges.second[edge] as usize;
+        if first > second {
+            return None;
+        }
+        pair_contact(discs, law, [first, second], block.shifts[edge], block.edges.damping[edge])
+    })
+}
+
+fn pair_contact(
+    discs: &Discs,
+    law: &ContactLaw,
+    [disc, partner]: [usize; 2],
+    shift: [f64; 2],
+    damping: f64,
+) -> Option<Contact> {
+    let [x, y, vx, vy] = discs.states[disc];
+    let [other_x, other_y, other_vx, other_vy] = discs.states[partner];
+    let apart = [x - (other_x + shift[0]), y - (other_y + shift[1])];
+    let (radius, other_radius) = (discs.radii[disc], discs.radii[partner]);
+    let reach = radius + other_radius;
     let distance_squared = apart[0] * apart[0] + apart[1] * apart[1];
     if distance_squared >= reach * reach {
         return None;
@@ -121,77 +154,47 @@ fn pair_contact(discs: &Discs, law: &ContactLaw, disc: usize, partner: usize) ->
     // Centres on one point have no normal; any will do, for such an overlap ends the run.
     let normal =
         if distance > 0.0 { [apart[0] / distance, apart[1] / distance] } else { [0.0, 1.0] };
-    let [vx, vy] = discs.velocities[disc];
-    let [other_vx, other_vy] = discs.velocities[partner];
     let separating_speed = (vx - other_vx) * normal[0] + (vy - other_vy) * normal[1];
     let overlap = reach - distance;
-    let effective_mass = motion::effective_mass(discs.masses[disc], discs.masses[partner]);
-    let (radius, other_radius) = (discs.radii[disc], discs.radii[partner]);
+    let force = motion::contact_force(law.stiffness, damping, overlap, separating_speed);
     Some(Contact {
         disc: disc as u32,
-        partner: Some(partner as u32),
+        partner: Partner::Disc(partner as u32),
         normal,
         overlap,
         overlap_over_radius: overlap / if radius < other_radius { radius } else { other_radius },
         separating_speed,
-        force: law.force(overlap, separating_speed, effective_mass),
+        force: law.clamped(force),
     })
 }
 
 fn wall_contacts(
+    block: &Block,
     discs: &Discs,
-    sides: [f64; 2],
     law: &ContactLaw,
-    disc: usize,
-    contacts: &mut Vec<Contact>,
-) {
-    let [x, y] = discs.positions[disc];
-    let radius = discs.radii[disc];
-    let walls = [
-        (x, [1.0, 0.0]),
-        (sides[0] - x, [-1.0, 0.0]),
-        (y, [0.0, 1.0]),
-        (sides[1] - y, [0.0, -1.0]),
-    ];
-    for (distance, normal) in walls {
-        if distance >= radius {
-            continue;
+    walls: &[PlacedWall],
+) -> impl Iterator<Item = Contact> {
+    block.walls.iter().filter_map(|pair| {
+        let disc = block.start + pair.disc as usize;
+        let wall = &walls[pair.wall as usize];
+        let footing = wall.shape.footing(discs.position(disc));
+        let (radius, normal) = (discs.radii[disc], footing.normal);
+        if footing.distance >= radius {
+            return None;
         }
-        let [vx, vy] = discs.velocities[disc];
-        let separating_speed = vx * normal[0] + vy * normal[1];
-        let overlap = radius - distance;
-        contacts.push(Contact {
+        let [vx, vy] = discs.velocity(disc);
+        let [wall_vx, wall_vy] = wall.surface_velocity(wall.step_velocity, normal);
+        let separating_speed = (vx - wall_vx) * normal[0] + (vy - wall_vy) * normal[1];
+        let overlap = radius - footing.distance;
+        let force = motion::contact_force(law.stiffness, pair.damping, overlap, separating_speed);
+        Some(Contact {
             disc: disc as u32,
-            partner: None,
+            partner: Partner::Wall(pair.wall),
             normal,
             overlap,
             overlap_over_radius: overlap / radius,
             separating_speed,
-            force: law.force(overlap, separating_speed, discs.masses[disc]),
-        });
-    }
-}
-
-/// Accelerations of all discs, m/s^2, contact forces added up in the order of the contacts.
-pub(super) fn accelerations(
-    discs: &Discs,
-    gravity: [f64; 2],
-    contacts: &[Contact],
-    accelerations: &mut Vec<[f64; 2]>,
-) {
-    accelerations.clear();
-    accelerations.resize(discs.positions.len(), [0.0, 0.0]);
-    for contact in contacts {
-        let force = [contact.force * contact.normal[0], contact.force * contact.normal[1]];
-        let on_disc = &mut accelerations[contact.disc as usize];
-        *on_disc = [on_disc[0] + force[0], on_disc[1] + force[1]];
-        if let Some(partner) = contact.partner {
-            let on_partner = &mut accelerations[partner as usize];
-            *on_partner = [on_partner[0] - force[0], on_partner[1] - force[1]];
-        }
-    }
-    // So far these are forces.
-    for (value, &mass) in accelerations.iter_mut().zip(&discs.masses) {
-        *value = motion::acceleration(gravity, *value, mass);
-    }
+            force: law.clamped(force),
+        })
+    })
 }

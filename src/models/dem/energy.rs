@@ -1,76 +1,140 @@
-//! The energy ledger: kinetic + m g y + k delta^2/2 + dissipated - work of the walls = constant.
+//! The energy ledger: kinetic + m g y + elastic + dissipated + removed - work of the walls = constant.
 //!
 //! What is left of that constant is the integrator's error, and is reported apart.
+//!
+//! With the mid-step velocity the work of all forces is the change of the kinetic energy, exactly: m (v' - v) . (v' + v)/2.
+//! So dashpots and walls count by that velocity; the power at a frame's time counts half before and half after it.
 
-use super::contacts::{Contact, Discs};
+use super::discs::Discs;
+use super::motion;
+use super::step::{Evaluation, Moved};
 use crate::sum::CompensatedSum;
+use serde::{Deserialize, Serialize};
 
 /// The mechanical energy of an instant, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Energies {
-    /// Sum of m v^2 / 2.
+    /// Sum of m v^2 / 2 + I w^2 / 2.
     pub(super) kinetic: f64,
     /// Sum of -m g . x, zero at the origin.
     pub(super) gravitational: f64,
     /// Sum of k delta^2 / 2.
-    pub(super) elastic: f64,
+    pub(super) elastic_normal: f64,
+    /// Energy of the tangential and rolling springs.
+    pub(super) elastic_tangential: f64,
 }
 
 impl Energies {
-    /// `velocities` are those at the positions' time, v_n + a_n dt/2: with the integrator's own, which are half a step
-    /// behind, the kinetic energy has peaks of several per cent within a contact.
+    /// Energies at the positions' time: with the integrator's own velocities, which are half a step behind, the kinetic
+    /// energy has peaks of several per cent within a contact.
     pub(super) fn of(
         discs: &Discs,
-        velocities: &[[f64; 2]],
+        evaluation: &Evaluation,
         gravity: [f64; 2],
-        contacts: &[Contact],
         stiffness: f64,
     ) -> Self {
         let mut kinetic = CompensatedSum::default();
         let mut gravitational = CompensatedSum::default();
         let mut elastic = CompensatedSum::default();
-        for ((&[x, y], &[vx, vy]), &mass) in
-            discs.positions.iter().zip(velocities).zip(&discs.masses)
-        {
+        for disc in 0..discs.len() {
+            let ([x, y], [vx, vy]) = (discs.position(disc), evaluation.velocities[disc]);
+            let (mass, spin) = (discs.masses[disc], evaluation.spins[disc]);
             kinetic.add(0.5 * mass * (vx * vx + vy * vy));
+            if spin != 0.0 {
+                let inertia = motion::moment_of_inertia(mass, discs.radii[disc]);
+                kinetic.add(0.5 * inertia * spin * spin);
+            }
             gravitational.add(-mass * (gravity[0] * x + gravity[1] * y));
         }
-        for contact in contacts {
+        for contact in &evaluation.contacts {
             elastic.add(0.5 * stiffness * contact.overlap * contact.overlap);
         }
         Self {
             kinetic: kinetic.value(),
             gravitational: gravitational.value(),
-            elastic: elastic.value(),
+            elastic_normal: elastic.value(),
+            elastic_tangential: evaluation.moved.contacts.elastic,
         }
     }
 
     /// Kinetic + gravitational + elastic.
     pub(super) fn total(&self) -> f64 {
-        self.kinetic + self.gravitational + self.elastic
+        self.kinetic + self.gravitational + self.elastic_normal + self.elastic_tangential
     }
 }
 
-/// Power taken by the dashpots, W: sum of (k delta - f) v_n, with f the force in use and v_n the separating speed of the
-/// mid-step velocities v_n + a_n dt/2. It equals eta v_n^2 where the force is not clamped, and k delta v_n where it is.
-///
-/// With the mid-step velocity the work of all forces is the change of the kinetic energy, exactly: m (v' - v) . (v' + v)/2.
-pub(super) fn dissipated_power(
-    contacts: &[Contact],
-    accelerations: &[[f64; 2]],
-    stiffness: f64,
-    time_step: f64,
-) -> f64 {
-    let mut power = 0.0;
-    for contact in contacts {
-        let mut acceleration = accelerations[contact.disc as usize];
-        if let Some(partner) = contact.partner {
-            let other = accelerations[partner as usize];
-            acceleration = [acceleration[0] - other[0], acceleration[1] - other[1]];
-        }
-        let separating = acceleration[0] * contact.normal[0] + acceleration[1] * contact.normal[1];
-        let mid_step_speed = contact.separating_speed + 0.5 * time_step * separating;
-        power += (stiffness * contact.overlap - contact.force) * mid_step_speed;
+/// What has come and gone since the start, J.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Ledger {
+    /// Kinetic + gravitational + elastic at the start.
+    pub(super) initial: f64,
+    /// Taken by the dashpots, up to half a step before the positions' time.
+    dashpot: CompensatedSum,
+    /// Taken by friction, up to the step before.
+    friction: CompensatedSum,
+    /// Taken by rolling friction, up to the step before.
+    rolling: CompensatedSum,
+    /// Done by each wall on the discs, up to half a step before the positions' time.
+    walls: Vec<CompensatedSum>,
+    /// Energy that discs took along when they were removed.
+    pub(super) removed: CompensatedSum,
+    /// What gravity loses where discs are put back through a periodic side.
+    pub(super) put_back: CompensatedSum,
+}
+
+/// The ledger closed at a frame's time, J.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Balance {
+    pub(super) dashpot: f64,
+    pub(super) friction: f64,
+    pub(super) rolling: f64,
+    /// Work of each wall.
+    pub(super) walls: Vec<f64>,
+    /// Work of all walls.
+    pub(super) wall_work: f64,
+}
+
+impl Ledger {
+    /// Takes stock at the start, so that the residual begins at zero.
+    pub(super) fn open(&mut self, total: f64, moved: &Moved, time_step: f64) {
+        self.initial = total;
+        self.walls.resize(moved.contacts.walls.len(), CompensatedSum::default());
+        // A frame adds half a step of the power at its time.
+        self.add_powers(moved, -0.5 * time_step);
     }
-    power
+
+    /// Adds a step.
+    pub(super) fn add(&mut self, moved: &Moved, time_step: f64) {
+        self.add_powers(moved, time_step);
+        self.friction.add(moved.contacts.friction);
+        self.rolling.add(moved.contacts.rolling);
+    }
+
+    fn add_powers(&mut self, moved: &Moved, time: f64) {
+        self.dashpot.add((moved.dashpot_power + moved.contacts.wall_dissipation) * time);
+        for (work, [_, _, power]) in self.walls.iter_mut().zip(&moved.contacts.walls) {
+            work.add(power * time);
+        }
+    }
+
+    /// The ledger at the present state, with its forces.
+    pub(super) fn balance(&self, moved: &Moved, time_step: f64) -> Balance {
+        let mut closed = self.clone();
+        closed.add_powers(moved, 0.5 * time_step);
+        let walls: Vec<f64> = closed.walls.iter().map(CompensatedSum::value).collect();
+        Balance {
+            dashpot: closed.dashpot.value(),
+            friction: closed.friction.value() + moved.contacts.friction,
+            rolling: closed.rolling.value() + moved.contacts.rolling,
+            wall_work: walls.iter().sum(),
+            walls,
+        }
+    }
+}
+
+impl Balance {
+    /// Taken by dashpots, friction and rolling friction.
+    pub(super) fn dissipated(&self) -> f64 {
+        self.dashpot + self.friction + self.rolling
+    }
 }

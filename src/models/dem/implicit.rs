@@ -8,8 +8,12 @@
 //!
 //! One sweep is not enough: a spring under load would be softened by the factor 1 + c, and a bed would sink into itself.
 
-use super::contacts::{Contact, ContactLaw, Discs};
+use super::contacts::{Contact, Partner};
+use super::discs::Discs;
+use super::forces::{Forces, Scene};
 use super::motion;
+use super::neighbours::BLOCK;
+use super::parameters::Parameters;
 
 /// Change of a velocity in a sweep at which the solution is found, over the fastest contact's and what gravity adds to it.
 const TOLERANCE: f64 = 1e-6;
@@ -18,16 +22,12 @@ const TOLERANCE: f64 = 1e-6;
 const MOST_SWEEPS: u32 = 50;
 
 /// Replaces the contacts' forces by those with implicit dashpots.
-pub(super) fn solve_dashpots(
-    discs: &Discs,
-    gravity: [f64; 2],
-    law: &ContactLaw,
-    time_step: f64,
-    contacts: &mut [Contact],
-) {
+pub(super) fn solve_dashpots(discs: &Discs, parameters: &Parameters, contacts: &mut [Contact]) {
+    let Parameters { gravity, law, time_step, .. } = *parameters;
     // The velocities at the step's end, as far as they are known: by gravity and the springs, then by the dashpots too.
     // So a bed at rest is solved at once.
-    let mut end = Velocities { values: discs.velocities.clone(), discs, time_step };
+    let values = (0..discs.len()).map(|disc| discs.velocity(disc)).collect();
+    let mut end = Velocities { values, discs, time_step };
     for v in &mut end.values {
         *v = [v[0] + gravity[0] * time_step, v[1] + gravity[1] * time_step];
     }
@@ -61,6 +61,42 @@ pub(super) fn solve_dashpots(
     }
 }
 
+/// The forces of solved contacts on the discs, block by block, with their dissipative parts as `forces` has them.
+pub(super) fn forces_of(contacts: &[Contact], scene: &Scene<'_>, blocks: &mut [Forces]) {
+    for (number, block) in blocks.iter_mut().enumerate() {
+        let count = Ord::min(BLOCK, scene.discs.len() - number * BLOCK);
+        block.forces.clear();
+        block.forces.resize(count, [0.0; 4]);
+        block.sums.walls.clear();
+        block.sums.walls.resize(scene.walls.len(), [0.0; 3]);
+        block.sums.largest_overlap = scene.known_overlap;
+    }
+    for contact in contacts {
+        let loss = scene.law.stiffness * contact.overlap - contact.force;
+        let [nx, ny] = contact.normal;
+        let on_disc = [contact.force * nx, contact.force * ny, loss * nx, loss * ny];
+        let mut add = |disc: u32, sign: f64| {
+            let block = &mut blocks[disc as usize / BLOCK];
+            let sum = &mut block.forces[disc as usize % BLOCK];
+            for (sum, part) in sum.iter_mut().zip(on_disc) {
+                *sum += sign * part;
+            }
+            if contact.overlap_over_radius > block.sums.largest_overlap {
+                block.sums.largest_overlap = contact.overlap_over_radius;
+            }
+        };
+        add(contact.disc, 1.0);
+        match contact.partner {
+            Partner::Disc(partner) => add(partner, -1.0),
+            Partner::Wall(wall) => {
+                let by_wall = &mut blocks[contact.disc as usize / BLOCK].sums.walls[wall as usize];
+                // These walls are at rest.
+                *by_wall = [by_wall[0] + on_disc[0], by_wall[1] + on_disc[1], 0.0];
+            }
+        }
+    }
+}
+
 /// Velocities that forces act on for one step.
 struct Velocities<'a> {
     values: Vec<[f64; 2]>,
@@ -72,15 +108,15 @@ impl Velocities<'_> {
     fn effective_mass(&self, contact: &Contact) -> f64 {
         let mass = self.discs.masses[contact.disc as usize];
         match contact.partner {
-            Some(partner) => motion::effective_mass(mass, self.discs.masses[partner as usize]),
-            None => mass,
+            Partner::Disc(other) => motion::effective_mass(mass, self.discs.masses[other as usize]),
+            Partner::Wall(_) => mass,
         }
     }
 
     /// Speed at which the two of a contact move apart.
     fn separating(&self, contact: &Contact) -> f64 {
         let mut v = self.values[contact.disc as usize];
-        if let Some(partner) = contact.partner {
+        if let Partner::Disc(partner) = contact.partner {
             let other = self.values[partner as usize];
             v = [v[0] - other[0], v[1] - other[1]];
         }
@@ -96,7 +132,7 @@ impl Velocities<'_> {
             *v = [v[0] + speed * contact.normal[0], v[1] + speed * contact.normal[1]];
         };
         change(contact.disc as usize, impulse);
-        if let Some(partner) = contact.partner {
+        if let Partner::Disc(partner) = contact.partner {
             change(partner as usize, -impulse);
         }
     }

@@ -1,15 +1,20 @@
-//! Spring–dashpot discs in a box.
+//! Spring–dashpot discs in a box, with friction where it is asked for.
 //!
-//! The equation of motion stands in [`motion`], one collision in closed form in [`restitution`], the discretisation in
-//! `step`, the energy ledger in `energy`, and what can't be integrated is found by `stability` before the first step.
+//! The equations of motion stand in [`motion`], one collision in closed form in [`restitution`], the forces of all contacts
+//! in `forces`, the discretisation in `step`, the energy ledger in `energy`, and what can't be integrated is found by
+//! `stability` before the first step.
 
 pub mod motion;
-pub mod neighbours;
 pub mod restitution;
 
+mod cells;
 mod contacts;
+mod discs;
 mod energy;
+mod forces;
 mod implicit;
+mod lanes;
+mod neighbours;
 mod observe;
 mod parameters;
 mod remedies;
@@ -17,33 +22,38 @@ mod report;
 mod stability;
 mod start;
 mod step;
+mod walls;
 
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::Seed;
-use crate::sum::CompensatedSum;
-use contacts::Discs;
+use discs::Discs;
+use energy::{Energies, Ledger};
+use forces::Scene;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Stability};
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, DemContacts, DemEnergy, DemEnergyShare, DemTemperature,
+    ChannelDeclaration, DemContacts, DemEnergy, DemEnergyShare, DemTemperature, DemWalls,
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
+use neighbours::{Neighbours, Surroundings};
 use parameters::Parameters;
 use serde::{Deserialize, Serialize};
 use stability::Diagnosis;
-use step::{BlowUp, Evaluation};
+use step::{BlowUp, Evaluation, Moved, Workspace};
+use walls::PlacedWall;
 
 /// Discs with spring–dashpot contacts in a box with gravity.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Dem {
     parameters: Parameters,
     discs: Discs,
+    /// Who may touch whom, always good for the present positions; with the springs of the contacts.
+    neighbours: Neighbours,
     /// Steps since the start.
     count: u64,
-    /// Energy taken by the dashpots up to half a step before the positions' time, J.
-    dissipated: CompensatedSum,
-    /// Kinetic + gravitational + elastic at the start, J.
-    initial_energy: f64,
+    ledger: Ledger,
+    /// Discs removed since the start.
+    removed: u64,
     /// Speed of the fastest disc at the start, m/s.
     initial_top_speed: f64,
     /// c = eta dt/m_eff of the lightest pair, for the words of a fault.
@@ -52,16 +62,31 @@ pub struct Dem {
     /// Lines of the log of frame 0.
     facts: Vec<String>,
     warnings: Vec<String>,
-    /// Follows from the state; kept only for its memory and its neighbour list.
+    /// Four pairs at a time where the machine can: the same bits either way.
+    #[serde(skip, default = "use_lanes")]
+    use_lanes: bool,
     #[serde(skip)]
-    evaluation: Evaluation,
+    workspace: Workspace,
+}
+
+/// Steps between two looks at the ledger while it runs.
+const AUDIT_INTERVAL: u64 = 1000;
+/// Residual over all the energy there was, from which a run has blown up.
+const LARGEST_RESIDUAL: f64 = 0.5;
+
+fn use_lanes() -> bool {
+    true
 }
 
 /// What is gathered between frames.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Window {
     /// Largest overlap over the smaller radius of a contact since the last frame.
     largest_overlap: f64,
+    /// Sum of each wall's force over the steps since the last frame, N.
+    wall_forces: Vec<[f64; 2]>,
+    /// Steps since the last frame.
+    steps: u64,
     /// The target was reached: the next call opens a new window.
     is_closed: bool,
 }
@@ -69,9 +94,9 @@ struct Window {
 impl Model for Dem {
     type Config = DemConfig;
     const NAME: &'static str = "dem";
-    const PHYSICS_VERSION: u32 = 1;
+    const PHYSICS_VERSION: u32 = 2;
     const TIME_UNIT: &'static str = "s";
-    /// `vx` and `vy` belong to the positions' time, v + a dt/2; `vx_step` and `vy_step` are the integrator's own.
+    /// `vx`, `vy` and `spin` belong to the positions' time, v + a dt/2; `vx_step` and `vy_step` are the integrator's own.
     const STATE_COLUMNS: &'static [StateColumn] = &[
         StateColumn { name: "x", unit: "m" },
         StateColumn { name: "y", unit: "m" },
@@ -80,11 +105,14 @@ impl Model for Dem {
         StateColumn { name: "vx_step", unit: "m/s" },
         StateColumn { name: "vy_step", unit: "m/s" },
         StateColumn { name: "radius", unit: "m" },
+        StateColumn { name: "spin", unit: "rad/s" },
+        StateColumn { name: "id", unit: "" },
     ];
     const CHANNELS: &'static [ChannelDeclaration] = &[
         ChannelDeclaration::of::<DemEnergy>(),
         ChannelDeclaration::of::<DemEnergyShare>(),
         ChannelDeclaration::of::<DemContacts>(),
+        ChannelDeclaration::of::<DemWalls>(),
         ChannelDeclaration::of::<DemTemperature>(),
     ];
 
@@ -103,26 +131,29 @@ impl Model for Dem {
         let parameters = Parameters::new(config);
         let mut discs = start::discs(config, &parameters, seed)?;
         let facts = report::facts(config, &parameters, &diagnosis, &discs);
-        let initial_top_speed = discs.velocities.iter().fold(0.0, |top, v| {
-            let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();
+        let initial_top_speed = discs.states.iter().fold(0.0, |top, [_, _, vx, vy]| {
+            let speed = (vx * vx + vy * vy).sqrt();
             if speed > top { speed } else { top }
         });
         if config.integrator == DemIntegrator::VelocityVerlet {
             step::set_back_by_half_a_step(&mut discs, parameters.gravity, parameters.time_step);
         }
         let mut model = Self {
+            neighbours: Neighbours::new(parameters.radius),
             parameters,
             discs,
             count: 0,
-            dissipated: CompensatedSum::default(),
-            initial_energy: 0.0,
+            ledger: Ledger::default(),
+            removed: 0,
             initial_top_speed,
             damping_step: diagnosis.damping_step,
-            window: Window { largest_overlap: 0.0, is_closed: true },
+            window: Window { is_closed: true, ..Window::default() },
             facts,
             warnings,
-            evaluation: Evaluation::default(),
+            use_lanes: true,
+            workspace: Workspace::default(),
         };
+        model.list_neighbours();
         model.open_ledger();
         Ok(model)
     }
@@ -133,7 +164,7 @@ impl Model for Dem {
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
         if self.window.is_closed {
-            self.window = Window { largest_overlap: 0.0, is_closed: false };
+            self.window = Window::default();
         }
         let goal = match target {
             Target::Count(count) => count,
@@ -169,35 +200,176 @@ impl Model for Dem {
 }
 
 impl Dem {
-    /// One time step: forces at the present state, the ledger's share, kick and drift.
+    /// Chooses between the pair loops of one and of four pairs at a time, which give the same bits; for tests and benchmarks.
+    #[must_use]
+    pub fn with_lanes(self, use_lanes: bool) -> Self {
+        Self { use_lanes, ..self }
+    }
+
+    /// One time step: forces at the present state, the ledger's share, kick and drift; then a good neighbour list again.
     fn step(&mut self) -> Result<(), BlowUp> {
-        let parameters = &self.parameters;
-        self.evaluation.update(&self.discs, parameters);
-        let overlap = self.evaluation.largest_overlap();
-        if overlap > self.window.largest_overlap {
-            self.window.largest_overlap = overlap;
+        let walls = self.parameters.walls_at(self.count);
+        let scene = scene(&self.discs, &self.parameters, &walls, &self.window, self.use_lanes);
+        let moved = self.workspace.advance(&mut self.neighbours, &scene, &self.parameters);
+        self.window.take(&moved);
+        if moved.contacts.largest_overlap > 1.0 {
+            return Err(self.deepest());
         }
-        self.evaluation.blow_up()?;
-        let power = self.evaluation.dissipated_power(parameters);
-        self.dissipated.add(power * parameters.time_step);
-        let accelerations = &self.evaluation.accelerations;
-        let moved = step::kick_and_drift(
-            &mut self.discs,
-            accelerations,
-            parameters.sides,
-            parameters.time_step,
-        );
+        let time_step = self.parameters.time_step;
+        self.ledger.add(&moved, time_step);
+        self.workspace.hand_over(&mut self.discs);
         self.count += 1;
-        moved
+        if let Some(disc) = moved.outside {
+            return Err(BlowUp::Outside(disc));
+        }
+        let displacements = self.parameters.displacements_at(self.count);
+        let way = moved.longest_way(time_step);
+        if !self.neighbours.is_good_after(way, &self.discs, &displacements) {
+            self.neighbours.adapt_skin(self.parameters.radius);
+            self.put_back();
+            self.list_neighbours();
+            self.remove_discs();
+        }
+        if self.count.is_multiple_of(AUDIT_INTERVAL) { self.audit() } else { Ok(()) }
+    }
+
+    fn list_neighbours(&mut self) {
+        let walls = self.parameters.walls_at(self.count);
+        let around = Surroundings {
+            sides: self.parameters.sides,
+            periodic: self.parameters.periodic,
+            law: &self.parameters.law,
+            walls: &walls,
+            displacements: &self.parameters.displacements_at(self.count),
+            largest_radius: self.parameters.radius_range.1,
+        };
+        self.neighbours.build(&mut self.discs, &around);
+    }
+
+    /// Takes discs that sank below the outlet out of the run, with their energy.
+    fn remove_discs(&mut self) {
+        let Some(outlet) = self.parameters.outlet_below else { return };
+        let stays: Vec<u32> = (0..self.discs.len() as u32)
+            .filter(|&disc| self.discs.states[disc as usize][1] >= outlet)
+            .collect();
+        let leaving = self.discs.len() - stays.len();
+        if leaving == 0 {
+            return;
+        }
+        let before = self.energies(&self.evaluate()).total();
+        // Lists speak of places in memory: they are built anew at once, with the springs of those that stay.
+        self.list_only(&stays);
+        let after = self.energies(&self.evaluate()).total();
+        self.ledger.removed.add(before - after);
+        self.removed += leaving as u64;
+    }
+
+    fn list_only(&mut self, stays: &[u32]) {
+        let springs = self.neighbours.springs(&self.discs);
+        self.discs.reorder(stays);
+        self.neighbours.hold(springs);
+        self.list_neighbours();
+    }
+
+    /// Puts discs that left through a periodic side back at the other one.
+    fn put_back(&mut self) {
+        let Parameters { sides, periodic, gravity, .. } = self.parameters;
+        for (state, &mass) in self.discs.states.iter_mut().zip(&self.discs.masses) {
+            for axis in (0..2).filter(|&axis| periodic[axis]) {
+                let before = state[axis];
+                let turns = (before / sides[axis]).floor();
+                if turns != 0.0 {
+                    state[axis] = before - turns * sides[axis];
+                    self.ledger.put_back.add(mass * gravity[axis] * (state[axis] - before));
+                }
+            }
+        }
+    }
+
+    /// Stops a run whose ledger does not close.
+    fn audit(&self) -> Result<(), BlowUp> {
+        let evaluation = self.evaluate();
+        let energies = self.energies(&evaluation);
+        let balance = self.ledger.balance(&evaluation.moved, self.parameters.time_step);
+        let residual = self.residual(&energies, &balance);
+        let throughput = energies.kinetic + energies.elastic_normal + energies.elastic_tangential;
+        let scale = self.ledger.initial.abs() + throughput + balance.dissipated().abs();
+        let share = residual.abs() / scale;
+        // Written so that no number is no closed ledger.
+        let is_closed = share <= LARGEST_RESIDUAL || scale == 0.0;
+        if is_closed { Ok(()) } else { Err(BlowUp::Residual(share)) }
+    }
+
+    /// The contact that ended the run.
+    fn deepest(&self) -> BlowUp {
+        let walls = self.parameters.walls_at(self.count);
+        let mut found = Vec::new();
+        let law = &self.parameters.law;
+        contacts::find(&self.discs, law, &walls, &self.neighbours, &mut found);
+        let is_too_deep = |contact: &&contacts::Contact| contact.overlap_over_radius > 1.0;
+        match found.iter().find(is_too_deep) {
+            Some(contact) => BlowUp::Overlap(*contact),
+            // The implicit forces see the same overlaps, so this is not reached.
+            None => BlowUp::Outside(0),
+        }
     }
 
     /// Takes stock at the start, so that the ledger's residual begins at zero.
     fn open_ledger(&mut self) {
         let evaluation = self.evaluate();
-        let time_step = self.parameters.time_step;
-        let velocities = evaluation.velocities_at_positions(&self.discs, time_step);
-        self.initial_energy = self.energies(&evaluation, &velocities).total();
-        // A frame adds half a step of the power at its time.
-        self.dissipated.add(-0.5 * time_step * evaluation.dissipated_power(&self.parameters));
+        let total = self.energies(&evaluation).total();
+        self.ledger.open(total, &evaluation.moved, self.parameters.time_step);
+    }
+
+    /// Forces at the present state, found without touching it.
+    fn evaluate(&self) -> Evaluation {
+        let walls = self.parameters.walls_at(self.count);
+        let scene =
+            scene(&self.discs, &self.parameters, &walls, &Window::default(), self.use_lanes);
+        Evaluation::of(&self.neighbours, &scene, &self.parameters)
+    }
+
+    fn energies(&self, evaluation: &Evaluation) -> Energies {
+        let Parameters { gravity, law, .. } = &self.parameters;
+        let mut energies = Energies::of(&self.discs, evaluation, *gravity, law.stiffness);
+        energies.gravitational += self.ledger.put_back.value();
+        energies
+    }
+
+    fn residual(&self, energies: &Energies, balance: &energy::Balance) -> f64 {
+        let gone = balance.dissipated() + self.ledger.removed.value();
+        energies.total() + gone - balance.wall_work - self.ledger.initial
+    }
+}
+
+fn scene<'a>(
+    discs: &'a Discs,
+    parameters: &'a Parameters,
+    walls: &'a [PlacedWall],
+    window: &Window,
+    use_lanes: bool,
+) -> Scene<'a> {
+    Scene {
+        discs,
+        law: &parameters.law,
+        walls,
+        time_step: parameters.time_step,
+        smallest_radius: parameters.radius_range.0,
+        known_overlap: window.largest_overlap,
+        use_lanes,
+    }
+}
+
+impl Window {
+    /// Adds a step.
+    fn take(&mut self, moved: &Moved) {
+        if moved.contacts.largest_overlap > self.largest_overlap {
+            self.largest_overlap = moved.contacts.largest_overlap;
+        }
+        self.wall_forces.resize(moved.contacts.walls.len(), [0.0; 2]);
+        for (sum, [fx, fy, _]) in self.wall_forces.iter_mut().zip(&moved.contacts.walls) {
+            *sum = [sum[0] + fx, sum[1] + fy];
+        }
+        self.steps += 1;
     }
 }

@@ -1,139 +1,340 @@
-//! Which discs may touch: a half list with a skin, built from a grid of cells.
+//! Which discs may touch: half lists with a skin, in blocks of discs that lie side by side in memory.
 //!
-//! The list holds every pair closer than touching plus the skin, and stays good until a disc has moved by half the skin.
-//! Pairs are always visited in the order of their ids, and pairs apart add no force. So forces depend on the positions
-//! alone and not on when the list was built: it is no part of the state.
+//! Discs are sorted by cell when the list is built. A block's pairs are listed once; a pair of two blocks, or one across a
+//! periodic side, is listed with each of its discs, so that a block writes the forces on its own discs alone. The blocks
+//! follow from the number of discs, and sums within a block run in the list's order: no thread can change them.
+//!
+//! The list holds every pair closer than touching plus the skin, and stays good until a disc or a wall has moved by half the
+//! skin. The order of the discs is part of the sums' bits, so the list belongs to the state.
 
-/// Pairs of discs that may touch before one of them has moved by half the skin.
-#[derive(Clone, Debug, Default)]
-pub struct Neighbours {
-    /// Positions at which the list was built; empty before the first time.
-    built_at: Vec<[f64; 2]>,
-    /// Where a disc's partners begin in `partners`; one entry more than discs.
-    row_starts: Vec<usize>,
-    /// Partners with a higher id, ascending within a row.
-    partners: Vec<u32>,
+use super::cells::{Cells, Periodic, Run};
+use super::contacts::ContactLaw;
+use super::discs::Discs;
+use super::motion;
+use super::walls::PlacedWall;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Stretch of a contact's tangential and rolling springs, m.
+pub(super) type Stretch = [f64; 2];
+
+/// Discs a block: small enough that its lists stay in the cache, large enough that few pairs belong to two blocks.
+pub(super) const BLOCK: usize = 2500;
+
+/// Pairs of a block with what does not change between two builds, column by column.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Pairs {
+    /// A disc of the block, counted from its first.
+    pub(super) first: Vec<u32>,
+    /// The other: counted from the block's first for inner pairs, from the first of all for edges.
+    pub(super) second: Vec<u32>,
+    /// r_i + r_j, m.
+    pub(super) reach: Vec<f64>,
+    /// eta of the pair, N s/m.
+    pub(super) damping: Vec<f64>,
+    /// Stretch of the springs; empty without friction.
+    pub(super) stretch: Vec<Stretch>,
 }
+
+/// A disc that may touch a wall.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct WallPair {
+    /// The disc, counted from the block's first.
+    pub(super) disc: u32,
+    pub(super) wall: u32,
+    /// eta of the contact, N s/m.
+    pub(super) damping: f64,
+    pub(super) stretch: Stretch,
+}
+
+/// The discs of a block, and whom they may touch.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Block {
+    /// Where its discs begin.
+    pub(super) start: usize,
+    /// Pairs of which both discs are the block's.
+    pub(super) inner: Pairs,
+    /// Pairs of which the first disc is the block's; the force on the other is found elsewhere.
+    pub(super) edges: Pairs,
+    /// What is added to the second disc's centre, m, for each edge.
+    pub(super) shifts: Vec<[f64; 2]>,
+    /// Discs near walls.
+    pub(super) walls: Vec<WallPair>,
+}
+
+/// The list, and how far it can be trusted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Neighbours {
+    pub(super) blocks: Vec<Block>,
+    /// Centres when the list was built.
+    built_at: Vec<[f64; 2]>,
+    /// Walls' displacements then.
+    walls_at: Vec<[f64; 2]>,
+    /// Bound of the largest displacement since.
+    moved: f64,
+    /// How far it reaches beyond touching, m.
+    skin: f64,
+    /// Steps since it was built.
+    age: u32,
+    /// Springs taken out of the lists while discs are removed; empty at all other times.
+    held: Option<Springs>,
+}
+
+/// What the list is built from, besides the discs.
+pub(super) struct Surroundings<'a> {
+    pub(super) sides: [f64; 2],
+    pub(super) periodic: Periodic,
+    pub(super) law: &'a ContactLaw,
+    pub(super) walls: &'a [PlacedWall],
+    /// Displacements of the walls since the start, m.
+    pub(super) displacements: &'a [[f64; 2]],
+    /// Largest radius, m.
+    pub(super) largest_radius: f64,
+}
+
+/// A list that had to be built anew sooner than this was too short, later than the other too long.
+const YOUNG: u32 = 60;
+const OLD: u32 = 600;
+/// The skin's range over the mean radius, and where it begins.
+const SKIN_RANGE: [f64; 2] = [0.3, 1.0];
+const FIRST_SKIN: f64 = 0.5;
 
 impl Neighbours {
-    /// Builds the list anew where a disc has moved by more than half the skin since it was built.
-    ///
-    /// `sides` are the box's, from the origin; `skin` is above zero, all in m. Discs outside the box are found as well.
-    pub fn refresh(&mut self, positions: &[[f64; 2]], radii: &[f64], sides: [f64; 2], skin: f64) {
-        let limit = 0.25 * skin * skin;
-        let is_good = self.built_at.len() == positions.len()
-            && self.built_at.iter().zip(positions).all(|(then, now)| {
-                let moved = [now[0] - then[0], now[1] - then[1]];
-                moved[0] * moved[0] + moved[1] * moved[1] < limit
-            });
-        if !is_good {
-            self.build(positions, radii, sides, skin);
+    /// An empty list with the skin to begin with.
+    pub(super) fn new(mean_radius: f64) -> Self {
+        Self { skin: FIRST_SKIN * mean_radius, ..Self::default() }
+    }
+
+    /// Takes note of a step in which no disc moved further than `way`, and says whether the list is still good.
+    pub(super) fn is_good_after(
+        &mut self,
+        way: f64,
+        discs: &Discs,
+        displacements: &[[f64; 2]],
+    ) -> bool {
+        self.age = self.age.saturating_add(1);
+        let limit = 0.5 * self.skin;
+        let walls_hold = self.walls_at.iter().zip(displacements).all(|(then, now)| {
+            let way = [now[0] - then[0], now[1] - then[1]];
+            way[0] * way[0] + way[1] * way[1] < limit * limit
+        });
+        self.moved += way;
+        if !walls_hold {
+            return false;
         }
-    }
-
-    /// Partners of a disc with a higher id than its own, ascending.
-    #[must_use]
-    pub fn above(&self, disc: usize) -> &[u32] {
-        &self.partners[self.row_starts[disc]..self.row_starts[disc + 1]]
-    }
-
-    fn build(&mut self, positions: &[[f64; 2]], radii: &[f64], sides: [f64; 2], skin: f64) {
+        if self.moved < limit {
+            return true;
+        }
+        // The sum of each step's fastest disc is a bound; now the true displacements are needed.
         let mut largest = 0.0;
-        for &radius in radii {
-            largest = if radius > largest { radius } else { largest };
+        for (then, now) in self.built_at.iter().zip(&discs.states) {
+            let way = [now[0] - then[0], now[1] - then[1]];
+            let squared = way[0] * way[0] + way[1] * way[1];
+            largest = if squared > largest { squared } else { largest };
         }
-        let cells = Cells::new(positions, sides, 2.0 * largest + skin);
-        self.row_starts.clear();
-        self.partners.clear();
-        for (disc, &centre) in positions.iter().enumerate() {
-            let row_start = self.partners.len();
-            self.row_starts.push(row_start);
-            cells.around(centre, |other| {
-                let partner = other as usize;
-                if partner <= disc {
-                    return;
-                }
-                let apart = [positions[partner][0] - centre[0], positions[partner][1] - centre[1]];
-                let reach = radii[disc] + radii[partner] + skin;
-                if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
-                    self.partners.push(other);
-                }
-            });
-            self.partners[row_start..].sort_unstable();
-        }
-        self.row_starts.push(self.partners.len());
-        self.built_at.clear();
-        self.built_at.extend_from_slice(positions);
+        self.moved = largest.sqrt();
+        // Closer to the limit, the displacements would be asked for at every step.
+        self.moved < 0.9 * limit
     }
-}
 
-/// Discs sorted by cell; a cell is at least as wide as the reach, so that neighbours stand in the 3 x 3 block.
-struct Cells {
-    side: [f64; 2],
-    count: [usize; 2],
-    /// Where a cell's discs begin in `members`; one entry more than cells.
-    starts: Vec<usize>,
-    members: Vec<u32>,
-}
-
-impl Cells {
-    fn new(positions: &[[f64; 2]], sides: [f64; 2], reach: f64) -> Self {
-        // More cells than discs would only cost memory.
-        let most = 2 * ((positions.len() as f64).sqrt() as usize + 1);
-        let along = |axis: usize| {
-            let fitting = (sides[axis] / reach) as usize;
-            Ord::clamp(fitting, 1, most)
+    /// Chooses the skin by the age that the last list reached.
+    pub(super) fn adapt_skin(&mut self, mean_radius: f64) {
+        let factor = match self.age {
+            0..YOUNG => 1.25,
+            YOUNG..OLD => 1.0,
+            OLD.. => 0.8,
         };
-        let count = [along(0), along(1)];
-        let side = [sides[0] / count[0] as f64, sides[1] / count[1] as f64];
-        let mut cells =
-            Self { side, count, starts: vec![0; count[0] * count[1] + 1], members: Vec::new() };
-        cells.sort(positions);
-        cells
+        let skin = self.skin * factor;
+        let [low, high] = SKIN_RANGE.map(|share| share * mean_radius);
+        let skin = if skin > low { skin } else { low };
+        self.skin = if skin < high { skin } else { high };
     }
 
-    /// Counting sort of the discs by their cells.
-    fn sort(&mut self, positions: &[[f64; 2]]) {
-        let cells: Vec<usize> = positions.iter().map(|&centre| self.index(centre)).collect();
-        for &cell in &cells {
-            self.starts[cell + 1] += 1;
-        }
-        for cell in 1..self.starts.len() {
-            self.starts[cell] += self.starts[cell - 1];
-        }
-        let mut next = self.starts.clone();
-        self.members = vec![0; positions.len()];
-        for (disc, &cell) in cells.iter().enumerate() {
-            self.members[next[cell]] = disc as u32;
-            next[cell] += 1;
-        }
+    /// Sorts the discs and lists their pairs anew; springs of contacts that go on are kept.
+    pub(super) fn build(&mut self, discs: &mut Discs, around: &Surroundings<'_>) {
+        let springs = match self.held.take() {
+            Some(springs) => springs,
+            None => self.springs(discs),
+        };
+        let reach = 2.0 * around.largest_radius + self.skin;
+        let (cells, order) = Cells::sort(&discs.states, around.sides, reach, around.periodic);
+        discs.reorder(&order);
+        let count = discs.len().div_ceil(BLOCK);
+        self.blocks.resize_with(count, Block::default);
+        let skin = self.skin;
+        let discs = &*discs;
+        self.blocks.par_iter_mut().enumerate().for_each(|(number, block)| {
+            block.fill(number * BLOCK, discs, &cells, around, skin);
+            block.take_up(discs, around.law.has_friction(), &springs);
+        });
+        self.built_at.clear();
+        self.built_at.extend(discs.states.iter().map(|&[x, y, ..]| [x, y]));
+        self.walls_at.clear();
+        self.walls_at.extend_from_slice(around.displacements);
+        self.moved = 0.0;
+        self.age = 0;
     }
 
-    /// Column and row of a point; points outside the box belong to the cells at its edge.
-    fn place(&self, point: [f64; 2]) -> [usize; 2] {
-        // A float that is negative or no number becomes 0 here.
-        let along =
-            |axis: usize| Ord::min((point[axis] / self.side[axis]) as usize, self.count[axis] - 1);
-        [along(0), along(1)]
+    /// Keeps springs for the next build: the lists no longer fit the discs.
+    pub(super) fn hold(&mut self, springs: Springs) {
+        self.held = Some(springs);
     }
 
-    fn index(&self, point: [f64; 2]) -> usize {
-        let [column, row] = self.place(point);
-        row * self.count[0] + column
-    }
-
-    /// Visits all discs of the 3 x 3 block around a point.
-    fn around(&self, point: [f64; 2], mut visit: impl FnMut(u32)) {
-        let [column, row] = self.place(point);
-        let first = column.saturating_sub(1);
-        let last = Ord::min(column + 1, self.count[0] - 1);
-        for row in row.saturating_sub(1)..=Ord::min(row + 1, self.count[1] - 1) {
-            let row_start = row * self.count[0];
-            // The cells of one row lie side by side in memory.
-            let block = self.starts[row_start + first]..self.starts[row_start + last + 1];
-            for &disc in &self.members[block] {
-                visit(disc);
+    /// Every spring that is stretched, in the order of the ids of its two ends.
+    pub(super) fn springs(&self, discs: &Discs) -> Springs {
+        let mut springs = Springs::default();
+        for block in &self.blocks {
+            let id = |local: u32| discs.ids[block.start + local as usize];
+            let inner = block.inner.stretched().map(|(a, b, stretch)| (id(a), id(b), stretch));
+            springs.pairs.extend(inner.map(|(a, b, stretch)| ([a.min(b), a.max(b)], stretch)));
+            for (a, b, stretch) in block.edges.stretched() {
+                let (a, b) = (id(a), discs.ids[b as usize]);
+                // The other end's copy is equal.
+                if a < b {
+                    springs.pairs.push(([a, b], stretch));
+                }
             }
+            let walls = block.walls.iter().filter(|pair| pair.stretch != [0.0; 2]);
+            springs.walls.extend(walls.map(|pair| ([id(pair.disc), pair.wall], pair.stretch)));
+        }
+        springs.pairs.sort_unstable_by_key(|spring| spring.0);
+        springs.walls.sort_unstable_by_key(|spring| spring.0);
+        springs
+    }
+}
+
+/// Stretched springs by the ids of their ends.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Springs {
+    pairs: Vec<([u32; 2], Stretch)>,
+    walls: Vec<([u32; 2], Stretch)>,
+}
+
+fn stretch_of(springs: &[([u32; 2], Stretch)], ends: [u32; 2]) -> Stretch {
+    springs.binary_search_by_key(&ends, |spring| spring.0).map_or([0.0; 2], |at| springs[at].1)
+}
+
+impl Pairs {
+    /// Number of pairs.
+    pub(super) fn len(&self) -> usize {
+        self.first.len()
+    }
+
+    fn clear(&mut self) {
+        self.first.clear();
+        self.second.clear();
+        self.reach.clear();
+        self.damping.clear();
+        self.stretch.clear();
+    }
+
+    fn push(&mut self, first: usize, second: usize, reach: f64, damping: f64) {
+        self.first.push(first as u32);
+        self.second.push(second as u32);
+        self.reach.push(reach);
+        self.damping.push(damping);
+    }
+
+    fn stretched(&self) -> impl Iterator<Item = (u32, u32, Stretch)> {
+        let ends = self.first.iter().zip(&self.second);
+        ends.zip(&self.stretch)
+            .filter(|(_, stretch)| **stretch != [0.0; 2])
+            .map(|((&first, &second), &stretch)| (first, second, stretch))
+    }
+}
+
+impl Block {
+    /// The number of its discs.
+    pub(super) fn len(&self, discs: &Discs) -> usize {
+        Ord::min(BLOCK, discs.len() - self.start)
+    }
+
+    fn fill(
+        &mut self,
+        start: usize,
+        discs: &Discs,
+        cells: &Cells,
+        around: &Surroundings<'_>,
+        skin: f64,
+    ) {
+        self.start = start;
+        self.inner.clear();
+        self.edges.clear();
+        self.shifts.clear();
+        self.walls.clear();
+        let own = start..start + self.len(discs);
+        for disc in own.clone() {
+            cells.around(discs.position(disc), |run| {
+                self.list_run(disc, &own, &run, discs, around, skin);
+            });
+            for (wall, placed) in around.walls.iter().enumerate() {
+                if placed.shape.footing(discs.position(disc)).distance < discs.radii[disc] + skin {
+                    self.walls.push(WallPair {
+                        disc: (disc - start) as u32,
+                        wall: wall as u32,
+                        damping: around.law.damping(discs.masses[disc]),
+                        stretch: [0.0; 2],
+                    });
+                }
+            }
+        }
+    }
+
+    /// Lists a disc's pairs with a run of others.
+    fn list_run(
+        &mut self,
+        disc: usize,
+        own: &std::ops::Range<usize>,
+        run: &Run,
+        discs: &Discs,
+        around: &Surroundings<'_>,
+        skin: f64,
+    ) {
+        let [x, y] = discs.position(disc);
+        let shift = [0, 1].map(|axis: usize| f64::from(run.shift[axis]) * around.sides[axis]);
+        let is_here = run.shift == [0, 0];
+        for other in run.discs.clone() {
+            let is_inner = is_here && own.contains(&other);
+            if is_inner && other <= disc {
+                continue;
+            }
+            let [other_x, other_y] = discs.position(other);
+            let apart = [x - (other_x + shift[0]), y - (other_y + shift[1])];
+            let touching = discs.radii[disc] + discs.radii[other];
+            let reach = touching + skin;
+            // A position that is no number is near nothing.
+            if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
+                let mass = motion::effective_mass(discs.masses[disc], discs.masses[other]);
+                let damping = around.law.damping(mass);
+                let first = disc - own.start;
+                if is_inner {
+                    self.inner.push(first, other - own.start, touching, damping);
+                } else {
+                    self.edges.push(first, other, touching, damping);
+                    self.shifts.push(shift);
+                }
+            }
+        }
+    }
+
+    /// Hands the springs of lasting contacts on to the new list.
+    fn take_up(&mut self, discs: &Discs, has_friction: bool, springs: &Springs) {
+        if !has_friction {
+            return;
+        }
+        let start = self.start;
+        let id = |local: u32| discs.ids[start + local as usize];
+        let ends = |a: u32, b: u32| [a.min(b), a.max(b)];
+        let pairs = self.inner.first.iter().zip(&self.inner.second);
+        self.inner.stretch =
+            pairs.map(|(&a, &b)| stretch_of(&springs.pairs, ends(id(a), id(b)))).collect();
+        let pairs = self.edges.first.iter().zip(&self.edges.second);
+        self.edges.stretch = pairs
+            .map(|(&a, &b)| stretch_of(&springs.pairs, ends(id(a), discs.ids[b as usize])))
+            .collect();
+        for pair in &mut self.walls {
+            pair.stretch =
+                stretch_of(&springs.walls, [discs.ids[start + pair.disc as usize], pair.wall]);
         }
     }
 }

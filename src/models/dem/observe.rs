@@ -1,11 +1,13 @@
 //! What a frame shows of the discs. Looking computes forces anew and changes nothing.
 
 use super::Dem;
-use super::contacts::Contact;
-use super::energy::Energies;
+use super::contacts::{Contact, Partner};
 use super::parameters::Parameters;
 use super::step::Evaluation;
-use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemEnergyShare, DemTemperature};
+use super::walls::Shape;
+use kinetoscope_recording::channels::{
+    DemContacts, DemEnergy, DemEnergyShare, DemTemperature, DemWalls,
+};
 use kinetoscope_recording::frame::{ContactLine, Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 
@@ -15,16 +17,8 @@ const MOST_ARROWS: usize = 100;
 const SPEED_RANGE: f64 = 0.75;
 
 impl Dem {
-    /// Forces at the present state, found without touching it.
-    pub(super) fn evaluate(&self) -> Evaluation {
-        let mut evaluation = Evaluation::default();
-        evaluation.update(&self.discs, &self.parameters);
-        evaluation
-    }
-
     pub(super) fn fill(&self, frame: &mut Frame) {
         let evaluation = self.evaluate();
-        let velocities = evaluation.velocities_at_positions(&self.discs, self.parameters.time_step);
         if self.count == 0 {
             for fact in &self.facts {
                 frame.log(Level::Info, fact.as_str());
@@ -33,53 +27,78 @@ impl Dem {
                 frame.log(Level::Warning, warning.as_str());
             }
         }
-        for (disc, &[vx, vy]) in velocities.iter().enumerate() {
-            let [x, y] = self.discs.positions[disc];
-            let [vx_step, vy_step] = self.discs.velocities[disc];
-            frame.push_state(&[x, y, vx, vy, vx_step, vy_step, self.discs.radii[disc]]);
+        for disc in self.discs.by_id() {
+            let [x, y] = self.within(self.discs.position(disc));
+            let [vx, vy] = evaluation.velocities[disc];
+            let [vx_step, vy_step] = self.discs.velocity(disc);
+            let (radius, spin) = (self.discs.radii[disc], evaluation.spins[disc]);
+            let id = f64::from(self.discs.ids[disc]);
+            frame.push_state(&[x, y, vx, vy, vx_step, vy_step, radius, spin, id]);
         }
-        self.push_energy(frame, &evaluation, &velocities);
+        self.push_energy(frame, &evaluation);
         self.push_contacts(frame, &evaluation);
-        frame.push(&temperature(&velocities));
+        frame.push(&temperature(&evaluation.velocities));
     }
 
-    fn push_energy(&self, frame: &mut Frame, evaluation: &Evaluation, velocities: &[[f64; 2]]) {
-        let energies = self.energies(evaluation, velocities);
-        // The power of a step counts half before and half after the positions' time.
-        let half_step = 0.5 * self.parameters.time_step;
-        let dissipated =
-            self.dissipated.value() + evaluation.dissipated_power(&self.parameters) * half_step;
-        // The walls are at rest.
-        let wall_work = 0.0;
+    /// A place in the box: across a periodic side discs are put back only when the neighbour list is built.
+    fn within(&self, position: [f64; 2]) -> [f64; 2] {
+        let Parameters { sides, periodic, .. } = &self.parameters;
+        [0, 1].map(|axis: usize| {
+            let turns = (position[axis] / sides[axis]).floor();
+            let leaves = periodic[axis] && turns != 0.0;
+            if leaves { position[axis] - turns * sides[axis] } else { position[axis] }
+        })
+    }
+
+    fn push_energy(&self, frame: &mut Frame, evaluation: &Evaluation) {
+        let energies = self.energies(evaluation);
+        let balance = self.ledger.balance(&evaluation.moved, self.parameters.time_step);
         let total = energies.total();
-        let residual = total + dissipated - wall_work - self.initial_energy;
+        let residual = self.residual(&energies, &balance);
+        let elastic = energies.elastic_normal + energies.elastic_tangential;
         frame.push(&DemEnergy {
             kinetic_j: energies.kinetic,
             gravitational_j: energies.gravitational,
-            elastic_j: energies.elastic,
-            dissipated_j: dissipated,
-            wall_work_j: wall_work,
+            elastic_j: elastic,
+            dissipated_j: balance.dissipated(),
+            wall_work_j: balance.wall_work,
             total_j: total,
             residual_j: residual,
+            elastic_tangential_j: energies.elastic_tangential,
+            friction_j: balance.friction,
+            rolling_j: balance.rolling,
+            removed_j: self.ledger.removed.value(),
         });
-        let scale = self.initial_energy.abs();
+        let scale = self.ledger.initial.abs();
         let share = |energy: f64| if scale > 0.0 { energy / scale } else { 0.0 };
         frame.push(&DemEnergyShare {
             kinetic_percent: 100.0 * share(energies.kinetic),
             gravitational_percent: 100.0 * share(energies.gravitational),
-            elastic_percent: 100.0 * share(energies.elastic),
-            dissipated_percent: 100.0 * share(dissipated),
+            elastic_percent: 100.0 * share(elastic),
+            dissipated_percent: 100.0 * share(balance.dissipated()),
             residual_ppm: 1e6 * share(residual),
+        });
+        let steps = self.window.steps as f64;
+        let mean = |axis: usize| {
+            let walls = self.window.wall_forces.iter();
+            walls.map(|sum| sum[axis] / steps).collect::<Vec<f64>>()
+        };
+        let nothing = || vec![0.0; self.parameters.walls.len()];
+        let has_begun = self.window.steps > 0;
+        frame.push(&DemWalls {
+            mean_force_x_n: if has_begun { mean(0) } else { nothing() },
+            mean_force_y_n: if has_begun { mean(1) } else { nothing() },
+            work_j: balance.walls,
+            discs_removed: self.removed,
         });
     }
 
     fn push_contacts(&self, frame: &mut Frame, evaluation: &Evaluation) {
         let (mut pairs, mut walls) = (0_u64, 0_u64);
         for contact in &evaluation.contacts {
-            if contact.partner.is_some() {
-                pairs += 1;
-            } else {
-                walls += 1;
+            match contact.partner {
+                Partner::Disc(_) => pairs += 1,
+                Partner::Wall(_) => walls += 1,
             }
             frame.push_contact(self.line(contact));
         }
@@ -88,33 +107,22 @@ impl Dem {
         frame.push(&DemContacts {
             pair_contacts: pairs,
             wall_contacts: walls,
-            coordination_number: (2 * pairs + walls) as f64 / self.discs.positions.len() as f64,
+            coordination_number: (2 * pairs + walls) as f64 / Ord::max(self.discs.len(), 1) as f64,
             largest_overlap_over_radius: if now > before { now } else { before },
         });
     }
 
-    /// From the disc's centre to the partner's, or to the foot on the wall.
+    /// From the disc's centre to the partner's (or its image beyond a periodic side), or to the foot on the wall.
     fn line(&self, contact: &Contact) -> ContactLine {
         let disc = contact.disc as usize;
-        let from = self.discs.positions[disc];
-        let to = match contact.partner {
-            Some(partner) => self.discs.positions[partner as usize],
-            None => {
-                let distance = self.discs.radii[disc] - contact.overlap;
-                [from[0] - distance * contact.normal[0], from[1] - distance * contact.normal[1]]
-            }
+        let from = self.within(self.discs.position(disc));
+        let reach = match contact.partner {
+            Partner::Disc(partner) => self.discs.radii[disc] + self.discs.radii[partner as usize],
+            Partner::Wall(_) => self.discs.radii[disc],
         };
+        let distance = reach - contact.overlap;
+        let to = [from[0] - distance * contact.normal[0], from[1] - distance * contact.normal[1]];
         ContactLine { from, to, force: contact.force }
-    }
-
-    pub(super) fn energies(&self, evaluation: &Evaluation, velocities: &[[f64; 2]]) -> Energies {
-        Energies::of(
-            &self.discs,
-            velocities,
-            self.parameters.gravity,
-            &evaluation.contacts,
-            self.parameters.law.stiffness,
-        )
     }
 
     pub(super) fn drawing(&self) -> Scenery {
@@ -125,15 +133,26 @@ impl Dem {
         let speed_range_top =
             if speed_squared > 0.0 { SPEED_RANGE * speed_squared.sqrt() } else { 1.0 };
         Scenery {
-            walls: vec![Wall::Rectangle { min: [0.0, 0.0], max: sides }],
+            walls: self.drawn_walls(),
             view: [[0.0, 0.0], sides],
             drawn_radius: DrawnRadius::Column,
             speed_range_top,
             speed_unit: "m/s",
-            arrows: self.discs.positions.len() <= MOST_ARROWS,
+            arrows: self.discs.len() <= MOST_ARROWS,
             force_range_top: Some(self.force_range_top(speed_range_top)),
             trail: false,
         }
+    }
+
+    /// Walls where they are at the start.
+    fn drawn_walls(&self) -> Vec<Wall> {
+        let mut drawn = vec![Wall::Rectangle { min: [0.0, 0.0], max: self.parameters.sides }];
+        drawn.extend(self.parameters.walls.iter().filter_map(|wall| match wall.shape {
+            Shape::Plane { .. } => None,
+            Shape::Segment { from, to } => Some(Wall::Segment { from, to }),
+            Shape::Drum { centre, radius } => Some(Wall::Circle { centre, radius }),
+        }));
+        drawn
     }
 
     /// The force of a hit, v sqrt(k m), and the weight of a column of discs lie far apart: their geometric mean shows the
@@ -150,7 +169,7 @@ impl Dem {
 
 /// Half of the mean square of v - <v>, and its root.
 fn temperature(velocities: &[[f64; 2]]) -> DemTemperature {
-    let count = velocities.len() as f64;
+    let count = Ord::max(velocities.len(), 1) as f64;
     let mean = velocities.iter().fold([0.0, 0.0], |sum, v| [sum[0] + v[0], sum[1] + v[1]]);
     let mean = [mean[0] / count, mean[1] / count];
     let squares = velocities.iter().fold(0.0, |sum, v| {

@@ -2,8 +2,10 @@
 
 use super::contacts::{ContactLaw, Dashpot};
 use super::restitution;
+use super::walls::{Motion, PlacedWall, Shape, Wall};
 use kinetoscope_manifest::model::{
-    DemConfig, DemIntegrator, DiscRadius, Dissipation, ForceTail, TimeStep,
+    DemConfig, DemIntegrator, DemWall, DemWallShape, Dissipation, ForceTail, PeriodicSides,
+    TimeStep,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -27,24 +29,27 @@ pub(super) struct Parameters {
     pub(super) mass: f64,
     /// Mass of the smallest disc that the manifest allows: with drawn radii, the same time step in all replicates.
     pub(super) smallest_mass: f64,
-    /// How far the neighbour list reaches beyond touching.
-    pub(super) skin: f64,
+    /// Smallest and largest radius that the manifest allows.
+    pub(super) radius_range: (f64, f64),
+    /// Directions in which the box has no walls.
+    pub(super) periodic: [bool; 2],
+    /// The box's walls (left, right, floor, ceiling, those there are), then the manifest's.
+    pub(super) walls: Vec<Wall>,
+    /// Discs whose centre sinks below this height are removed.
+    pub(super) outlet_below: Option<f64>,
 }
 
-/// Skin of the neighbour list over the mean radius.
-const SKIN_OVER_RADIUS: f64 = 0.5;
+/// An automatic time step: pi sqrt(m/k) over so much, and c = eta dt/m_eff of at most so much.
+const AUTOMATIC_STEPS_PER_CONTACT: f64 = 20.0;
+const AUTOMATIC_DAMPING_STEP: f64 = 0.2;
 
 impl Parameters {
     pub(super) fn new(config: &DemConfig) -> Self {
-        let (smallest_radius, largest_radius) = radius_range(config);
-        let radius = 0.5 * (smallest_radius + largest_radius);
+        let radius_range = config.radius_m.range();
+        let radius = config.radius_m.mean();
         let mass = config.mass_kg.get();
-        let smallest_mass = mass_of(smallest_radius, radius, mass);
+        let smallest_mass = mass_of(radius_range.0, radius, mass);
         let stiffness = config.stiffness_n_per_m.get();
-        let time_step = match config.time_step {
-            TimeStep::PerContact(steps) => PI * (smallest_mass / stiffness).sqrt() / steps.get(),
-            TimeStep::Fixed(step) => step.get(),
-        };
         let law = ContactLaw {
             stiffness,
             dashpot: match config.dissipation {
@@ -55,9 +60,33 @@ impl Parameters {
             },
             only_pushes: config.force_tail == ForceTail::Clamped,
             is_implicit: config.integrator == DemIntegrator::ImplicitDashpot,
+            tangential_stiffness: stiffness * config.tangential_stiffness_share.get(),
+            tangential_damping_share: config.tangential_damping_share.get(),
+            friction: config.friction.get(),
+            rolling_friction: config.rolling_friction.get(),
         };
+        let per_contact = |steps: f64| PI * (smallest_mass / stiffness).sqrt() / steps;
+        let time_step = match config.time_step {
+            TimeStep::PerContact(steps) => per_contact(steps.get()),
+            TimeStep::Fixed(step) => step.get(),
+            TimeStep::Automatic => {
+                let pair_mass = 0.5 * smallest_mass;
+                let by_dashpot = AUTOMATIC_DAMPING_STEP * pair_mass / law.damping(pair_mass);
+                let by_spring = per_contact(AUTOMATIC_STEPS_PER_CONTACT);
+                if by_dashpot < by_spring { by_dashpot } else { by_spring }
+            }
+        };
+        let sides = [config.width_m.get(), config.height_m.get()];
+        let periodic = match config.periodic {
+            PeriodicSides::None => [false, false],
+            PeriodicSides::X => [true, false],
+            PeriodicSides::Y => [false, true],
+            PeriodicSides::Both => [true, true],
+        };
+        let mut walls = box_walls(sides, periodic);
+        walls.extend(config.walls.iter().map(wall));
         Self {
-            sides: [config.width_m.get(), config.height_m.get()],
+            sides,
             gravity: [config.gravity_m_per_s2[0].get(), config.gravity_m_per_s2[1].get()],
             law,
             time_step,
@@ -65,7 +94,10 @@ impl Parameters {
             radius,
             mass,
             smallest_mass,
-            skin: SKIN_OVER_RADIUS * radius,
+            radius_range,
+            periodic,
+            walls,
+            outlet_below: config.outlet_below_m.map(|height| height.get()),
         }
     }
 
@@ -74,18 +106,56 @@ impl Parameters {
         0.5 * self.smallest_mass
     }
 
+    /// The walls after so many steps.
+    pub(super) fn walls_at(&self, count: u64) -> Vec<PlacedWall> {
+        self.walls.iter().map(|wall| wall.placed(count, self.time_step)).collect()
+    }
+
+    /// How far the walls are from where they began, after so many steps, m.
+    pub(super) fn displacements_at(&self, count: u64) -> Vec<[f64; 2]> {
+        let time = count as f64 * self.time_step;
+        self.walls.iter().map(|wall| wall.motion.displacement(time)).collect()
+    }
+
     /// Potential energy that one kilogram can lose on its way through the whole box, J/kg.
     pub(super) fn deepest_fall(&self) -> f64 {
         self.gravity[0].abs() * self.sides[0] + self.gravity[1].abs() * self.sides[1]
     }
 }
 
-/// Smallest and largest radius that the manifest allows, m.
-pub(super) fn radius_range(config: &DemConfig) -> (f64, f64) {
-    match config.radius_m {
-        DiscRadius::Equal(radius) => (radius.get(), radius.get()),
-        DiscRadius::Uniform { min, max } => (min.get(), max.get()),
+/// The planes of the box, where it is not periodic.
+fn box_walls(sides: [f64; 2], periodic: [bool; 2]) -> Vec<Wall> {
+    let plane = |point, normal| Wall::at_rest(Shape::Plane { point, normal });
+    let mut walls = Vec::new();
+    if !periodic[0] {
+        walls.push(plane([0.0, 0.0], [1.0, 0.0]));
+        walls.push(plane([sides[0], 0.0], [-1.0, 0.0]));
     }
+    if !periodic[1] {
+        walls.push(plane([0.0, 0.0], [0.0, 1.0]));
+        walls.push(plane([0.0, sides[1]], [0.0, -1.0]));
+    }
+    walls
+}
+
+fn wall(config: &DemWall) -> Wall {
+    let pair =
+        |values: [kinetoscope_manifest::quantity::Finite; 2]| values.map(|value| value.get());
+    let (shape, spin) = match config.shape {
+        DemWallShape::Segment { from_m, to_m } => {
+            (Shape::Segment { from: pair(from_m), to: pair(to_m) }, 0.0)
+        }
+        DemWallShape::Drum { centre_m, radius_m, spin_rad_per_s } => {
+            (Shape::Drum { centre: pair(centre_m), radius: radius_m.get() }, spin_rad_per_s.get())
+        }
+    };
+    let motion = Motion {
+        velocity: pair(config.velocity_m_per_s),
+        amplitude: pair(config.amplitude_m),
+        frequency: config.frequency_hz.get(),
+        spin,
+    };
+    Wall { shape, motion }
 }
 
 /// Mass of a disc at the areal density at which a disc of the mean radius has the mean mass.

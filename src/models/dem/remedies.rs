@@ -3,7 +3,7 @@
 //! A value is found by trying the changed manifest itself, with the value as it will be printed. So what is named here is
 //! accepted when it is typed back.
 
-use super::parameters::{Parameters, radius_range};
+use super::parameters::Parameters;
 use super::restitution;
 use super::stability::Diagnosis;
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, Dissipation, Placement, TimeStep};
@@ -83,7 +83,7 @@ fn keys(config: &DemConfig) -> Vec<Key> {
 
 /// Equal discs of another radius, where they leave enough room to be placed anew.
 fn with_radius(config: &DemConfig, radius: f64) -> Option<DemConfig> {
-    let (smallest, largest) = radius_range(config);
+    let (smallest, largest) = config.radius_m.range();
     let box_area = config.width_m.get() * config.height_m.get();
     let covered = f64::from(config.discs.get()) * PI * radius * radius;
     let is_given = matches!(config.placement, Placement::Given(_));

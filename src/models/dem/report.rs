@@ -1,7 +1,8 @@
 //! What the user is told in words: of the start, of a refusal, of a blow-up.
 
 use super::Dem;
-use super::contacts::{Dashpot, Discs};
+use super::contacts::{Dashpot, Partner};
+use super::discs::Discs;
 use super::parameters::Parameters;
 use super::stability::{Diagnosis, figure};
 use super::{remedies, restitution, start, step};
@@ -22,7 +23,7 @@ pub(super) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
     }
     if config.integrator != DemIntegrator::ImplicitDashpot {
         sentences.push(
-            "integrator = \"implicit-dashpot\" is stable at any damping, at the price of too much of it.".to_owned(),
+            "integrator = \"implicit-dashpot\" is stable at any damping, in beds, too; far above critical damping it takes more than a true dashpot.".to_owned(),
         );
     }
     if config.stability == Stability::Refuse {
@@ -89,7 +90,7 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
     };
     let implicit = match config.integrator {
         DemIntegrator::ImplicitDashpot => {
-            " The dashpot is implicit: stable at any damping, at the price of too much of it."
+            " The dashpot is implicit: stable at any damping, in beds, too; far above critical damping it takes more than a true dashpot."
         }
         DemIntegrator::SemiImplicitEuler | DemIntegrator::VelocityVerlet => "",
     };
@@ -107,22 +108,26 @@ pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> Fault {
     let what = match blow_up {
         step::BlowUp::Overlap(contact) => {
             let partner = match contact.partner {
-                Some(partner) => format!("disc {partner}"),
-                None => "the wall".to_owned(),
+                Partner::Disc(partner) => format!("disc {}", model.discs.ids[partner as usize]),
+                Partner::Wall(wall) => format!("wall {wall}"),
             };
             format!(
                 "disc {} and {partner} overlap by {} radii",
-                contact.disc,
+                model.discs.ids[contact.disc as usize],
                 figure(contact.overlap_over_radius)
             )
         }
         step::BlowUp::Outside(disc) => {
-            let [x, y] = model.discs.positions[disc];
-            let [vx, vy] = model.discs.velocities[disc];
+            let [x, y, vx, vy] = model.discs.states[disc];
+            let id = model.discs.ids[disc];
             format!(
-                "the centre of disc {disc} left the box, at ({x:e}, {y:e}) m with a velocity of ({vx:e}, {vy:e}) m/s"
+                "the centre of disc {id} left the box, at ({x:e}, {y:e}) m with a velocity of ({vx:e}, {vy:e}) m/s"
             )
         }
+        step::BlowUp::Residual(share) => format!(
+            "the energy ledger does not close: its residual is {} of all the energy there was",
+            figure(share)
+        ),
     };
     let advice = if model.damping_step >= 0.3 && !model.parameters.law.is_implicit {
         "The dashpot is too strong for the time step: take more steps_per_contact (or a shorter time_step_s), less \

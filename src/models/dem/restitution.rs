@@ -30,7 +30,7 @@ pub fn damping_ratio(wanted: f64, tail: ForceTail) -> f64 {
     match tail {
         ForceTail::Attractive => {
             let logarithm = libm::log(wanted);
-            -logarithm / (PI * PI + logarithm * logarithm).sqrt()
+            (0.0 - logarithm) / (PI * PI + logarithm * logarithm).sqrt()
         }
         ForceTail::Clamped => bisect_clamped(wanted),
     }

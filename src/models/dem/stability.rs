@@ -3,7 +3,7 @@
 //! Each step of an explicit scheme subtracts c = eta dt/m_eff times the relative velocity of a contact. From c = 1 on it
 //! flips on the first touch, and far above each touch multiplies it by c.
 
-use super::parameters::{Parameters, radius_range};
+use super::parameters::Parameters;
 use super::restitution;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement};
 
@@ -161,7 +161,7 @@ fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
 
 /// Speed of the fastest disc at the wall that it falls to, m/s: from the given start, else through the whole box.
 fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
-    let (_, radius) = radius_range(config);
+    let (_, radius) = parameters.radius_range;
     let fall = |axis: usize, start: Option<f64>| {
         let gravity = parameters.gravity[axis];
         let height = match start {

@@ -1,11 +1,12 @@
 //! The discs at the start: how large, how heavy, where and how fast.
 
-use super::contacts::Discs;
-use super::neighbours::Neighbours;
-use super::parameters::{Parameters, mass_of, radius_range};
+use super::cells::Cells;
+use super::discs::Discs;
+use super::parameters::{Parameters, mass_of};
+use super::walls::PlacedWall;
 use crate::model::Refusal;
-use crate::placement::{Rectangle, random_sequential_addition, square_lattice};
-use crate::random::{Seed, Stream};
+use crate::placement::{Rectangle, random_sequential_addition_where, square_lattice};
+use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, GivenState, Placement};
 
 /// Overlap over the sum of radii that is still touching: decimals typed in are rounded.
@@ -21,7 +22,7 @@ pub(super) fn discs(
     seed: Seed,
 ) -> Result<Discs, Refusal> {
     let radii = radii(config, seed);
-    let (_, largest) = radius_range(config);
+    let (_, largest) = parameters.radius_range;
     if 2.0 * largest > parameters.sides[0] || 2.0 * largest > parameters.sides[1] {
         return Err(Refusal(format!(
             "A disc of radius {largest:e} m has no room in a box of {:e} m x {:e} m: take a smaller radius_m or a larger \
@@ -29,19 +30,37 @@ pub(super) fn discs(
             parameters.sides[0], parameters.sides[1]
         )));
     }
-    let rectangle = Rectangle { min: [0.0, 0.0], max: parameters.sides };
+    let rectangle = match config.region_m {
+        Some([low, high]) => {
+            Rectangle { min: low.map(|at| at.get()), max: high.map(|at| at.get()) }
+        }
+        None => Rectangle { min: [0.0, 0.0], max: parameters.sides },
+    };
+    let walls = parameters.walls_at(0);
     let positions = match &config.placement {
         Placement::Random => {
             let mut generator = seed.stream(Stream::Positions);
-            random_sequential_addition(rectangle, &radii, &mut generator).map_err(|jammed| {
-                no_room(config, parameters, &radii, &format!("only {} stand", jammed.placed))
-            })?
+            let stands_free = |centre, radius| overlapped_wall(&walls, centre, radius).is_none();
+            random_sequential_addition_where(rectangle, &radii, &mut generator, stands_free)
+                .map_err(|jammed| {
+                    no_room(config, parameters, &radii, &format!("only {} stand", jammed.placed))
+                })?
         }
         Placement::Lattice => square_lattice(rectangle, largest, radii.len()).ok_or_else(|| {
             no_room(config, parameters, &radii, "a square lattice is too small for them")
         })?,
         Placement::Given(given) => given_positions(given, parameters, &radii)?,
     };
+    for (disc, (&centre, &radius)) in positions.iter().zip(&radii).enumerate() {
+        if let Some(wall) = overlapped_wall(&walls, centre, radius) {
+            return Err(Refusal(format!(
+                "Disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m overlaps wall {wall} at the \
+                 start (the box's own are counted first): move it in positions_m, choose another region_m, or \
+                 placement = \"random\", which leaves walls free.",
+                centre[0], centre[1]
+            )));
+        }
+    }
     let velocities = match &config.placement {
         Placement::Given(given) => {
             given.velocities.iter().map(|velocity| velocity.map(|v| v.get())).collect()
@@ -50,7 +69,23 @@ pub(super) fn discs(
     };
     let masses =
         radii.iter().map(|&radius| mass_of(radius, parameters.radius, parameters.mass)).collect();
-    Ok(Discs { positions, velocities, radii, masses })
+    let moving = positions.iter().zip(velocities);
+    Ok(Discs {
+        ids: (0..radii.len() as u32).collect(),
+        states: moving.map(|(&[x, y], [vx, vy])| [x, y, vx, vy]).collect(),
+        spins: vec![0.0; radii.len()],
+        radii,
+        masses,
+    })
+}
+
+/// The first wall that a disc overlaps, touching left out.
+fn overlapped_wall(walls: &[PlacedWall], centre: [f64; 2], radius: f64) -> Option<usize> {
+    walls.iter().position(|wall| {
+        let distance = wall.shape.footing(centre).distance;
+        let is_free = distance >= radius * (1.0 - TOUCHING);
+        !is_free
+    })
 }
 
 /// Share of the box that the discs cover.
@@ -66,6 +101,25 @@ fn radii(config: &DemConfig, seed: Seed) -> Vec<f64> {
         DiscRadius::Uniform { min, max } => {
             let mut generator = seed.stream(Stream::Radii);
             (0..count).map(|_| generator.uniform_in(min.get(), max.get())).collect()
+        }
+        DiscRadius::Normal { mean, deviation } => {
+            let mut generator = seed.stream(Stream::Radii);
+            (0..count).map(|_| normal_radius(mean.get(), deviation.get(), &mut generator)).collect()
+        }
+        DiscRadius::TwoSizes { small, large, small_share } => {
+            let mut generator = seed.stream(Stream::Radii);
+            let mut draw = || generator.uniform() < small_share.get();
+            (0..count).map(|_| if draw() { small.get() } else { large.get() }).collect()
+        }
+    }
+}
+
+/// Drawn again beyond three deviations.
+fn normal_radius(mean: f64, deviation: f64, generator: &mut Generator) -> f64 {
+    loop {
+        let [drawn, _] = generator.normal_pair();
+        if drawn.abs() <= 3.0 {
+            return mean + deviation * drawn;
         }
     }
 }
@@ -96,9 +150,12 @@ fn given_positions(
     let positions: Vec<[f64; 2]> =
         given.positions.iter().map(|position| position.map(|x| x.get())).collect();
     for (disc, (position, radius)) in positions.iter().zip(radii).enumerate() {
-        let room = radius * (1.0 - TOUCHING);
-        let is_inside =
-            |axis: usize| position[axis] >= room && parameters.sides[axis] - position[axis] >= room;
+        let room = |axis: usize| {
+            if parameters.periodic[axis] { 0.0 } else { radius * (1.0 - TOUCHING) }
+        };
+        let is_inside = |axis: usize| {
+            position[axis] >= room(axis) && parameters.sides[axis] - position[axis] >= room(axis)
+        };
         if !is_inside(0) || !is_inside(1) {
             return Err(Refusal(format!(
                 "Disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m reaches outside the box: \
@@ -107,22 +164,42 @@ fn given_positions(
             )));
         }
     }
-    let mut neighbours = Neighbours::default();
-    neighbours.refresh(&positions, radii, parameters.sides, parameters.skin);
-    for (disc, position) in positions.iter().enumerate() {
-        for &partner in neighbours.above(disc) {
-            let other = positions[partner as usize];
-            let apart = [position[0] - other[0], position[1] - other[1]];
-            let distance = (apart[0] * apart[0] + apart[1] * apart[1]).sqrt();
-            let reach = radii[disc] + radii[partner as usize];
-            if distance < reach * (1.0 - TOUCHING) {
-                return Err(Refusal(format!(
-                    "Discs {disc} and {partner} (counted from 0) overlap at the start by {:e} m: move their entries in \
-                     positions_m apart, or take a smaller radius_m.",
-                    reach - distance
-                )));
-            }
-        }
+    match first_overlap(&positions, radii, parameters) {
+        Some((first, second, overlap)) => Err(Refusal(format!(
+            "Discs {first} and {second} (counted from 0) overlap at the start by {overlap:e} m: move their entries in \
+             positions_m apart, or take a smaller radius_m."
+        ))),
+        None => Ok(positions),
     }
-    Ok(positions)
+}
+
+/// The first pair that overlaps, and by how much, m.
+fn first_overlap(
+    positions: &[[f64; 2]],
+    radii: &[f64],
+    parameters: &Parameters,
+) -> Option<(usize, usize, f64)> {
+    let states: Vec<[f64; 4]> = positions.iter().map(|&[x, y]| [x, y, 0.0, 0.0]).collect();
+    let reach = 2.0 * parameters.radius_range.1;
+    let (cells, order) = Cells::sort(&states, parameters.sides, reach, parameters.periodic);
+    let mut first = None;
+    for disc in 0..positions.len() {
+        cells.around(positions[disc], |run| {
+            for &other in &order[run.discs.clone()] {
+                let other = other as usize;
+                let across = |axis: usize| {
+                    let shift = f64::from(run.shift[axis]) * parameters.sides[axis];
+                    positions[disc][axis] - (positions[other][axis] + shift)
+                };
+                let apart = [across(0), across(1)];
+                let distance = (apart[0] * apart[0] + apart[1] * apart[1]).sqrt();
+                let touching = radii[disc] + radii[other];
+                let is_first = first.is_none() && disc < other;
+                if is_first && distance < touching * (1.0 - TOUCHING) {
+                    first = Some((disc, other, touching - distance));
+                }
+            }
+        });
+    }
+    first
 }

@@ -4,28 +4,45 @@
 //!
 //! v' = v + a dt, x' = x + v' dt, with a from x and v at the step's start alone.
 //!
-//! So v stands half a step behind x. The velocity at the positions' time is the mid-step one, v + a dt/2.
+//! So v stands half a step behind x. The velocity at the positions' time is the mid-step one, v + a dt/2. Spins likewise.
 //!
 //! Velocity Verlet with the dashpot evaluated at the half-step velocity (half kick, drift, half kick) is the same map: two
 //! half kicks in a row by the same acceleration are one kick. Only its start differs: there the half-step velocity is
 //! v - a dt/2 of the given one, where Euler takes the given one itself.
 //!
 //! The implicit dashpot changes the forces, not the step: see `implicit`.
+//!
+//! Blocks of discs move side by side: each reads the old state of all and writes the new state of its own.
 
-use super::contacts::{self, Contact, Discs};
-use super::energy;
+use super::contacts::{self, Contact};
+use super::discs::Discs;
+use super::forces::{ContactSums, Forces, Scene};
 use super::implicit;
-use super::neighbours::Neighbours;
+use super::motion;
+use super::neighbours::{BLOCK, Block, Neighbours};
 use super::parameters::Parameters;
+use rayon::prelude::*;
 
-/// Forces and accelerations at the present positions and velocities. It follows from the state and is no part of it.
+/// Memory of a step: forces of each block, and the state that they lead to. It is no part of the state.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Evaluation {
-    neighbours: Neighbours,
-    /// All contacts, in a fixed order.
-    pub(super) contacts: Vec<Contact>,
-    /// Accelerations, m/s^2.
-    pub(super) accelerations: Vec<[f64; 2]>,
+pub(super) struct Workspace {
+    forces: Vec<Forces>,
+    moves: Vec<Moved>,
+    states: Vec<[f64; 4]>,
+    spins: Vec<f64>,
+}
+
+/// What a step, or the discs of one block in it, did.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Moved {
+    /// Power taken by the dashpots, W.
+    pub(super) dashpot_power: f64,
+    /// Sums over contacts.
+    pub(super) contacts: ContactSums,
+    /// Largest speed after the kick, squared, m^2/s^2.
+    fastest_squared: f64,
+    /// Where the first disc that left the box stands in memory.
+    pub(super) outside: Option<usize>,
 }
 
 /// What can't go on.
@@ -33,37 +50,210 @@ pub(super) struct Evaluation {
 pub(super) enum BlowUp {
     /// Two discs, or a disc and a wall, overlap by more than the smaller radius.
     Overlap(Contact),
-    /// A disc's centre is outside the box, or no number.
+    /// A disc's centre is outside the box, or no number; its place in memory.
     Outside(usize),
+    /// The ledger's residual is larger than all the energy there was, J.
+    Residual(f64),
+}
+
+impl Moved {
+    /// The longest way of a disc in the step, m.
+    pub(super) fn longest_way(&self, time_step: f64) -> f64 {
+        self.fastest_squared.sqrt() * time_step
+    }
+
+    /// Adds another block's.
+    fn take(&mut self, block: &Self) {
+        self.dashpot_power += block.dashpot_power;
+        if block.fastest_squared > self.fastest_squared {
+            self.fastest_squared = block.fastest_squared;
+        }
+        self.outside = self.outside.or(block.outside);
+        self.contacts.add(&block.contacts);
+    }
+}
+
+impl ContactSums {
+    pub(super) fn add(&mut self, other: &Self) {
+        self.elastic += other.elastic;
+        self.friction += other.friction;
+        self.rolling += other.rolling;
+        self.wall_dissipation += other.wall_dissipation;
+        self.walls.resize(other.walls.len(), [0.0; 3]);
+        for (sum, part) in self.walls.iter_mut().zip(&other.walls) {
+            *sum = [sum[0] + part[0], sum[1] + part[1], sum[2] + part[2]];
+        }
+        if other.largest_overlap > self.largest_overlap {
+            self.largest_overlap = other.largest_overlap;
+        }
+    }
+}
+
+impl Workspace {
+    /// Finds the forces, and the state one step later.
+    pub(super) fn advance(
+        &mut self,
+        neighbours: &mut Neighbours,
+        scene: &Scene<'_>,
+        parameters: &Parameters,
+    ) -> Moved {
+        let discs = scene.discs;
+        self.states.resize(discs.len(), [0.0; 4]);
+        self.spins.resize(discs.len(), 0.0);
+        self.forces.resize_with(neighbours.blocks.len(), Forces::default);
+        self.moves.resize_with(neighbours.blocks.len(), Moved::default);
+        let is_implicit = scene.law.is_implicit;
+        if is_implicit {
+            self.solve_implicit(neighbours, scene, parameters);
+        }
+        let work = |block: &mut Block,
+                    forces: &mut Forces,
+                    moved: &mut Moved,
+                    states: &mut [[f64; 4]],
+                    spins: &mut [f64]| {
+            if !is_implicit {
+                forces.find(block, scene);
+            }
+            *moved = kick_and_drift(forces, block.start, scene, parameters, states, spins);
+            moved.contacts.clone_from(&forces.sums);
+        };
+        let blocks = &mut neighbours.blocks;
+        if let [block] = blocks.as_mut_slice() {
+            let (forces, moved) = (&mut self.forces[0], &mut self.moves[0]);
+            work(block, forces, moved, &mut self.states, &mut self.spins);
+        } else {
+            blocks
+                .par_iter_mut()
+                .zip(self.forces.par_iter_mut())
+                .zip(self.moves.par_iter_mut())
+                .zip(self.states.par_chunks_mut(BLOCK))
+                .zip(self.spins.par_chunks_mut(BLOCK))
+                .with_max_len(1)
+                .for_each(|((((block, forces), moved), states), spins)| {
+                    work(block, forces, moved, states, spins);
+                });
+        }
+        let mut whole = Moved::default();
+        for block in &self.moves {
+            whole.take(block);
+        }
+        whole
+    }
+
+    fn solve_implicit(
+        &mut self,
+        neighbours: &Neighbours,
+        scene: &Scene<'_>,
+        parameters: &Parameters,
+    ) {
+        let mut found = Vec::new();
+        contacts::find(scene.discs, scene.law, scene.walls, neighbours, &mut found);
+        implicit::solve_dashpots(scene.discs, parameters, &mut found);
+        implicit::forces_of(&found, scene, &mut self.forces);
+    }
+
+    /// Makes the state one step later the discs'.
+    pub(super) fn hand_over(&mut self, discs: &mut Discs) {
+        std::mem::swap(&mut discs.states, &mut self.states);
+        std::mem::swap(&mut discs.spins, &mut self.spins);
+    }
+}
+
+/// Equation (3) for the discs of a block, kick and drift: v' = v + a dt, x' = x + v' dt; and w' = w + alpha dt.
+fn kick_and_drift(
+    forces: &Forces,
+    start: usize,
+    scene: &Scene<'_>,
+    parameters: &Parameters,
+    states: &mut [[f64; 4]],
+    spins: &mut [f64],
+) -> Moved {
+    let discs = scene.discs;
+    let own = start..start + states.len();
+    let Parameters { sides, gravity, time_step, periodic, .. } = *parameters;
+    let half = 0.5 * time_step;
+    let mut moved = Moved::default();
+    // Discs may leave through a periodic side until they are put back when the list is built.
+    let open = |axis: usize| if periodic[axis] { f64::INFINITY } else { 0.0 };
+    let low = [-open(0), -open(1)];
+    let high = [sides[0] + open(0), sides[1] + open(1)];
+    let before = discs.states[own.clone()].iter().zip(&discs.masses[own.clone()]);
+    let moving = states.iter_mut().zip(before).zip(&forces.forces);
+    let mut inside = true;
+    for ((state, (&[x, y, vx, vy], &mass)), &[fx, fy, dx, dy]) in moving {
+        let [ax, ay] = motion::acceleration(gravity, [fx, fy], mass);
+        let v = [vx + ax * time_step, vy + ay * time_step];
+        let [x, y] = [x + v[0] * time_step, y + v[1] * time_step];
+        *state = [x, y, v[0], v[1]];
+        moved.dashpot_power += dx * (vx + ax * half) + dy * (vy + ay * half);
+        let squared = v[0] * v[0] + v[1] * v[1];
+        if squared > moved.fastest_squared {
+            moved.fastest_squared = squared;
+        }
+        // No number is inside nothing.
+        inside &= (x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]);
+    }
+    if !inside {
+        let is_outside = |[x, y, ..]: &[f64; 4]| {
+            !(*x >= low[0] && *x <= high[0] && *y >= low[1] && *y <= high[1])
+        };
+        moved.outside = states.iter().position(is_outside).map(|disc| start + disc);
+    }
+    if forces.torques.is_empty() {
+        spins.copy_from_slice(&discs.spins[own]);
+        return moved;
+    }
+    for (disc, (spin, &[torque, loss])) in spins.iter_mut().zip(&forces.torques).enumerate() {
+        let (before, mass) = (discs.spins[start + disc], discs.masses[start + disc]);
+        let alpha = motion::angular_acceleration(torque, mass, discs.radii[start + disc]);
+        *spin = before + alpha * time_step;
+        moved.dashpot_power += loss * (before + alpha * half);
+    }
+    moved
+}
+
+/// Forces and accelerations at the present state, for looking at it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Evaluation {
+    /// All contacts, in a fixed order.
+    pub(super) contacts: Vec<Contact>,
+    /// Velocities at the positions' time, v + a dt/2, m/s.
+    pub(super) velocities: Vec<[f64; 2]>,
+    /// Spins at the positions' time, rad/s.
+    pub(super) spins: Vec<f64>,
+    /// What the contacts do.
+    pub(super) moved: Moved,
 }
 
 impl Evaluation {
-    /// Finds contacts, forces and accelerations anew.
-    pub(super) fn update(&mut self, discs: &Discs, parameters: &Parameters) {
-        let Parameters { sides, gravity, law, time_step, skin, .. } = parameters;
-        self.neighbours.refresh(&discs.positions, &discs.radii, *sides, *skin);
-        contacts::find(discs, *sides, law, &self.neighbours, &mut self.contacts);
-        if law.is_implicit {
-            implicit::solve_dashpots(discs, *gravity, law, *time_step, &mut self.contacts);
+    /// Looks at the state, which stays as it is.
+    pub(super) fn of(neighbours: &Neighbours, scene: &Scene<'_>, parameters: &Parameters) -> Self {
+        let mut workspace = Workspace::default();
+        // The springs of a copy move on.
+        let mut copy = neighbours.clone();
+        let moved = workspace.advance(&mut copy, scene, parameters);
+        let mut found = Vec::new();
+        contacts::find(scene.discs, scene.law, scene.walls, neighbours, &mut found);
+        if scene.law.is_implicit {
+            implicit::solve_dashpots(scene.discs, parameters, &mut found);
         }
-        contacts::accelerations(discs, *gravity, &self.contacts, &mut self.accelerations);
-    }
-
-    /// Velocities at the positions' time, v + a dt/2.
-    pub(super) fn velocities_at_positions(&self, discs: &Discs, time_step: f64) -> Vec<[f64; 2]> {
-        let half = 0.5 * time_step;
-        discs
-            .velocities
-            .iter()
-            .zip(&self.accelerations)
-            .map(|(v, a)| [v[0] + a[0] * half, v[1] + a[1] * half])
-            .collect()
-    }
-
-    /// Power taken by the dashpots now, W.
-    pub(super) fn dissipated_power(&self, parameters: &Parameters) -> f64 {
-        let Parameters { law, time_step, .. } = parameters;
-        energy::dissipated_power(&self.contacts, &self.accelerations, law.stiffness, *time_step)
+        let half = 0.5 * parameters.time_step;
+        let discs = scene.discs;
+        let at_positions = |(disc, forces): (usize, &[f64; 4])| {
+            let mass = discs.masses[disc];
+            let a = motion::acceleration(parameters.gravity, [forces[0], forces[1]], mass);
+            let v = discs.velocity(disc);
+            [v[0] + a[0] * half, v[1] + a[1] * half]
+        };
+        let forces = workspace.forces.iter().flat_map(|block| &block.forces);
+        let velocities = forces.enumerate().map(at_positions).collect();
+        let mut spins = discs.spins.clone();
+        let torques = workspace.forces.iter().flat_map(|block| &block.torques);
+        for (disc, (spin, torque)) in spins.iter_mut().zip(torques).enumerate() {
+            let (mass, radius) = (discs.masses[disc], discs.radii[disc]);
+            *spin += motion::angular_acceleration(torque[0], mass, radius) * half;
+        }
+        Self { contacts: found, velocities, spins, moved }
     }
 
     /// Largest overlap over the smaller radius of a contact, 0 without contacts.
@@ -73,49 +263,14 @@ impl Evaluation {
             if overlap > largest { overlap } else { largest }
         })
     }
-
-    /// The first contact that overlaps by more than the smaller radius.
-    pub(super) fn blow_up(&self) -> Result<(), BlowUp> {
-        let is_too_deep = |contact: &&Contact| contact.overlap_over_radius > 1.0;
-        match self.contacts.iter().find(is_too_deep) {
-            Some(contact) => Err(BlowUp::Overlap(*contact)),
-            None => Ok(()),
-        }
-    }
-}
-
-/// Equation (3), kick and drift: v' = v + a dt, x' = x + v' dt.
-///
-/// # Errors
-/// Where a disc's centre left the box; all discs have moved then.
-pub(super) fn kick_and_drift(
-    discs: &mut Discs,
-    accelerations: &[[f64; 2]],
-    sides: [f64; 2],
-    time_step: f64,
-) -> Result<(), BlowUp> {
-    let mut first_outside = None;
-    let moving = discs.positions.iter_mut().zip(&mut discs.velocities).zip(accelerations);
-    for (disc, ((x, v), a)) in moving.enumerate() {
-        *v = [v[0] + a[0] * time_step, v[1] + a[1] * time_step];
-        *x = [x[0] + v[0] * time_step, x[1] + v[1] * time_step];
-        // No number is inside nothing.
-        let is_inside = x[0] >= 0.0 && x[0] <= sides[0] && x[1] >= 0.0 && x[1] <= sides[1];
-        if !is_inside && first_outside.is_none() {
-            first_outside = Some(disc);
-        }
-    }
-    match first_outside {
-        Some(disc) => Err(BlowUp::Outside(disc)),
-        None => Ok(()),
-    }
 }
 
 /// Turns the velocities of the start, at the positions' time, into those of velocity Verlet's half step before:
 /// v - a dt/2. Nothing overlaps at the start, so a is gravity.
 pub(super) fn set_back_by_half_a_step(discs: &mut Discs, gravity: [f64; 2], time_step: f64) {
     let half = 0.5 * time_step;
-    for v in &mut discs.velocities {
-        *v = [v[0] - gravity[0] * half, v[1] - gravity[1] * half];
+    for [_, _, vx, vy] in &mut discs.states {
+        *vx -= gravity[0] * half;
+        *vy -= gravity[1] * half;
     }
 }

@@ -1,0 +1,108 @@
+//! States that the DEM is timed on.
+#![allow(dead_code, reason = "each benchmark uses a part of it")]
+
+use kinetoscope::model::{Model, Target};
+use kinetoscope::models::dem::Dem;
+use kinetoscope::random::Seed;
+use kinetoscope_manifest::model::{
+    DemConfig, DiscRadius, Dissipation, GivenState, PeriodicSides, Placement,
+};
+use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive, Share};
+use std::num::NonZeroU32;
+
+const RADIUS: f64 = 5e-4;
+const SEED: Seed = Seed { seed: 7, replicate: 0 };
+
+fn positive(value: f64) -> Positive {
+    Positive::new(value).expect("above zero")
+}
+
+/// Which state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Scene {
+    /// Discs at rest on each other, radii +-10 %, packing fraction about 0.8.
+    Settled,
+    /// The same with friction 0.5.
+    Rubbing,
+    /// Packing fraction 0.3, periodic, without gravity, e = 1.
+    Gas,
+    /// A loose bed that falls together.
+    Collapse,
+    /// Equal discs at rest on each other: two programs must agree on their energy.
+    Equal,
+}
+
+impl Scene {
+    /// The scene of a name.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        match name {
+            "settled" => Some(Self::Settled),
+            "rubbing" => Some(Self::Rubbing),
+            "gas" => Some(Self::Gas),
+            "collapse" => Some(Self::Collapse),
+            "equal" => Some(Self::Equal),
+            _ => None,
+        }
+    }
+
+    /// A run of the scene from its raw start.
+    pub(crate) fn config(self, discs: u32) -> DemConfig {
+        let count = f64::from(discs);
+        // Beds begin at random, 40 rows of discs high, packing fraction 0.46: they settle soon at any number.
+        let rows = 40.0;
+        let bed = [(count / rows).ceil() * 2.6 * RADIUS, rows * 2.6 * RADIUS];
+        let gas_side = RADIUS * (std::f64::consts::PI * count / 0.3).sqrt();
+        let is_gas = self == Self::Gas;
+        DemConfig {
+            discs: NonZeroU32::new(discs).expect("not zero"),
+            radius_m: if self == Self::Equal {
+                DiscRadius::Equal(positive(RADIUS))
+            } else {
+                DiscRadius::Uniform { min: positive(0.9 * RADIUS), max: positive(1.1 * RADIUS) }
+            },
+            width_m: positive(if is_gas { gas_side } else { bed[0] }),
+            height_m: positive(if is_gas { gas_side } else { bed[1] }),
+            gravity_m_per_s2: [0.0, if is_gas { 0.0 } else { -9.81 }]
+                .map(|g| Finite::new(g).expect("finite")),
+            stiffness_n_per_m: positive(5e4),
+            dissipation: Dissipation::Restitution(
+                Share::new(if is_gas { 1.0 } else { 0.5 }).expect("a share"),
+            ),
+            friction: NonNegative::new(if self == Self::Rubbing { 0.5 } else { 0.0 })
+                .expect("not negative"),
+            periodic: if is_gas { PeriodicSides::Both } else { PeriodicSides::None },
+            placement: Placement::Random,
+            duration_s: positive(1e3),
+            stability: kinetoscope_manifest::model::Stability::Warn,
+            ..DemConfig::default()
+        }
+    }
+
+    /// The model in the state that is timed.
+    pub(crate) fn model(self, discs: u32) -> Dem {
+        let config = self.config(discs);
+        let config = if self == Self::Gas { with_speeds(config) } else { config };
+        let mut model = Dem::prepare(&config, SEED, false).expect("a start");
+        let steps = match self {
+            Self::Settled | Self::Rubbing | Self::Equal => 10_000,
+            Self::Gas => 2000,
+            Self::Collapse => 200,
+        };
+        model.advance(Target::Count(steps), u64::MAX).expect("no blow-up");
+        model
+    }
+}
+
+/// Random velocities of about 0.1 m/s, for a gas.
+fn with_speeds(config: DemConfig) -> DemConfig {
+    let start = Dem::prepare(&config, SEED, false).expect("a start");
+    let mut frame = kinetoscope_recording::frame::Frame::new();
+    start.observe(&mut frame);
+    let finite = |value: f64| Finite::new(value).expect("finite");
+    let rows = frame.state().chunks_exact(Dem::STATE_COLUMNS.len());
+    let mut generator = SEED.stream(kinetoscope::random::Stream::Velocities);
+    let positions: Vec<[Finite; 2]> = rows.map(|row| [finite(row[0]), finite(row[1])]).collect();
+    let velocities =
+        positions.iter().map(|_| generator.normal_pair().map(|v| finite(0.1 * v))).collect();
+    DemConfig { placement: Placement::Given(GivenState { positions, velocities }), ..config }
+}

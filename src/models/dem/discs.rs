@@ -1,0 +1,56 @@
+//! The discs in memory, in the order of the cells that they stood in when the neighbour list was built.
+
+use serde::{Deserialize, Serialize};
+
+/// The discs, column by column, all of one length and in one order. `ids` says who stands where.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Discs {
+    /// A disc's number, from 0.
+    pub(super) ids: Vec<u32>,
+    /// Centre and the integrator's velocity, half a step behind the centre: x, y in m, vx, vy in m/s.
+    pub(super) states: Vec<[f64; 4]>,
+    /// The integrator's angular velocities, half a step behind, rad/s.
+    pub(super) spins: Vec<f64>,
+    /// Radii, m.
+    pub(super) radii: Vec<f64>,
+    /// Masses, kg.
+    pub(super) masses: Vec<f64>,
+}
+
+impl Discs {
+    /// Number of discs.
+    pub(super) fn len(&self) -> usize {
+        self.states.len()
+    }
+
+    /// Centre of a disc, m.
+    pub(super) fn position(&self, disc: usize) -> [f64; 2] {
+        let [x, y, ..] = self.states[disc];
+        [x, y]
+    }
+
+    /// The integrator's velocity of a disc, m/s.
+    pub(super) fn velocity(&self, disc: usize) -> [f64; 2] {
+        let [.., vx, vy] = self.states[disc];
+        [vx, vy]
+    }
+
+    /// Puts the discs into another order; `order` says for each place who comes there, and may leave discs out.
+    pub(super) fn reorder(&mut self, order: &[u32]) {
+        fn sorted<T: Copy>(values: &[T], order: &[u32]) -> Vec<T> {
+            order.iter().map(|&disc| values[disc as usize]).collect()
+        }
+        self.ids = sorted(&self.ids, order);
+        self.states = sorted(&self.states, order);
+        self.spins = sorted(&self.spins, order);
+        self.radii = sorted(&self.radii, order);
+        self.masses = sorted(&self.masses, order);
+    }
+
+    /// Where each disc stands in memory, in the order of the ids.
+    pub(super) fn by_id(&self) -> Vec<usize> {
+        let mut places: Vec<usize> = (0..self.len()).collect();
+        places.sort_unstable_by_key(|&place| self.ids[place]);
+        places
+    }
+}

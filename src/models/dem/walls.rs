@@ -1,0 +1,147 @@
+//! Walls: their shapes, how they move, and where a disc touches them.
+
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// A wall and its motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Wall {
+    /// Where it is at the start.
+    pub(super) shape: Shape,
+    /// How it moves.
+    pub(super) motion: Motion,
+}
+
+/// The shape of a wall, m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Shape {
+    /// A plane without end through `point`; the unit `normal` looks to the side of the discs.
+    Plane { point: [f64; 2], normal: [f64; 2] },
+    /// A straight wall with two ends; discs may stand on either side.
+    Segment { from: [f64; 2], to: [f64; 2] },
+    /// A circle with the discs inside.
+    Drum { centre: [f64; 2], radius: f64 },
+}
+
+/// Displacement at the time t: u t + A sin(2 pi f t), and for a drum an angular velocity about its centre.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Motion {
+    /// Constant velocity u, m/s.
+    pub(super) velocity: [f64; 2],
+    /// Amplitude A, m.
+    pub(super) amplitude: [f64; 2],
+    /// Frequency f, Hz.
+    pub(super) frequency: f64,
+    /// Angular velocity of a drum, rad/s.
+    pub(super) spin: f64,
+}
+
+/// A wall at a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PlacedWall {
+    /// Where it is now.
+    pub(super) shape: Shape,
+    /// Its way in the step before over dt, m/s: as the discs' integrator velocities, half a step behind.
+    pub(super) step_velocity: [f64; 2],
+    /// Its way in the two steps around now over 2 dt, m/s.
+    pub(super) mid_velocity: [f64; 2],
+    /// Angular velocity of a drum, rad/s.
+    pub(super) spin: f64,
+}
+
+/// Where a disc stands before a wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Footing {
+    /// Unit vector from the wall to the disc's centre.
+    pub(super) normal: [f64; 2],
+    /// Distance of the centre, m; negative behind a plane or a drum.
+    pub(super) distance: f64,
+}
+
+impl Motion {
+    /// Displacement at a time, m.
+    pub(super) fn displacement(&self, time: f64) -> [f64; 2] {
+        let phase = libm::sin(TAU * self.frequency * time);
+        let along = |axis: usize| self.velocity[axis] * time + self.amplitude[axis] * phase;
+        [along(0), along(1)]
+    }
+}
+
+impl Wall {
+    /// A wall that stays where it is.
+    pub(super) fn at_rest(shape: Shape) -> Self {
+        Self { shape, motion: Motion::default() }
+    }
+
+    /// The wall after `count` steps.
+    pub(super) fn placed(&self, count: u64, time_step: f64) -> PlacedWall {
+        let at = |step: f64| self.motion.displacement(step * time_step);
+        let step = count as f64;
+        let (before, now, after) = (at(step - 1.0), at(step), at(step + 1.0));
+        let over = |to: [f64; 2], from: [f64; 2], time: f64| {
+            [(to[0] - from[0]) / time, (to[1] - from[1]) / time]
+        };
+        PlacedWall {
+            shape: self.shape.moved(now),
+            step_velocity: over(now, before, time_step),
+            mid_velocity: over(after, before, 2.0 * time_step),
+            spin: self.motion.spin,
+        }
+    }
+}
+
+impl Shape {
+    fn moved(self, by: [f64; 2]) -> Self {
+        let moved = |[x, y]: [f64; 2]| [x + by[0], y + by[1]];
+        match self {
+            Self::Plane { point, normal } => Self::Plane { point: moved(point), normal },
+            Self::Segment { from, to } => Self::Segment { from: moved(from), to: moved(to) },
+            Self::Drum { centre, radius } => Self::Drum { centre: moved(centre), radius },
+        }
+    }
+
+    /// Where a disc at `centre` stands before this wall.
+    pub(super) fn footing(&self, [x, y]: [f64; 2]) -> Footing {
+        match *self {
+            Self::Plane { point, normal } => {
+                let distance = (x - point[0]) * normal[0] + (y - point[1]) * normal[1];
+                Footing { normal, distance }
+            }
+            Self::Segment { from, to } => {
+                let along = [to[0] - from[0], to[1] - from[1]];
+                let length_squared = along[0] * along[0] + along[1] * along[1];
+                let share = ((x - from[0]) * along[0] + (y - from[1]) * along[1]) / length_squared;
+                let share = if share > 0.0 { share } else { 0.0 };
+                let share = if share < 1.0 { share } else { 1.0 };
+                away_from([from[0] + share * along[0], from[1] + share * along[1]], [x, y])
+            }
+            Self::Drum { centre, radius } => {
+                let inward = away_from([x, y], centre);
+                Footing { normal: inward.normal, distance: radius - inward.distance }
+            }
+        }
+    }
+}
+
+impl PlacedWall {
+    /// Velocity of the wall's surface where a disc with this normal touches it: by the way of the wall and its spin.
+    pub(super) fn surface_velocity(&self, velocity: [f64; 2], normal: [f64; 2]) -> [f64; 2] {
+        match self.shape {
+            Shape::Drum { radius, .. } => {
+                let speed = self.spin * radius;
+                [velocity[0] + speed * normal[1], velocity[1] - speed * normal[0]]
+            }
+            Shape::Plane { .. } | Shape::Segment { .. } => velocity,
+        }
+    }
+}
+
+/// Direction and distance from a point to another.
+fn away_from(point: [f64; 2], to: [f64; 2]) -> Footing {
+    let apart = [to[0] - point[0], to[1] - point[1]];
+    let distance = (apart[0] * apart[0] + apart[1] * apart[1]).sqrt();
+    // A centre on the point itself has no direction; any will do.
+    let normal =
+        if distance > 0.0 { [apart[0] / distance, apart[1] / distance] } else { [0.0, 1.0] };
+    Footing { normal, distance }
+}

@@ -1,0 +1,54 @@
+//! Promise: one thread or two, four pairs at a time or one, put away and taken up again or not: the same bits, for every
+//! kind of scene.
+//!
+//! Setup: enough discs for several blocks; a bed, a rubbing bed with rolling friction, a gas in a periodic box, a drum that
+//! turns, a shaken box, a hopper that loses discs.
+
+mod dem_scene;
+
+use dem_scene::{frame, gravity, non_negative, prepared, scenes};
+use kinetoscope::model::{Model, Target};
+use kinetoscope::models::dem::Dem;
+use kinetoscope_manifest::model::DemConfig;
+
+/// Bits of all numbers of the state after some steps.
+fn bits(config: &DemConfig, threads: usize, lanes: bool, stored: bool) -> Vec<u64> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    pool.install(|| {
+        let mut model = prepared(config).with_lanes(lanes);
+        for target in [150, 300] {
+            model
+                .advance(Target::Count(target), u64::MAX)
+                .unwrap_or_else(|fault| panic!("{fault}"));
+            if stored {
+                let value = serde_json::to_value(&model).expect("a model can be stored");
+                model =
+                    serde_json::from_value::<Dem>(value).expect("and taken up").with_lanes(lanes);
+            }
+        }
+        let seen = frame(&model);
+        let messages = seen.messages().iter().flat_map(|message| message.payload.iter());
+        let state = seen.state().iter().map(|value| value.to_bits());
+        state.chain(messages.map(|byte| u64::from(*byte))).collect()
+    })
+}
+
+#[test]
+fn threads_lanes_and_checkpoints_leave_no_trace() {
+    for (name, config) in scenes() {
+        let whole = bits(&config, 1, true, false);
+        assert!(whole == bits(&config, 2, true, false), "{name}: two threads");
+        assert!(whole == bits(&config, 1, false, false), "{name}: pair by pair");
+        assert!(whole == bits(&config, 2, false, true), "{name}: stored");
+    }
+}
+
+/// Control: the bits tell a difference of one part in 10^15 of a parameter.
+#[test]
+fn another_friction_is_noticed() {
+    let (_, config) = scenes().swap_remove(1);
+    let other = DemConfig { friction: non_negative(0.5 * (1.0 + 1e-15)), ..config.clone() };
+    assert!(bits(&config, 1, true, false) != bits(&other, 1, true, false));
+    let tilted = DemConfig { gravity_m_per_s2: gravity(1e-12, -9.81), ..config.clone() };
+    assert!(bits(&config, 1, true, false) != bits(&tilted, 1, true, false));
+}
