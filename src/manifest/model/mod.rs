@@ -10,7 +10,10 @@ pub use gas::{
     BoltzmannConstant, GasConfig, Propagation, SpeedDistribution, SpeedScale, TemperatureDefinition,
 };
 pub use orbit::{OrbitConfig, OrbitIntegrator, OrbitStart};
-pub use packing::{InitialVelocities, PackingConfig, PackingPlacement, RunLength};
+pub use packing::{
+    Boundary, CollapseGuard, InitialVelocities, PERIODIC_DIAMETERS, PackingConfig,
+    PackingPlacement, RunLength,
+};
 
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::keys::{Keys, Reader};

@@ -1,12 +1,12 @@
 //! Where discs stand and how they move at the start.
 
-use super::cells::Cells;
+use super::cells::{Cells, Grid};
 use super::lattice::{hexagonal_rows, most_in_hexagonal_rows};
 use super::motion::{self, Vector};
 use crate::model::Refusal;
 use crate::placement::{Rectangle, random_sequential_addition, square_lattice};
 use crate::random::{Seed, Stream};
-use kinetoscope_manifest::model::{GivenState, InitialVelocities, PackingConfig, PackingPlacement};
+use kinetoscope_manifest::model::{Boundary, GivenState, InitialVelocities, PackingConfig, PackingPlacement};
 
 /// Random placement is offered below this packing fraction (packing document, `NU`). Random sequential addition itself
 /// comes to its end at 0.547 (Feder, J. Theor. Biol. 87, 237, 1980).
@@ -25,6 +25,10 @@ pub(super) struct Start {
     pub(super) positions: Vec<Vector>,
     /// Velocities, as many.
     pub(super) velocities: Vec<Vector>,
+    /// Radii, as many; empty where all are equal.
+    pub(super) radii: Vec<f64>,
+    /// Radius of the largest disc.
+    pub(super) largest_radius: f64,
     /// How it came about, for the log.
     pub(super) account: String,
 }
@@ -45,6 +49,7 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
     let (positions, placed) = match &config.placement {
         PackingPlacement::Random => (random_positions(config, seed)?, "random sequential addition"),
         PackingPlacement::Lattice => lattice_positions(config)?,
+        PackingPlacement::Compressed => todo!(),
         PackingPlacement::Given(given) => {
             check_given(config, given)?;
             let values = |pairs: &[[kinetoscope_manifest::quantity::Finite; 2]]| {
@@ -53,6 +58,8 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
             return Ok(Start {
                 positions: values(&given.positions),
                 velocities: values(&given.velocities),
+                radii: Vec::new(),
+                largest_radius: radius,
                 account: format!(
                     "start as given in the manifest, packing fraction {:.4}",
                     packing_fraction(config)
@@ -67,7 +74,7 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
         packing_fraction(config),
         velocity_deviation(config)
     );
-    Ok(Start { positions, velocities, account })
+    Ok(Start { positions, velocities, radii: Vec::new(), largest_radius: radius, account })
 }
 
 /// Standard deviation of a velocity component before the mean is removed: 1, or n^-1/2.
@@ -184,10 +191,14 @@ fn check_given(config: &PackingConfig, given: &GivenState) -> Result<(), Refusal
 
 fn check_apart(config: &PackingConfig, positions: &[Vector], least: f64) -> Result<(), Refusal> {
     let sides = [config.width.get(), config.height.get()];
-    let cells = Cells::new(sides, 2.0 * config.radius.get(), positions);
+    let grid = Grid::new(sides, 2.0 * config.radius.get(), positions.len(), config.boundary == Boundary::Walls);
+    let mut cells = Cells::new(grid);
+    for (disc, &position) in positions.iter().enumerate() {
+        cells.insert(disc as u32, grid.locate(position).0, positions.len());
+    }
     for disc in 0..config.discs.get() {
         let mut overlapping: Option<(u32, f64)> = None;
-        cells.for_each_near(disc, |other| {
+        cells.for_each_near(grid.locate(positions[disc as usize]).0, |other| {
             let distance = motion::speed(motion::difference(
                 positions[disc as usize],
                 positions[other as usize],
