@@ -50,3 +50,19 @@ impl Arena {
         if is_elastic { 1.0 } else { self.restitution }
     }
 }
+
+/// Discs that grow all at the same relative rate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Growth {
+    /// Share of the full radius at the zero of the engine's clock.
+    pub(super) scale: f64,
+    /// Growth of the share in a unit of time.
+    pub(super) rate: f64,
+}
+
+impl Growth {
+    /// The share of the full radius at a local time.
+    pub(super) fn scale_at(&self, time: f64) -> f64 {
+        self.scale + self.rate * time
+    }
+}

@@ -4,7 +4,7 @@
 //! disc has one event in the calendar, its soonest. A collision predicted with a partner that has collided since is void
 //! and is found out when its time comes (Lubachevsky, J. Comput. Phys. 94, 255, 1991; Paul, J. Comput. Phys. 221, 615, 2007).
 
-use super::arena::Arena;
+use super::arena::{Arena, Growth};
 use super::calendar::Calendar;
 use super::cells::{Cells, Grid, Shifts};
 use super::clock::Clock;
@@ -69,6 +69,8 @@ struct State {
     discs: Vec<Disc>,
     /// Radius of each disc; empty where all are equal.
     radii: Vec<f64>,
+    /// While the start is being compressed; `radii` are then those at the end.
+    growth: Option<Growth>,
     clock: Clock,
     /// Local time of the last collision.
     last_collision: f64,
@@ -108,6 +110,7 @@ impl Engine {
             arena,
             discs: discs.collect(),
             radii,
+            growth: None,
             clock: Clock::new(contact_distance, mean_square_speed),
             last_collision: 0.0,
             events_since_move: 0,
@@ -162,7 +165,8 @@ impl Engine {
         self.state.discs.len()
     }
 
-    /// Radius of a disc.
+    /// Radius of a disc, at the end of all growth.
+    #[inline(always)]
     pub(super) fn radius(&self, disc: usize) -> f64 {
         if self.state.radii.is_empty() {
             self.state.arena.largest_radius
@@ -278,16 +282,19 @@ impl Engine {
         ];
         let since = if ages[0] < ages[1] { ages[0] } else { ages[1] };
         let arena = &self.state.arena;
-        let impact = motion::pair_impact(separation, before, |approach| {
-            arena.restitution_of(approach, since)
-        });
+        let reach = self.radius(pair[0] as usize) + self.radius(pair[1] as usize);
+        let impact = match self.state.growth {
+            None => motion::pair_impact(separation, before, |approach| {
+                arena.restitution_of(approach, since)
+            }),
+            Some(growth) => motion::growing_pair_impact(separation, before, growth.rate * reach),
+        };
         for (place, disc) in pair.into_iter().enumerate() {
             self.leave(disc, positions[place], impact.velocities[place]);
         }
         for disc in pair {
             self.reschedule(disc);
         }
-        let reach = self.radius(pair[0] as usize) + self.radius(pair[1] as usize);
         Ok(Collision {
             with: With::Disc(reach),
             changes: [[before[0], impact.velocities[0]], [before[1], impact.velocities[1]]],
@@ -302,7 +309,13 @@ impl Engine {
         let before = record.velocity;
         let mut position = record.position_at(self.state.clock.local());
         position[axis] = self.wall(disc, side);
-        let after = self.leave_wall(before, axis);
+        let mut after = self.leave_wall(before, axis);
+        if let Some(growth) = self.state.growth {
+            // Elastic for the disc's edge, which comes towards the wall faster than the centre by the growth.
+            let parting = 2.0 * growth.rate * self.radius(disc as usize);
+            after = before;
+            after[axis] = -before[axis] + if side.is_upper() { -parting } else { parting };
+        }
         self.leave(disc, position, after);
         self.reschedule(disc);
         Collision {
@@ -316,7 +329,10 @@ impl Engine {
     /// Where a disc of a cell at a wall touches it, from the cell's corner.
     #[inline(always)]
     fn wall(&self, disc: u32, side: Side) -> f64 {
-        let radius = self.radius(disc as usize);
+        let mut radius = self.radius(disc as usize);
+        if let Some(growth) = self.state.growth {
+            radius *= growth.scale_at(self.state.clock.local());
+        }
         if side.is_upper() { self.cells.grid.side[side.axis()] - radius } else { radius }
     }
 
@@ -383,10 +399,11 @@ impl Engine {
         let record = &self.state.discs[disc as usize];
         let position = record.position_at(now);
         let (edge_wait, edge) = self.first_edge(disc, position);
-        let sizes = if self.state.radii.is_empty() {
-            Sizes::Equal(2.0 * self.state.arena.largest_radius)
-        } else {
-            Sizes::Mixed(&self.state.radii)
+        let radii = self.state.radii.as_slice();
+        let sizes = match self.state.growth {
+            Some(growth) => Sizes::Growing { radii, scale: growth.scale_at(now), rate: growth.rate },
+            None if radii.is_empty() => Sizes::Equal(2.0 * self.state.arena.largest_radius),
+            None => Sizes::Mixed(radii),
         };
         let field = Field {
             discs: &self.state.discs,
@@ -417,12 +434,17 @@ impl Engine {
         let grid = &self.cells.grid;
         let mut first = (NEVER, EventCode::NOTHING);
         for axis in 0..2 {
-            let speed = record.velocity[axis];
+            let mut speed = record.velocity[axis];
             let is_upper = speed > 0.0;
             let side = Side::across(axis, is_upper);
             let meets_wall =
                 self.state.arena.has_walls && grid.is_last(record.cell, axis, is_upper);
             let (line, event) = if meets_wall {
+                if let Some(growth) = self.state.growth {
+                    // A growing disc reaches the wall by its growth, too.
+                    let growth = growth.rate * self.radius(disc as usize);
+                    speed += if is_upper { growth } else { -growth };
+                }
                 (self.wall(disc, side), EventCode::wall(side))
             } else {
                 (if is_upper { grid.side[axis] } else { 0.0 }, EventCode::crossing(side))
@@ -433,8 +455,34 @@ impl Engine {
             if (wait, event) < first {
                 first = (wait, event);
             }
+            if self.state.growth.is_some() {
+                let behind = self.wall_behind(disc, position, axis, is_upper);
+                first = if behind < first { behind } else { first };
+            }
         }
         first
+    }
+
+    /// When a growing disc is caught up by its own growth at the wall that it leaves too slowly.
+    fn wall_behind(
+        &self,
+        disc: u32,
+        position: Vector,
+        axis: usize,
+        is_upper: bool,
+    ) -> (f64, EventCode) {
+        let record = &self.state.discs[disc as usize];
+        let rate = self.state.growth.map_or(0.0, |growth| growth.rate);
+        let speed = rate * self.radius(disc as usize) - record.velocity[axis].abs();
+        let is_there = self.state.arena.has_walls
+            && self.cells.grid.is_last(record.cell, axis, !is_upper)
+            && speed > 0.0;
+        if !is_there {
+            return (NEVER, EventCode::NOTHING);
+        }
+        let side = Side::across(axis, !is_upper);
+        let speed = if is_upper { -speed } else { speed };
+        (motion::time_to_line(position[axis], speed, self.wall(disc, side)), EventCode::wall(side))
     }
 
     /// Asks for what the coming events will look at: their discs first, then the cells around, then the neighbours.
@@ -473,7 +521,44 @@ impl Engine {
                 disc.event_time -= shift;
             }
         }
+        if let Some(growth) = &mut self.state.growth {
+            growth.scale += growth.rate * shift;
+        }
         self.calendar.file_anew(&self.state.discs, self.mean_wait_ahead());
+    }
+}
+
+/// Compression: discs that grow while they move.
+impl Engine {
+    /// Lets discs grow from now on, from a share of their full radius. The engine was made with the radius of each disc.
+    pub(super) fn grow(&mut self, scale: f64, rate: f64) {
+        let now = self.state.clock.local();
+        self.state.growth = Some(Growth { scale: scale - rate * now, rate });
+        self.predict_all();
+    }
+
+    /// The share of the full radius now.
+    pub(super) fn scale(&self) -> f64 {
+        self.state.growth.map_or(1.0, |growth| growth.scale_at(self.state.clock.local()))
+    }
+
+    /// Multiplies all velocities: growing discs heat each other. No disc is moved.
+    pub(super) fn scale_velocities(&mut self, factor: f64) {
+        let now = self.state.clock.local();
+        for disc in &mut self.state.discs {
+            disc.position = disc.position_at(now);
+            disc.time = now;
+            disc.velocity = disc.velocity.map(|component| factor * component);
+        }
+        self.predict_all();
+    }
+
+    /// Finds all events anew.
+    fn predict_all(&mut self) {
+        for disc in 0..self.state.discs.len() as u32 {
+            self.predict(disc);
+        }
+        self.move_clock();
     }
 }
 

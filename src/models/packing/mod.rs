@@ -11,6 +11,7 @@ mod arena;
 mod calendar;
 mod cells;
 mod clock;
+mod compression;
 mod disc;
 mod engine;
 mod events;

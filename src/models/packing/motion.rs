@@ -45,6 +45,54 @@ pub(super) fn time_to_contact(r: Vector, v: Vector, contact_distance: f64) -> f6
     if touches { wait } else { f64::MAX }
 }
 
+/// Time until two growing discs touch, |r + v t| = s + a t, a the sum of the rates of their radii, or [`f64::MAX`].
+///
+/// With A = v^2 - a^2, B = r . v - a s, C = r^2 - s^2 the smaller root of A t^2 + 2 B t + C = 0 that is not negative, each
+/// time in the form without cancellation (Lubachevsky and Stillinger, J. Stat. Phys. 60, 561, 1990):
+///
+/// t = C / (-B + sqrt(B^2 - A C)) where the surfaces approach (B < 0), else (B + sqrt(B^2 - A C)) / -A, if A < 0.
+#[inline(always)]
+pub(super) fn time_to_growing_contact(
+    r: Vector,
+    v: Vector,
+    contact_distance: f64,
+    growth: f64,
+) -> f64 {
+    let leading = v[0] * v[0] + v[1] * v[1] - growth * growth;
+    let approach = r[0] * v[0] + r[1] * v[1] - growth * contact_distance;
+    let gap = r[0] * r[0] + r[1] * r[1] - contact_distance * contact_distance;
+    let discriminant = approach * approach - leading * gap;
+    if approach < 0.0 {
+        if gap <= 0.0 {
+            return 0.0;
+        }
+        return if discriminant >= 0.0 { gap / (discriminant.sqrt() - approach) } else { f64::MAX };
+    }
+    if leading < 0.0 && discriminant >= 0.0 {
+        (approach + discriminant.sqrt()) / -leading
+    } else {
+        f64::MAX
+    }
+}
+
+/// Elastic collision of two growing discs: elastic for their surfaces, which part with a more than the centres,
+/// g' = -g + 2 a (Lubachevsky and Stillinger, as above).
+pub(super) fn growing_pair_impact(r: Vector, velocities: [Vector; 2], growth: f64) -> PairImpact {
+    let [first, second] = velocities;
+    let distance = (r[0] * r[0] + r[1] * r[1]).sqrt();
+    let normal = [r[0] / distance, r[1] / distance];
+    let g = (second[0] - first[0]) * normal[0] + (second[1] - first[1]) * normal[1];
+    let impulse = g - growth;
+    let change = [impulse * normal[0], impulse * normal[1]];
+    PairImpact {
+        velocities: [
+            [first[0] + change[0], first[1] + change[1]],
+            [second[0] - change[0], second[1] - change[1]],
+        ],
+        normal_impulse: impulse.abs(),
+    }
+}
+
 /// Time until one coordinate reaches a line that it moves towards. Zero where rounding put it a little beyond.
 /// The speed along the coordinate is not zero.
 #[inline(always)]

@@ -35,6 +35,15 @@ pub(super) enum Sizes<'a> {
     Equal(f64),
     /// Each has its own radius.
     Mixed(&'a [f64]),
+    /// Each has its own radius, all of them now at this scale that grows at this rate.
+    Growing {
+        /// Radii at full scale.
+        radii: &'a [f64],
+        /// The scale now.
+        scale: f64,
+        /// Its growth in a unit of time.
+        rate: f64,
+    },
 }
 
 /// The contact that comes first.
@@ -154,7 +163,7 @@ fn of_lanes<const WIDE: bool>(
     let mut reach = [0.0; LANES];
     match field.sizes {
         Sizes::Equal(contact_distance) => reach = [contact_distance; LANES],
-        Sizes::Mixed(radii) => {
+        Sizes::Mixed(radii) | Sizes::Growing { radii, .. } => {
             for (reach, partner) in reach.iter_mut().zip(partners) {
                 *reach = radii[seeker.disc as usize] + radii[partner as usize];
             }
@@ -169,7 +178,14 @@ fn of_lanes<const WIDE: bool>(
         ];
         let relative =
             [velocity[0][lane] - seeker.velocity[0], velocity[1][lane] - seeker.velocity[1]];
-        waits[lane] = motion::time_to_contact(separation, relative, reach[lane]);
+        if let Sizes::Growing { scale, rate, .. } = field.sizes {
+            let (distance, growth) = (scale * reach[lane], rate * reach[lane]);
+            let wait = motion::time_to_growing_contact(separation, relative, distance, growth);
+            // A growing disc is the only one that would touch itself.
+            waits[lane] = if partners[lane] == seeker.disc { NEVER } else { wait };
+        } else {
+            waits[lane] = motion::time_to_contact(separation, relative, reach[lane]);
+        }
     }
     earliest(waits, partners, first)
 }
