@@ -210,8 +210,9 @@ impl Calendar {
         self.today.clear();
         self.turned = 0;
         let mask = self.pages.len() - 1;
-        for _ in 0..self.pages.len() {
-            self.page += 1;
+        // Twice round: what came later may be filed on pages that were turned already.
+        for _ in 0..2 * self.pages.len() {
+            self.page = self.page.saturating_add(1);
             let place = self.page as usize & mask;
             if place == 0 && !self.later.is_empty() {
                 self.file_later(discs);

@@ -427,38 +427,53 @@ impl Engine {
         record.partner_collisions = partner_collisions;
     }
 
-    /// When a disc reaches a wall or leaves its cell, whichever comes first.
+    /// When a disc reaches a wall or leaves its cell, whichever comes first. Written without branches on the direction of
+    /// flight, which no processor can guess.
     #[inline(always)]
     fn first_edge(&self, disc: u32, position: Vector) -> (f64, EventCode) {
         let record = &self.state.discs[disc as usize];
         let grid = &self.cells.grid;
-        let mut first = (NEVER, EventCode::NOTHING);
+        let has_walls = self.state.arena.has_walls;
+        let mut waits = [NEVER; 2];
+        let mut events = [EventCode::NOTHING; 2];
         for axis in 0..2 {
-            let mut speed = record.velocity[axis];
+            let speed = record.velocity[axis];
             let is_upper = speed > 0.0;
-            let side = Side::across(axis, is_upper);
-            let meets_wall =
-                self.state.arena.has_walls && grid.is_last(record.cell, axis, is_upper);
-            let (line, event) = if meets_wall {
+            let mut line = if is_upper { grid.side[axis] } else { 0.0 };
+            events[axis] = EventCode::crossing(axis, is_upper);
+            let mut approach = speed;
+            if has_walls && grid.is_last(record.cell, axis, is_upper) {
+                let side = Side::across(axis, is_upper);
+                line = self.wall(disc, side);
+                events[axis] = EventCode::wall(side);
                 if let Some(growth) = self.state.growth {
                     // A growing disc reaches the wall by its growth, too.
                     let growth = growth.rate * self.radius(disc as usize);
-                    speed += if is_upper { growth } else { -growth };
+                    approach += if is_upper { growth } else { -growth };
                 }
-                (self.wall(disc, side), EventCode::wall(side))
-            } else {
-                (if is_upper { grid.side[axis] } else { 0.0 }, EventCode::crossing(side))
-            };
+            }
+            let wait = motion::time_to_line(position[axis], approach, line);
             // Without speed there is no line to be reached, and 0/0 would be no number.
-            let wait = motion::time_to_line(position[axis], speed, line);
-            let wait = if speed == 0.0 { NEVER } else { wait };
-            if (wait, event) < first {
-                first = (wait, event);
-            }
-            if self.state.growth.is_some() {
-                let behind = self.wall_behind(disc, position, axis, is_upper);
-                first = if behind < first { behind } else { first };
-            }
+            waits[axis] = if speed == 0.0 { NEVER } else { wait };
+        }
+        let second = waits[1] < waits[0] || (waits[1] == waits[0] && events[1] < events[0]);
+        let wait = if second { waits[1] } else { waits[0] };
+        let event = if second { events[1] } else { events[0] };
+        let first = if wait < NEVER { (wait, event) } else { (NEVER, EventCode::NOTHING) };
+        if self.state.growth.is_some() { self.before_wall_behind(disc, position, first) } else { first }
+    }
+
+    /// The same, or when a growing disc is caught up at a wall behind it.
+    fn before_wall_behind(
+        &self,
+        disc: u32,
+        position: Vector,
+        mut first: (f64, EventCode),
+    ) -> (f64, EventCode) {
+        for axis in 0..2 {
+            let is_upper = self.state.discs[disc as usize].velocity[axis] > 0.0;
+            let behind = self.wall_behind(disc, position, axis, is_upper);
+            first = if behind < first { behind } else { first };
         }
         first
     }

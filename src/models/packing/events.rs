@@ -74,9 +74,10 @@ impl EventCode {
         Self(WALLS + side as u32)
     }
 
-    /// A crossing of this side of the cell.
-    pub(super) fn crossing(side: Side) -> Self {
-        Self(CROSSINGS + side as u32)
+    /// A crossing of the upper or lower side of the cell across an axis.
+    #[inline(always)]
+    pub(super) fn crossing(axis: usize, is_upper: bool) -> Self {
+        Self(CROSSINGS + 2 * (axis & 1) as u32 + u32::from(is_upper))
     }
 
     /// The word itself.
@@ -110,7 +111,7 @@ mod tests {
     fn words_stand_for_kinds_in_their_order() {
         let mut words = vec![EventCode::pair(0), EventCode::pair(WALLS - 1)];
         words.extend(Side::ALL.map(EventCode::wall));
-        words.extend(Side::ALL.map(EventCode::crossing));
+        words.extend(Side::ALL.map(|side| EventCode::crossing(side.axis(), side.is_upper())));
         words.push(EventCode::NOTHING);
         assert!(words.is_sorted_by(|one, other| one < other));
         assert_eq!(words[1].kind(), EventKind::Pair(WALLS - 1));

@@ -91,9 +91,9 @@ pub(super) mod wide {
     use std::arch::x86_64::*;
     use std::mem::transmute;
 
-    /// Collects the discs of three rows of twelve places, without branches.
+    /// Collects the discs of three rows of twelve places but for one, without branches.
     #[inline(always)]
-    pub(in super::super) fn collect(rows: [&[u32]; 3], near: &mut Near) {
+    pub(in super::super) fn collect(rows: [&[u32]; 3], but: u32, near: &mut Near) {
         for (row, slots) in rows.into_iter().enumerate() {
             assert!(slots.len() == 12 && near.count <= 24);
             // SAFETY: called in functions of these features only. Twelve words are read, of twelve; sixteen are written from
@@ -101,6 +101,8 @@ pub(super) mod wide {
             unsafe {
                 let discs = _mm512_maskz_loadu_epi32(0x0FFF, slots.as_ptr().cast());
                 let taken = _mm512_mask_cmpneq_epi32_mask(0x0FFF, discs, _mm512_set1_epi32(-1));
+                let but = _mm512_set1_epi32(but.cast_signed());
+                let taken = _mm512_mask_cmpneq_epi32_mask(taken, discs, but);
                 let columns = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 0, 0, 0, 0);
                 let places = _mm512_add_epi32(columns, _mm512_set1_epi32(3 * row as i32));
                 let discs = _mm512_maskz_compress_epi32(taken, discs);
@@ -141,6 +143,10 @@ pub(super) mod wide {
                 )
             };
             let numbers = |register: __m512d| transmute::<__m512d, [f64; LANES]>(register);
+            let mut time = [0.0; LANES];
+            for (time, other) in time.iter_mut().zip(others) {
+                *time = other.time;
+            }
             Gathered {
                 position: [
                     numbers(_mm512_permutex2var_pd(x01, first, x23)),
@@ -150,7 +156,7 @@ pub(super) mod wide {
                     numbers(_mm512_permutex2var_pd(x01, second, x23)),
                     numbers(_mm512_permutex2var_pd(y01, second, y23)),
                 ],
-                time: others.map(|other| other.time),
+                time,
                 shift: [numbers(shift(0)), numbers(shift(1))],
             }
         }

@@ -72,7 +72,7 @@ pub(super) fn first_contact<const WIDE: bool>(
         && !field.cells.are_crowded()
         && let Some(rows) = field.cells.rows_around(own.cell)
     {
-        wide::collect(rows, &mut near);
+        wide::collect(rows, disc, &mut near);
         return of_near::<WIDE>(field, &seeker, &mut near, first);
     }
     for (place, slots) in field.cells.around(own.cell).enumerate() {
@@ -152,9 +152,14 @@ fn of_lanes<const WIDE: bool>(
     begin: usize,
     first: Contact,
 ) -> Contact {
-    let partners: [u32; LANES] = std::array::from_fn(|lane| near.discs[begin + lane]);
-    let places: [u32; LANES] = std::array::from_fn(|lane| near.places[begin + lane]);
-    let others = partners.map(|partner| &field.discs[partner as usize]);
+    let mut partners = [0; LANES];
+    partners.copy_from_slice(&near.discs[begin..begin + LANES]);
+    let mut places = [0; LANES];
+    places.copy_from_slice(&near.places[begin..begin + LANES]);
+    let mut others = [&field.discs[seeker.disc as usize]; LANES];
+    for (other, partner) in others.iter_mut().zip(partners) {
+        *other = &field.discs[partner as usize];
+    }
     let Gathered { position, velocity, time, shift } = if WIDE {
         wide::gather(others, &places, field.shifts)
     } else {
@@ -227,10 +232,16 @@ pub(super) struct Gathered {
 
 #[inline(always)]
 fn gather(others: [&Disc; LANES], places: &[u32; LANES], shifts: &Shifts) -> Gathered {
-    Gathered {
-        position: [0, 1].map(|axis: usize| others.map(|other| other.position[axis])),
-        velocity: [0, 1].map(|axis: usize| others.map(|other| other.velocity[axis])),
-        time: others.map(|other| other.time),
-        shift: [0, 1].map(|axis: usize| places.map(|place| shifts[axis][place as usize % 16])),
+    let zero = [0.0; LANES];
+    let mut gathered =
+        Gathered { position: [zero; 2], velocity: [zero; 2], time: zero, shift: [zero; 2] };
+    for (lane, other) in others.into_iter().enumerate() {
+        gathered.time[lane] = other.time;
+        for axis in 0..2 {
+            gathered.position[axis][lane] = other.position[axis];
+            gathered.velocity[axis][lane] = other.velocity[axis];
+            gathered.shift[axis][lane] = shifts[axis][places[lane] as usize % 16];
+        }
     }
+    gathered
 }
