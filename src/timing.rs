@@ -86,7 +86,9 @@ fn measure(manifest: &RunManifest) -> Result<Measurement, TimingError> {
                 Extent::Time(duration) => Target::Time(duration),
             };
             let started = Instant::now();
-            while model.advance(target, u64::MAX).map_err(TimingError::Fault)? == Progress::Working {}
+            while model.advance(target, u64::MAX).map_err(TimingError::Fault)? == Progress::Working
+            {
+            }
             Ok(Measurement {
                 seconds: started.elapsed().as_secs_f64(),
                 steps_or_events: model.count(),
@@ -145,12 +147,15 @@ fn ratios(points: &[Point]) -> String {
         <[&str; 2]>::try_from(values).ok().map(|values| (axis, values))
     });
     let Some((axis, [one, other])) = axis else { return String::new() };
-    let mut text = format!("\nTime of {other} over time of {one}, run by run: median, mean, standard error\n");
+    let mut text =
+        format!("\nTime of {other} over time of {one}, run by run: median, mean, standard error\n");
     let mut all = Vec::new();
     for point in points.iter().filter(|point| point.coordinates[axis].1 == one) {
         let mut wanted = point.coordinates.clone();
         wanted[axis].1 = other.to_owned();
-        let Some(partner) = points.iter().find(|point| point.coordinates == wanted) else { continue };
+        let Some(partner) = points.iter().find(|point| point.coordinates == wanted) else {
+            continue;
+        };
         let ratios: Vec<f64> =
             partner.seconds.iter().zip(&point.seconds).map(|(other, one)| other / one).collect();
         wanted.remove(axis);

@@ -23,11 +23,15 @@ fn a_table_is_printed_and_nothing_is_written() {
     let asked = run_experiment(&arguments);
     let table = stdout(&asked);
     assert_eq!(asked.status.code(), Some(0), "{}", stderr(&asked));
-    for line in ["discs = 5, variant = unmodified", "discs = 10, variant = modified", "processors"] {
+    for line in ["discs = 5, variant = unmodified", "discs = 10, variant = modified", "processors"]
+    {
         assert!(table.contains(line), "{table}");
     }
     assert!(table.contains("Time of modified over time of unmodified"), "{table}");
-    assert!(table.lines().any(|line| line.starts_with("all: ") && line.contains(" +- ")), "{table}");
+    assert!(
+        table.lines().any(|line| line.starts_with("all: ") && line.contains(" +- ")),
+        "{table}"
+    );
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "only the manifest is there");
 
     fs::write(&path, MANIFEST.replace("width = 40.0", "width = 10.0\nradius = 4.9")).unwrap();

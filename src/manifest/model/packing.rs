@@ -125,9 +125,6 @@ const GIVEN: super::GivenNames =
 /// Packing fraction from which random placement is refused, by the input limits of the source document.
 const RANDOM_PLACEMENT_LIMIT: f64 = 0.5;
 
-/// The densest packing of equal discs, pi / (2 sqrt 3).
-const HEXAGONAL_LIMIT: f64 = 0.9069;
-
 /// A periodic box is so many of the largest diameters wide, so that no disc meets another one both ways round.
 pub const PERIODIC_DIAMETERS: f64 = 3.1;
 
@@ -293,17 +290,6 @@ impl PackingConfig {
         let discs = f64::from(self.discs.get());
         let mean_square = radius * radius * (1.0 + spread * spread / 3.0);
         let fraction = discs * std::f64::consts::PI * mean_square / (width * height);
-        if fraction > HEXAGONAL_LIMIT && spread == 0.0 {
-            let title = format!(
-                "the packing fraction n pi r^2 / (lx ly) is {fraction:.3}; equal discs reach {HEXAGONAL_LIMIT} at most"
-            );
-            table.refuse(
-                &["discs", "width", "height", "radius"],
-                &title,
-                "fewer or smaller discs, or a larger box",
-            );
-            return;
-        }
         if self.placement == PackingPlacement::Random && fraction >= RANDOM_PLACEMENT_LIMIT {
             let title = format!(
                 "the packing fraction n pi r^2 / (lx ly) is {fraction:.3}; random placement \
@@ -320,7 +306,11 @@ impl PackingConfig {
 
 impl TomlValue for PackingPlacement {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
-        let words = [("random", Self::Random), ("lattice", Self::Lattice), ("compressed", Self::Compressed)];
+        let words = [
+            ("random", Self::Random),
+            ("lattice", Self::Lattice),
+            ("compressed", Self::Compressed),
+        ];
         super::read_placement(node, name, &words, Self::Given, GIVEN, errors)
     }
 

@@ -40,7 +40,8 @@ impl Grid {
         let spread = (area / (CELLS_PER_DISC * discs as f64)).sqrt();
         let narrowest = MARGIN * largest_contact_distance;
         let width = if spread > narrowest { spread } else { narrowest };
-        let along = |axis: usize| ((box_sides[axis] / width) as u32).clamp(1, u32::from(u16::MAX) - 1);
+        let along =
+            |axis: usize| ((box_sides[axis] / width) as u32).clamp(1, u32::from(u16::MAX) - 1);
         let count = [along(0), along(1)];
         let padding = u32::from(has_walls);
         Self {

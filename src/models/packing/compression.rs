@@ -20,6 +20,9 @@ const COLLISIONS_BETWEEN_SCALINGS: u64 = 4;
 /// Discs whose pressure is so many times the ideal one are jammed: they would grow by less than its inverse.
 const JAMMED: f64 = 1e7;
 
+/// The densest packing of equal discs, pi / (2 sqrt 3).
+const HEXAGONAL: f64 = 0.9069;
+
 /// Discs that have grown.
 pub(super) struct Compressed {
     /// Centres.
@@ -40,6 +43,13 @@ pub(super) fn compress(
     seed: Seed,
 ) -> Result<Compressed, Refusal> {
     let fraction = packing_fraction(config, radii);
+    let is_equal = config.polydispersity.get() == 0.0;
+    if is_equal && fraction >= HEXAGONAL && config.compression_pressure.is_none() {
+        return Err(Refusal(format!(
+            "packing fraction {fraction:.4}: equal discs reach {HEXAGONAL} at most; use fewer discs, a smaller radius, a \
+             larger box, or a compression_pressure"
+        )));
+    }
     let begin = if fraction > 2.0 * FRACTION_AT_BEGIN { FRACTION_AT_BEGIN } else { 0.5 * fraction };
     let scale = (begin / fraction).sqrt();
     let small: Vec<f64> = radii.iter().map(|radius| scale * radius).collect();
@@ -127,6 +137,9 @@ fn jammed(config: &PackingConfig, scale: f64, what: &str) -> Refusal {
     Refusal(format!(
         "compression came to a packing fraction of {:.4} only: {what}; use fewer discs, a smaller radius, a smaller \
          compression_rate, a compression_pressure, or placement = \"lattice\"",
-        packing_fraction(config, &[config.radius.get()]) * f64::from(config.discs.get()) * scale * scale
+        packing_fraction(config, &[config.radius.get()])
+            * f64::from(config.discs.get())
+            * scale
+            * scale
     ))
 }

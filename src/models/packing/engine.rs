@@ -150,8 +150,8 @@ impl Engine {
     fn mean_wait_ahead(&self) -> f64 {
         let now = self.state.clock.local();
         let waits = self.state.discs.iter().filter(|disc| disc.event_time < NEVER);
-        let (sum, count) =
-            waits.fold((0.0, 0.0), |(sum, count), disc| (sum + (disc.event_time - now), count + 1.0));
+        let (sum, count) = waits
+            .fold((0.0, 0.0), |(sum, count), disc| (sum + (disc.event_time - now), count + 1.0));
         if count > 0.0 { sum / count } else { 1.0 }
     }
 
@@ -401,16 +401,14 @@ impl Engine {
         let (edge_wait, edge) = self.first_edge(disc, position);
         let radii = self.state.radii.as_slice();
         let sizes = match self.state.growth {
-            Some(growth) => Sizes::Growing { radii, scale: growth.scale_at(now), rate: growth.rate },
+            Some(growth) => {
+                Sizes::Growing { radii, scale: growth.scale_at(now), rate: growth.rate }
+            }
             None if radii.is_empty() => Sizes::Equal(2.0 * self.state.arena.largest_radius),
             None => Sizes::Mixed(radii),
         };
-        let field = Field {
-            discs: &self.state.discs,
-            cells: &self.cells,
-            shifts: &self.shifts,
-            sizes,
-        };
+        let field =
+            Field { discs: &self.state.discs, cells: &self.cells, shifts: &self.shifts, sizes };
         let contact = self.lanes.first_contact(field, disc, position, now);
         // At the same time a pair comes before a wall or a crossing.
         let is_pair = contact.wait <= edge_wait && contact.wait < NEVER;
@@ -460,7 +458,11 @@ impl Engine {
         let wait = if second { waits[1] } else { waits[0] };
         let event = if second { events[1] } else { events[0] };
         let first = if wait < NEVER { (wait, event) } else { (NEVER, EventCode::NOTHING) };
-        if self.state.growth.is_some() { self.before_wall_behind(disc, position, first) } else { first }
+        if self.state.growth.is_some() {
+            self.before_wall_behind(disc, position, first)
+        } else {
+            first
+        }
     }
 
     /// The same, or when a growing disc is caught up at a wall behind it.

@@ -98,8 +98,7 @@ pub(super) fn periodic_hexagonal(
     let rows = (1..=most_rows / 2).map(|half| 2 * half).find(|&rows| {
         let columns = count.div_ceil(rows);
         let pitch = [0.5 * sides[0] / columns as f64, sides[1] / rows as f64];
-        columns <= most_columns
-            && pitch[0] * pitch[0] + pitch[1] * pitch[1] >= diameter * diameter
+        columns <= most_columns && pitch[0] * pitch[0] + pitch[1] * pitch[1] >= diameter * diameter
     })?;
     let columns = count.div_ceil(rows);
     let pitch = [sides[0] / columns as f64, sides[1] / rows as f64];

@@ -103,9 +103,7 @@ impl Model for Packing {
         };
         let rms_speed = match &config.placement {
             PackingPlacement::Given(_) => moments.temperature().sqrt(),
-            PackingPlacement::Random
-            | PackingPlacement::Lattice
-            | PackingPlacement::Compressed => {
+            PackingPlacement::Random | PackingPlacement::Lattice | PackingPlacement::Compressed => {
                 2.0_f64.sqrt() * start::velocity_deviation(config)
             }
         };

@@ -22,18 +22,22 @@ pub(super) enum Lanes {
 }
 
 impl Lanes {
-    /// Asks the processor.
+    /// Asks the processor for the widest.
     pub(super) fn widest() -> Self {
+        Self::available().last().unwrap_or(Self::Plain)
+    }
+
+    /// Asks the processor for all that it has, the widest last.
+    pub(super) fn available() -> impl Iterator<Item = Self> {
         #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") {
-                return Self::Avx512;
-            }
-            if is_x86_feature_detected!("avx2") {
-                return Self::Avx2;
-            }
-        }
-        Self::Plain
+        let wider = [
+            is_x86_feature_detected!("avx2").then_some(Self::Avx2),
+            (is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl"))
+                .then_some(Self::Avx512),
+        ];
+        #[cfg(not(target_arch = "x86_64"))]
+        let wider: [Option<Self>; 0] = [];
+        std::iter::once(Self::Plain).chain(wider.into_iter().flatten())
     }
 
     /// [`first_contact`] in these lanes.
@@ -47,7 +51,7 @@ impl Lanes {
     ) -> Contact {
         match self {
             Self::Plain => first_contact::<false>(field, disc, position, now),
-            // SAFETY: this value exists only where `widest` found the feature.
+            // SAFETY: this value exists only where `available` found the feature.
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => unsafe { first_contact_avx2(field, disc, position, now) },
             // SAFETY: as above.
@@ -87,30 +91,42 @@ pub(super) fn fetch_ahead<T>(value: &T) {
 pub(super) mod wide {
     use super::super::cells::Shifts;
     use super::super::disc::Disc;
-    use super::super::scan::{Gathered, LANES, Near};
+    use super::super::scan::{Collected, Gathered, LANES};
     use std::arch::x86_64::*;
     use std::mem::transmute;
 
-    /// Collects the discs of three rows of twelve places but for one, without branches.
+    /// Collects the discs of three rows of twelve places but for one, without branches and without memory between; `None`
+    /// where there are more than sixteen. Lanes that are left over hold that one.
     #[inline(always)]
-    pub(in super::super) fn collect(rows: [&[u32]; 3], but: u32, near: &mut Near) {
-        for (row, slots) in rows.into_iter().enumerate() {
-            assert!(slots.len() == 12 && near.count <= 24);
-            // SAFETY: called in functions of these features only. Twelve words are read, of twelve; sixteen are written from
-            // 24 at most on, and there is room for more than forty.
-            unsafe {
-                let discs = _mm512_maskz_loadu_epi32(0x0FFF, slots.as_ptr().cast());
-                let taken = _mm512_mask_cmpneq_epi32_mask(0x0FFF, discs, _mm512_set1_epi32(-1));
-                let but = _mm512_set1_epi32(but.cast_signed());
-                let taken = _mm512_mask_cmpneq_epi32_mask(taken, discs, but);
-                let columns = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 0, 0, 0, 0);
-                let places = _mm512_add_epi32(columns, _mm512_set1_epi32(3 * row as i32));
-                let discs = _mm512_maskz_compress_epi32(taken, discs);
-                let places = _mm512_maskz_compress_epi32(taken, places);
-                _mm512_storeu_epi32(near.discs.as_mut_ptr().add(near.count).cast(), discs);
-                _mm512_storeu_epi32(near.places.as_mut_ptr().add(near.count).cast(), places);
-                near.count += taken.count_ones() as usize;
+    pub(in super::super) fn collect(rows: [&[u32]; 3], but: u32) -> Option<Collected> {
+        // SAFETY: called in functions of these features only. Twelve words are read, of twelve; a register is sixteen words.
+        unsafe {
+            let nobody = _mm512_set1_epi32(-1);
+            let own = _mm512_set1_epi32(but.cast_signed());
+            let columns = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 0, 0, 0, 0);
+            let (mut discs, mut places, mut count) = (own, _mm512_set1_epi32(4), 0);
+            for (row, slots) in rows.into_iter().enumerate() {
+                assert!(slots.len() == 12);
+                let here = _mm512_maskz_loadu_epi32(0x0FFF, slots.as_ptr().cast());
+                let taken = _mm512_mask_cmpneq_epi32_mask(0x0FFF, here, nobody);
+                let taken = _mm512_mask_cmpneq_epi32_mask(taken, here, own);
+                let place = _mm512_add_epi32(columns, _mm512_set1_epi32(3 * row as i32));
+                // Behind what is there already; the lanes behind that are filled again with the disc itself.
+                let behind = (0xFFFF_u32 << count) as u16;
+                let here = _mm512_mask_compress_epi32(own, taken, here);
+                let place = _mm512_mask_compress_epi32(_mm512_set1_epi32(4), taken, place);
+                discs = _mm512_mask_expand_epi32(discs, behind, here);
+                places = _mm512_mask_expand_epi32(places, behind, place);
+                count += taken.count_ones();
+                if count > 16 {
+                    return None;
+                }
             }
+            Some(Collected {
+                discs: transmute::<__m512i, [u32; 16]>(discs),
+                places: transmute::<__m512i, [u32; 16]>(places),
+                count: count as usize,
+            })
         }
     }
 
@@ -160,5 +176,22 @@ pub(super) mod wide {
                 shift: [numbers(shift(0)), numbers(shift(1))],
             }
         }
+    }
+}
+
+/// Without those instructions nobody asks for them.
+#[cfg(not(target_arch = "x86_64"))]
+pub(super) mod wide {
+    use super::super::cells::Shifts;
+    use super::super::disc::Disc;
+    use super::super::scan::{Collected, Gathered, LANES};
+
+    pub(in super::super) fn collect(_: [&[u32]; 3], _: u32) -> Option<Collected> {
+        None
+    }
+
+    pub(in super::super) fn gather(_: [&Disc; LANES], _: &[u32; LANES], _: &Shifts) -> Gathered {
+        let zero = [0.0; LANES];
+        Gathered { position: [zero; 2], velocity: [zero; 2], time: zero, shift: [zero; 2] }
     }
 }
