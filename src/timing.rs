@@ -147,8 +147,9 @@ fn ratios(points: &[Point]) -> String {
         <[&str; 2]>::try_from(values).ok().map(|values| (axis, values))
     });
     let Some((axis, [one, other])) = axis else { return String::new() };
-    let mut text =
-        format!("\nTime of {other} over time of {one}, run by run: median, geometric mean, standard error\n");
+    let mut text = format!(
+        "\nTime of {other} over time of {one}, run by run: median, geometric mean, standard error\n"
+    );
     let mut all = Vec::new();
     for point in points.iter().filter(|point| point.coordinates[axis].1 == one) {
         let mut wanted = point.coordinates.clone();

@@ -58,6 +58,9 @@ fn every_key_has_its_meaning_unit_range_and_default() {
     /// Keys without a default of their own: the other way to say what another key says, or nothing at all.
     const NO_DEFAULT: [&str; 13] = [
         "damping_n_s_per_m",
+        "contact_time",
+        "cutoff_velocity",
+        "compression_pressure",
         "time_step_s",
         "max_speed_m_per_s",
         "duration",
@@ -162,7 +165,8 @@ fn the_canonical_form_writes_every_key_of_the_schema() {
         "[model.dem]\ndamping_n_s_per_m = 1\ntime_step_s = 1e-6\n[record]\nevery_s = 1",
         "[model.gas]\nmax_speed_m_per_s = 1\npropagation = \"stepped\"\ntime_step_s = 1e-6\n[record]\nevery_steps = 1",
         "[model.packing]\nduration = 1\n[record]\nevery_time = 1\nchannels = []",
-        "[model.packing]\n[record]\nevery_collisions = 1",
+        "[model.packing]\ncontact_time = 1\ncompression_pressure = 1\n[record]\nevery_collisions = 1",
+        "[model.packing]\ncutoff_velocity = 1",
         "[model.orbit]\n[record]\nevery_days = 1",
         "[model.dem]",
         "[model.gas]",
