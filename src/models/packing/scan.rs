@@ -263,10 +263,10 @@ fn gather(others: [&Disc; LANES], places: &[u32; LANES], shifts: &Shifts) -> Gat
         Gathered { position: [zero; 2], velocity: [zero; 2], time: zero, shift: [zero; 2] };
     for (lane, other) in others.into_iter().enumerate() {
         gathered.time[lane] = other.time;
-        for axis in 0..2 {
+        for (axis, shifts) in shifts.iter().enumerate() {
             gathered.position[axis][lane] = other.position[axis];
             gathered.velocity[axis][lane] = other.velocity[axis];
-            gathered.shift[axis][lane] = shifts[axis][places[lane] as usize % 16];
+            gathered.shift[axis][lane] = shifts[places[lane] as usize % 16];
         }
     }
     gathered
