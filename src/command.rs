@@ -9,6 +9,7 @@ use crate::progress::{ProgressDisplay, Verbosity, size};
 use crate::run::{Conduct, Ending, RunError};
 use crate::side_files;
 use crate::stale;
+use crate::timing::{TimingError, time_table};
 use crate::why::Earlier;
 use clap::Parser;
 use kinetoscope_manifest::{Experiment, Override};
@@ -54,6 +55,9 @@ pub struct Arguments {
     /// Say for each run whether it is to be done and why, and stop
     #[arg(long, conflicts_with_all = ["force", "dry_run", "prune"])]
     why: bool,
+    /// Time the engine on every run, one at a time, and print a table; nothing is recorded
+    #[arg(long, conflicts_with_all = ["force", "dry_run", "why", "jobs", "output"])]
+    time: bool,
     #[command(flatten)]
     evidence: Evidence,
     /// Say nothing but errors
@@ -105,6 +109,9 @@ impl Arguments {
             Ok(experiment) => experiment,
             Err(message) => return fail(Exit::BadManifest, &message),
         };
+        if self.time {
+            return timed(&experiment);
+        }
         let plan = Plan::new(&experiment, &self.output, self.force);
         if self.why {
             return explain(&experiment, &plan);
@@ -293,6 +300,15 @@ impl Arguments {
         if !self.quiet {
             print(text);
         }
+    }
+}
+
+/// Times every run and prints the table.
+fn timed(experiment: &Experiment) -> Exit {
+    match time_table(experiment) {
+        Ok(table) => print(&table),
+        Err(TimingError::Refused(refusal)) => fail(Exit::BadManifest, &refusal.to_string()),
+        Err(TimingError::Fault(fault)) => fail(Exit::RunFailed, &fault.to_string()),
     }
 }
 

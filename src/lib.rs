@@ -32,6 +32,8 @@ pub mod compare;
 pub mod verify;
 pub mod why;
 
+pub mod timing;
+
 pub mod evidence;
 
 pub mod exit;

@@ -44,15 +44,46 @@ pub fn random_sequential_addition_where(
     generator: &mut Generator,
     is_allowed: impl Fn([f64; 2], f64) -> bool,
 ) -> Result<Vec<[f64; 2]>, Jammed> {
+    add_at_random(rectangle, Edges::Walls, radii, generator, is_allowed)
+}
+
+/// The same as [`random_sequential_addition`] where each edge of the rectangle is the opposite one. The rectangle is wider
+/// than two discs.
+///
+/// # Errors
+/// As [`random_sequential_addition`].
+pub fn periodic_random_sequential_addition(
+    rectangle: Rectangle,
+    radii: &[f64],
+    generator: &mut Generator,
+) -> Result<Vec<[f64; 2]>, Jammed> {
+    add_at_random(rectangle, Edges::Periodic, radii, generator, |_, _| true)
+}
+
+/// What is at the edges of the rectangle.
+#[derive(Clone, Copy, PartialEq)]
+enum Edges {
+    Walls,
+    Periodic,
+}
+
+fn add_at_random(
+    rectangle: Rectangle,
+    edges: Edges,
+    radii: &[f64],
+    generator: &mut Generator,
+    is_allowed: impl Fn([f64; 2], f64) -> bool,
+) -> Result<Vec<[f64; 2]>, Jammed> {
     let mut largest = 0.0;
     for &radius in radii {
         largest = if radius > largest { radius } else { largest };
     }
-    let mut cells = Cells::new(rectangle, 2.0 * largest, radii.len());
+    let mut cells = Cells::new(rectangle, edges, 2.0 * largest, radii.len());
     let mut centres: Vec<[f64; 2]> = Vec::with_capacity(radii.len());
     for (index, &radius) in radii.iter().enumerate() {
-        let low = [rectangle.min[0] + radius, rectangle.min[1] + radius];
-        let high = [rectangle.max[0] - radius, rectangle.max[1] - radius];
+        let kept_off = if edges == Edges::Walls { radius } else { 0.0 };
+        let low = [rectangle.min[0] + kept_off, rectangle.min[1] + kept_off];
+        let high = [rectangle.max[0] - kept_off, rectangle.max[1] - kept_off];
         if low[0] > high[0] || low[1] > high[1] {
             return Err(Jammed { placed: index });
         }
@@ -100,11 +131,12 @@ struct Cells {
     origin: [f64; 2],
     side: [f64; 2],
     count: [usize; 2],
+    edges: Edges,
     members: Vec<Vec<u32>>,
 }
 
 impl Cells {
-    fn new(rectangle: Rectangle, reach: f64, particles: usize) -> Self {
+    fn new(rectangle: Rectangle, edges: Edges, reach: f64, particles: usize) -> Self {
         // More cells than particles would only cost memory.
         let most = ((particles as f64).sqrt() as usize + 1) * 2;
         let along = |axis: usize| {
@@ -116,7 +148,8 @@ impl Cells {
             (rectangle.max[0] - rectangle.min[0]) / count[0] as f64,
             (rectangle.max[1] - rectangle.min[1]) / count[1] as f64,
         ];
-        Self { origin: rectangle.min, side, count, members: vec![Vec::new(); count[0] * count[1]] }
+        let members = vec![Vec::new(); count[0] * count[1]];
+        Self { origin: rectangle.min, side, count, edges, members }
     }
 
     fn cell(&self, point: [f64; 2]) -> [usize; 2] {
@@ -134,12 +167,12 @@ impl Cells {
 
     fn is_free(&self, trial: [f64; 2], radius: f64, centres: &[[f64; 2]], radii: &[f64]) -> bool {
         let [column, row] = self.cell(trial);
-        let columns = column.saturating_sub(1)..(column + 2).min(self.count[0]);
-        for row in row.saturating_sub(1)..(row + 2).min(self.count[1]) {
-            for column in columns.clone() {
+        let columns = self.around(column, self.count[0]);
+        for row in self.around(row, self.count[1]).into_iter().flatten() {
+            for column in columns.into_iter().flatten() {
                 for &other in &self.members[row * self.count[0] + column] {
                     let centre = centres[other as usize];
-                    let apart = [trial[0] - centre[0], trial[1] - centre[1]];
+                    let apart = [self.apart(trial, centre, 0), self.apart(trial, centre, 1)];
                     let reach = radius + radii[other as usize];
                     if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
                         return false;
@@ -148,5 +181,24 @@ impl Cells {
             }
         }
         true
+    }
+
+    /// An index and its two neighbours, where there are any.
+    fn around(&self, index: usize, count: usize) -> [Option<usize>; 3] {
+        if self.edges == Edges::Periodic {
+            [Some((index + count - 1) % count), Some(index), Some((index + 1) % count)]
+        } else {
+            [index.checked_sub(1), Some(index), Some(index + 1).filter(|&next| next < count)]
+        }
+    }
+
+    /// How far two points are apart along an axis; over an edge if that is nearer and may be.
+    fn apart(&self, one: [f64; 2], other: [f64; 2], axis: usize) -> f64 {
+        let apart = one[axis] - other[axis];
+        if self.edges == Edges::Walls {
+            return apart;
+        }
+        let side = self.side[axis] * self.count[axis] as f64;
+        apart - side * (apart / side).round()
     }
 }

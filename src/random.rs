@@ -18,6 +18,8 @@ pub enum Stream {
     Radii = 3,
     /// Angles by which walls turn outgoing directions.
     WallNoise = 4,
+    /// Velocities of discs while a start is compressed.
+    Compression = 5,
     /// What a thermal wall gives back: one place in the stream for each hit of each particle.
     ThermalWall = 7,
 }

@@ -16,7 +16,10 @@ pub use gas::{
     TemperatureDefinition, ThermalWall,
 };
 pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitSummation};
-pub use packing::{InitialVelocities, PackingConfig, PackingPlacement, RunLength};
+pub use packing::{
+    Boundary, CollapseGuard, InitialVelocities, PERIODIC_DIAMETERS, PackingConfig,
+    PackingPlacement, RunLength,
+};
 
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::keys::{Keys, Reader};

@@ -2,144 +2,259 @@
 
 use super::events::Side;
 use super::motion::Vector;
-use serde::{Deserialize, Serialize};
 
-/// Cells are wider than the contact distance by this factor: rounding of edges and crossing times hides no partner.
+/// Cells are wider than the largest contact distance by this factor: rounding of edges and crossing times hides no
+/// partner. As narrow as that, four discs fit into a cell and the search looks at the fewest.
 const MARGIN: f64 = 1.01;
 
-/// Marks the end of a cell's list.
-const NOBODY: u32 = u32::MAX;
+/// So many cells a disc at most: in dilute systems narrower cells would only be crossed.
+const CELLS_PER_DISC: f64 = 4.0;
 
-/// A grid over the box. Its cells are wider than the contact distance, so that all discs that can touch a disc of a cell
-/// before one of the two leaves its own stand in the 3 x 3 block around it. A disc changes its cell by an event, never by
-/// its position. The order of discs within a cell has no influence on any result.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Cells {
-    origin: Vector,
-    side: Vector,
+/// An empty place.
+pub(super) const NOBODY: u32 = u32::MAX;
+
+/// How the box is divided. Cells are wider than the contact distance, so that all discs that can touch a disc of a cell
+/// before one of the two leaves its own stand in the 3 x 3 block around it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Grid {
+    /// Width and height of the box, which is centred on the origin.
+    box_sides: Vector,
+    /// Width and height of a cell.
+    pub(super) side: Vector,
     /// Columns and rows.
     count: [u32; 2],
-    /// First disc of each cell.
-    first: Vec<u32>,
-    /// Of each disc: its column and row, and its neighbours in that cell's list.
-    members: Vec<Member>,
+    /// Columns and rows of the table: within walls one more of each, which stay empty. So the neighbours of a cell are
+    /// found the same way round as in a periodic box, and walls have nobody behind them.
+    table: [u32; 2],
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Member {
-    cell: [u32; 2],
-    previous: u32,
-    next: u32,
-}
-
-impl Cells {
-    /// Puts discs into the cells of a box that is centred on the origin. There is at most about one cell a disc: in dilute
-    /// systems, where contact would do with smaller ones, discs would do little else than cross edges.
-    pub(super) fn new(box_sides: Vector, contact_distance: f64, centres: &[Vector]) -> Self {
-        let spread = (box_sides[0] * box_sides[1] / centres.len() as f64).sqrt();
-        let narrowest = MARGIN * contact_distance;
+impl Grid {
+    /// The grid of a box. `has_walls` as against periodic.
+    pub(super) fn new(
+        box_sides: Vector,
+        largest_contact_distance: f64,
+        discs: usize,
+        has_walls: bool,
+    ) -> Self {
+        let area = box_sides[0] * box_sides[1];
+        let spread = (area / (CELLS_PER_DISC * discs as f64)).sqrt();
+        let narrowest = MARGIN * largest_contact_distance;
         let width = if spread > narrowest { spread } else { narrowest };
-        let along = |axis: usize| ((box_sides[axis] / width) as u32).max(1);
+        let along =
+            |axis: usize| ((box_sides[axis] / width) as u32).clamp(1, u32::from(u16::MAX) - 1);
         let count = [along(0), along(1)];
-        let mut cells = Self {
-            origin: [-0.5 * box_sides[0], -0.5 * box_sides[1]],
+        let padding = u32::from(has_walls);
+        Self {
+            box_sides,
             side: [box_sides[0] / f64::from(count[0]), box_sides[1] / f64::from(count[1])],
             count,
-            first: vec![NOBODY; count[0] as usize * count[1] as usize],
-            members: vec![Member { cell: [0, 0], previous: NOBODY, next: NOBODY }; centres.len()],
-        };
-        for (disc, &centre) in centres.iter().enumerate() {
-            cells.members[disc].cell = cells.cell_of(centre);
-            cells.link(disc as u32);
+            table: [count[0] + padding, count[1] + padding],
         }
-        cells
     }
 
-    /// Where the edge of a disc's cell is that its centre crosses next on that side; `None` where the wall comes first.
-    pub(super) fn edge(&self, disc: u32, side: Side) -> Option<f64> {
+    /// Whether the cell is the last one on that side.
+    #[inline(always)]
+    pub(super) fn is_last(&self, cell: [u16; 2], axis: usize, is_upper: bool) -> bool {
+        let last = if is_upper { self.count[axis] - 1 } else { 0 };
+        u32::from(cell[axis]) == last
+    }
+
+    /// The next cell on a side; past the end of the box the first one of the other end.
+    #[inline(always)]
+    pub(super) fn beyond(&self, cell: [u16; 2], side: Side) -> [u16; 2] {
         let axis = side.axis();
-        let index = self.members[disc as usize].cell[axis];
-        let edge = if side.is_upper() { index + 1 } else { index };
-        (edge != 0 && edge != self.count[axis])
-            .then(|| self.origin[axis] + f64::from(edge) * self.side[axis])
+        let (index, count) = (u32::from(cell[axis]), self.count[axis]);
+        let next = if side.is_upper() {
+            if index + 1 == count { 0 } else { index + 1 }
+        } else if index == 0 {
+            count - 1
+        } else {
+            index - 1
+        };
+        let mut beyond = cell;
+        beyond[axis] = next as u16;
+        beyond
     }
 
-    /// Moves a disc into the next cell on that side, which exists (see [`Self::edge`]).
-    pub(super) fn cross(&mut self, disc: u32, side: Side) {
-        self.unlink(disc);
-        let index = &mut self.members[disc as usize].cell[side.axis()];
-        *index = if side.is_upper() { *index + 1 } else { *index - 1 };
-        self.link(disc);
-    }
-
-    /// Calls `visit` with every disc of the 3 x 3 block around a disc, the disc itself included.
-    pub(super) fn for_each_near(&self, disc: u32, mut visit: impl FnMut(u32)) {
-        let [column, row] = self.members[disc as usize].cell;
-        let columns = column.saturating_sub(1)..(column + 2).min(self.count[0]);
-        for row in row.saturating_sub(1)..(row + 2).min(self.count[1]) {
-            for column in columns.clone() {
-                let mut other = self.first[self.index([column, row])];
-                while other != NOBODY {
-                    visit(other);
-                    other = self.members[other as usize].next;
-                }
-            }
+    /// The cell of a point of the box, and the point from that cell's corner.
+    pub(super) fn locate(&self, point: Vector) -> ([u16; 2], Vector) {
+        let mut cell = [0; 2];
+        let mut inside = [0.0; 2];
+        for axis in 0..2 {
+            let from_corner = point[axis] + 0.5 * self.box_sides[axis];
+            let index = ((from_corner / self.side[axis]) as u32).min(self.count[axis] - 1);
+            cell[axis] = index as u16;
+            inside[axis] = from_corner - f64::from(index) * self.side[axis];
         }
+        (cell, inside)
     }
 
-    fn cell_of(&self, centre: Vector) -> [u32; 2] {
+    /// The point of the box that is at `inside` from a cell's corner.
+    pub(super) fn place(&self, cell: [u16; 2], inside: Vector) -> Vector {
         let along = |axis: usize| {
-            (((centre[axis] - self.origin[axis]) / self.side[axis]) as u32)
-                .min(self.count[axis] - 1)
+            inside[axis] + (f64::from(cell[axis]) * self.side[axis] - 0.5 * self.box_sides[axis])
         };
         [along(0), along(1)]
     }
 
-    fn index(&self, [column, row]: [u32; 2]) -> usize {
-        row as usize * self.count[0] as usize + column as usize
+    /// From the corner of a cell to the corner of another one, at most one cell away, the nearest way round.
+    pub(super) fn shift(&self, from: [u16; 2], to: [u16; 2]) -> Vector {
+        let along = |axis: usize| {
+            let (from, to) = (u32::from(from[axis]), u32::from(to[axis]));
+            if from == to {
+                0.0
+            } else if to == from + 1 || (from + 1 == self.table[axis] && to == 0) {
+                self.side[axis]
+            } else {
+                -self.side[axis]
+            }
+        };
+        [along(0), along(1)]
     }
 
-    fn link(&mut self, disc: u32) {
-        let cell = self.index(self.members[disc as usize].cell);
-        let next = std::mem::replace(&mut self.first[cell], disc);
-        if next != NOBODY {
-            self.members[next as usize].previous = disc;
+    /// The corners of the block around a cell, row by row, from that cell's own corner.
+    pub(super) fn shifts(&self) -> Shifts {
+        let steps = [-1.0, 0.0, 1.0];
+        let mut shifts = [[0.0; 16]; 2];
+        for place in 0..9 {
+            shifts[0][place] = steps[place % 3] * self.side[0];
+            shifts[1][place] = steps[place / 3] * self.side[1];
         }
-        let member = &mut self.members[disc as usize];
-        (member.previous, member.next) = (NOBODY, next);
+        shifts
     }
 
-    fn unlink(&mut self, disc: u32) {
-        let Member { cell, previous, next } = self.members[disc as usize];
-        if next != NOBODY {
-            self.members[next as usize].previous = previous;
-        }
-        if previous == NOBODY {
-            let cell = self.index(cell);
-            self.first[cell] = next;
-        } else {
-            self.members[previous as usize].next = next;
-        }
+    #[inline(always)]
+    fn index(&self, [column, row]: [u16; 2]) -> usize {
+        u32::from(row) as usize * self.table[0] as usize + usize::from(column)
+    }
+
+    /// The columns and the beginnings of the rows of the 3 x 3 block around a cell.
+    #[inline(always)]
+    fn around(&self, [column, row]: [u16; 2]) -> ([usize; 3], [usize; 3]) {
+        let ring = |index: u16, count: u32| {
+            let index = u32::from(index);
+            let before = if index == 0 { count - 1 } else { index - 1 };
+            let after = if index + 1 == count { 0 } else { index + 1 };
+            [before as usize, index as usize, after as usize]
+        };
+        let [below, own, above] = ring(row, self.table[1]);
+        let width = self.table[0] as usize;
+        (ring(column, self.table[0]), [below * width, own * width, above * width])
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Corners of the nine cells of a block, x and y, in a table whose size is a power of two.
+pub(super) type Shifts = [[f64; 16]; 2];
 
-    /// Promise: a cell is wider than the contact distance, however dense the discs, unless the box has no second one; and
-    /// there is no more than one cell a disc, or one row of cells as long as the discs are apart on average.
-    #[test]
-    fn cells_are_wider_than_contact() {
-        for sides in [[10.0, 10.0], [40.0, 17.3], [1e5, 10.0]] {
-            for contact_distance in [0.02, 1.0, 1.99, 9.9] {
-                for discs in [1, 7, 400, 5000] {
-                    let cells = Cells::new(sides, contact_distance, &vec![[0.0, 0.0]; discs]);
-                    for axis in 0..2 {
-                        assert!(cells.count[axis] == 1 || cells.side[axis] > contact_distance);
-                    }
-                    let one_row = (discs as f64 * sides[0] / sides[1]).sqrt();
-                    assert!(cells.first.len() as f64 <= discs as f64 + one_row);
+/// Who stands in which cell. The order of discs within a cell has no influence on any result.
+#[derive(Clone, Debug)]
+pub(super) struct Cells {
+    /// The division.
+    pub(super) grid: Grid,
+    /// Four places a cell, filled from the first. In the last one may stand the first of several.
+    slots: Vec<[u32; 4]>,
+    /// The disc that stands behind a disc in the last place. Empty until a cell has five discs.
+    behind: Vec<u32>,
+}
+
+impl Cells {
+    /// Cells in which nobody stands.
+    pub(super) fn new(grid: Grid) -> Self {
+        let size = grid.table[0] as usize * grid.table[1] as usize;
+        Self { grid, slots: vec![[NOBODY; 4]; size], behind: Vec::new() }
+    }
+
+    /// Whether there ever was a cell with more discs than places.
+    #[inline(always)]
+    pub(super) fn are_crowded(&self) -> bool {
+        !self.behind.is_empty()
+    }
+
+    /// The four places of each cell of the block around a cell, row by row.
+    #[inline(always)]
+    pub(super) fn around(&self, cell: [u16; 2]) -> impl Iterator<Item = &[u32; 4]> {
+        let (columns, rows) = self.grid.around(cell);
+        (0..9).map(move |place| &self.slots[rows[place / 3] + columns[place % 3]])
+    }
+
+    /// The same as three rows of twelve places, where no row goes round the end of the table.
+    #[inline(always)]
+    pub(super) fn rows_around(&self, cell: [u16; 2]) -> Option<[&[u32]; 3]> {
+        let ([left, _, right], [below, own, above]) = self.grid.around(cell);
+        if left > right {
+            return None;
+        }
+        let row = |begin: usize| {
+            self.slots.get(begin + left..begin + left + 3).map(<[[u32; 4]]>::as_flattened)
+        };
+        Some([row(below)?, row(own)?, row(above)?])
+    }
+
+    /// The disc behind one in a last place, or [`NOBODY`].
+    #[inline(always)]
+    pub(super) fn behind(&self, disc: u32) -> u32 {
+        if self.behind.is_empty() { NOBODY } else { self.behind[disc as usize] }
+    }
+
+    /// Puts a disc into a cell; `discs` is the number of all discs.
+    pub(super) fn insert(&mut self, disc: u32, cell: [u16; 2], discs: usize) {
+        let index = self.grid.index(cell);
+        let slots = &mut self.slots[index];
+        if let Some(free) = slots.iter_mut().find(|slot| **slot == NOBODY) {
+            *free = disc;
+            return;
+        }
+        if self.behind.is_empty() {
+            self.behind = vec![NOBODY; discs];
+        }
+        self.behind[disc as usize] = slots[3];
+        slots[3] = disc;
+    }
+
+    /// Takes a disc out of the cell that it stands in.
+    pub(super) fn remove(&mut self, disc: u32, cell: [u16; 2]) {
+        let index = self.grid.index(cell);
+        let mut slots = self.slots[index];
+        let place = slots.iter().position(|&other| other == disc);
+        let last = slots.iter().rposition(|&other| other != NOBODY).unwrap_or(0);
+        match place {
+            Some(place) => {
+                let moved = slots[last];
+                slots[last] = self.behind(moved);
+                if place != last {
+                    slots[place] = moved;
+                }
+                if last == 3 && self.are_crowded() {
+                    self.behind[moved as usize] = NOBODY;
+                }
+            }
+            None => self.unlink(disc, slots[3]),
+        }
+        self.slots[index] = slots;
+    }
+
+    /// Takes a disc out of the row behind `first`.
+    fn unlink(&mut self, disc: u32, first: u32) {
+        let mut before = first;
+        while before != NOBODY {
+            let next = self.behind(before);
+            if next == disc {
+                self.behind[before as usize] = self.behind[disc as usize];
+                self.behind[disc as usize] = NOBODY;
+                return;
+            }
+            before = next;
+        }
+    }
+
+    /// Calls `visit` with every disc of the 3 x 3 block around a cell.
+    pub(super) fn for_each_near(&self, cell: [u16; 2], mut visit: impl FnMut(u32)) {
+        for slots in self.around(cell) {
+            for &slot in slots {
+                let mut disc = slot;
+                while disc != NOBODY {
+                    visit(disc);
+                    disc = self.behind(disc);
                 }
             }
         }

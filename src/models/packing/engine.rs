@@ -1,80 +1,30 @@
-//! The event-driven engine: from one event to the next, at a cost that does not grow with the number of discs (but for
-//! the queue's logarithm).
+//! The event-driven engine: from one event to the next, at a cost that does not grow with the number of discs.
 //!
 //! Each disc carries its own clock: it stands where its last collision left it and is looked at by extrapolation. Each
-//! disc has one event in the queue, its soonest. A collision predicted with a partner that has collided since is void
+//! disc has one event in the calendar, its soonest. A collision predicted with a partner that has collided since is void
 //! and is found out when its time comes (Lubachevsky, J. Comput. Phys. 94, 255, 1991; Paul, J. Comput. Phys. 221, 615, 2007).
 
-use super::cells::Cells;
+use super::arena::{Arena, Growth};
+use super::calendar::Calendar;
+use super::cells::{Cells, Grid, Shifts};
 use super::clock::Clock;
-use super::events::{Event, EventKind, Side};
+use super::disc::Disc;
+use super::events::{EventCode, EventKind, NEVER, Side};
 use super::motion::{self, Vector};
-use super::queue::EventQueue;
+use super::processor::{Lanes, fetch_ahead};
+use super::rapid::Rapid;
+use super::scan::{Field, Sizes};
 use crate::model::Fault;
 use crate::random::Generator;
-use serde::{Deserialize, Serialize};
-use std::cmp::Ordering;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// A pair collision counts as rapid when one of its discs collided less than this share of the time ago that a disc of
-/// the root mean square speed takes for a diameter.
-const RAPID: f64 = 1e-10;
-
-/// So many rapid collisions in a row of one disc are a collapse. Elastic discs that are free to move hardly have two;
-/// in a collapse the relative speeds fall by a constant factor each, so that they still are numbers after so many.
-const COLLAPSE: u32 = 100;
-
-/// At least so many events lie between two moves of the clock's zero, and at least one a disc, as a move costs n. So the
-/// clock's local time stays near the time between a disc's collisions, and its grain far below all lengths.
+/// At least so many events lie between two moves of the clock's zero, and at least so many a disc, as a move costs n. So
+/// the clock's local time stays near the time between a disc's collisions, and its grain far below all lengths.
 const EVENTS_BETWEEN_MOVES: u64 = 16;
+const EVENTS_A_DISC_BETWEEN_MOVES: u64 = 4;
 
-/// The box and the laws of collision.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Arena {
-    /// Width and height of the box, which is centred on the origin.
-    pub(super) sides: Vector,
-    /// Radius of a disc.
-    pub(super) radius: f64,
-    /// Coefficient of restitution of a pair.
-    pub(super) restitution: f64,
-    /// Standard deviation of the angle by which a wall turns the outgoing direction, rad.
-    pub(super) wall_noise_rad: f64,
-}
-
-impl Arena {
-    /// Distance of two centres at contact.
-    pub(super) fn contact_distance(&self) -> f64 {
-        2.0 * self.radius
-    }
-
-    /// Half the sides of the rectangle that centres stay in.
-    pub(super) fn reach(&self) -> Vector {
-        [0.5 * self.sides[0] - self.radius, 0.5 * self.sides[1] - self.radius]
-    }
-
-    fn wall(&self, side: Side) -> f64 {
-        let reach = self.reach()[side.axis()];
-        if side.is_upper() { reach } else { -reach }
-    }
-}
-
-/// One disc, as its last collision left it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Disc {
-    position: Vector,
-    velocity: Vector,
-    /// When it stood there, on the engine's clock.
-    time: f64,
-    /// Collisions so far, modulo 2^32.
-    collisions: u32,
-    /// Rapid collisions in a row.
-    rapid: u32,
-}
-
-impl Disc {
-    fn position_at(&self, time: f64) -> Vector {
-        motion::free_flight(self.position, self.velocity, time - self.time)
-    }
-}
+/// So few discs stay in the processor's caches: fetching ahead would only cost.
+const FETCHED_AHEAD_FROM: usize = 20_000;
 
 /// A collision that has taken place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,10 +40,10 @@ pub(super) struct Collision {
 }
 
 /// What a disc collided with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum With {
-    /// Another disc.
-    Disc,
+    /// Another disc, at this distance of the centres.
+    Disc(f64),
     /// A wall.
     Wall,
 }
@@ -102,159 +52,243 @@ pub(super) enum With {
 pub(super) type Changes = [[Vector; 2]; 2];
 
 /// All discs, what will happen to them, and the time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub(super) struct Engine {
+    state: State,
+    /// From here on all is found again from the state.
+    cells: Cells,
+    shifts: Shifts,
+    calendar: Calendar,
+    lanes: Lanes,
+}
+
+/// What the future depends on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct State {
     arena: Arena,
     discs: Vec<Disc>,
-    cells: Cells,
-    queue: EventQueue,
+    /// Radius of each disc; empty where all are equal.
+    radii: Vec<f64>,
+    /// While the start is being compressed; `radii` are then those at the end.
+    growth: Option<Growth>,
     clock: Clock,
     /// Local time of the last collision.
     last_collision: f64,
     /// Events since the zero of the clock was moved, void ones and crossings included.
     events_since_move: u64,
     wall_noise: Generator,
-    /// Mean square speed as of the last [`Engine::set_mean_square_speed`]: the scale of rapid collisions.
-    mean_square_speed: f64,
+    rapid: Rapid,
 }
 
 impl Engine {
     /// An engine at time 0. There are as many velocities as positions, at least one; positions are inside and apart.
+    /// `radii` are those of all discs, or empty where all are equal.
     pub(super) fn new(
         arena: Arena,
         positions: &[Vector],
         velocities: &[Vector],
+        radii: Vec<f64>,
         mean_square_speed: f64,
         wall_noise: Generator,
     ) -> Self {
-        let discs: Vec<Disc> = positions
-            .iter()
-            .zip(velocities)
-            .map(|(&position, &velocity)| Disc {
-                position,
+        let grid = Self::grid(&arena, positions.len());
+        let discs = positions.iter().zip(velocities).map(|(&position, &velocity)| {
+            let (cell, inside) = grid.locate(position);
+            Disc {
+                position: inside,
                 velocity,
                 time: 0.0,
+                event_time: NEVER,
+                event: EventCode::NOTHING,
+                partner_collisions: 0,
                 collisions: 0,
-                rapid: 0,
-            })
-            .collect();
-        let count = discs.len() as u32;
-        let mut engine = Self {
+                cell,
+            }
+        });
+        let contact_distance = 2.0 * arena.largest_radius;
+        let mut engine = Self::of(State {
             arena,
-            cells: Cells::new(arena.sides, arena.contact_distance(), positions),
-            queue: EventQueue::new(count),
-            clock: Clock::new(arena.contact_distance(), mean_square_speed),
+            discs: discs.collect(),
+            radii,
+            growth: None,
+            clock: Clock::new(contact_distance, mean_square_speed),
             last_collision: 0.0,
             events_since_move: 0,
             wall_noise,
-            mean_square_speed,
-            discs,
-        };
-        for disc in 0..count {
-            engine.reschedule(disc);
+            rapid: Rapid::new(contact_distance, mean_square_speed),
+        });
+        for disc in 0..engine.state.discs.len() as u32 {
+            engine.predict(disc);
         }
+        engine.calendar = Calendar::new(&engine.state.discs, engine.mean_wait_ahead());
         engine
+    }
+
+    /// The engine of a state: discs into their cells, events into the calendar.
+    fn of(state: State) -> Self {
+        let grid = Self::grid(&state.arena, state.discs.len());
+        let mut cells = Cells::new(grid);
+        for (disc, record) in state.discs.iter().enumerate() {
+            cells.insert(disc as u32, record.cell, state.discs.len());
+        }
+        let mut engine = Self {
+            calendar: Calendar::new(&[], 1.0),
+            shifts: grid.shifts(),
+            cells,
+            lanes: Lanes::widest(),
+            state,
+        };
+        engine.calendar = Calendar::new(&engine.state.discs, engine.mean_wait_ahead());
+        engine
+    }
+
+    fn grid(arena: &Arena, discs: usize) -> Grid {
+        Grid::new(arena.sides, 2.0 * arena.largest_radius, discs, arena.has_walls)
+    }
+
+    /// How long discs wait for their events, on average over those that have one.
+    fn mean_wait_ahead(&self) -> f64 {
+        let now = self.state.clock.local();
+        let waits = self.state.discs.iter().filter(|disc| disc.event_time < NEVER);
+        let (sum, count) = waits
+            .fold((0.0, 0.0), |(sum, count), disc| (sum + (disc.event_time - now), count + 1.0));
+        if count > 0.0 { sum / count } else { 1.0 }
     }
 
     /// The box and the laws of collision.
     pub(super) fn arena(&self) -> &Arena {
-        &self.arena
+        &self.state.arena
     }
 
     /// Number of discs.
     pub(super) fn count(&self) -> usize {
-        self.discs.len()
+        self.state.discs.len()
+    }
+
+    /// Radius of a disc, at the end of all growth.
+    #[inline(always)]
+    pub(super) fn radius(&self, disc: usize) -> f64 {
+        if self.state.radii.is_empty() {
+            self.state.arena.largest_radius
+        } else {
+            self.state.radii[disc]
+        }
     }
 
     /// Time since the start.
     pub(super) fn time(&self) -> f64 {
-        self.clock.time()
+        self.state.clock.time()
     }
 
-    /// Local time of the next event; `None` if nothing ever happens.
-    fn next_time(&self) -> Option<f64> {
-        let (_, event) = self.queue.soonest();
-        (event.kind != EventKind::Nothing).then_some(event.time)
-    }
-
-    /// Whether anything will ever happen.
-    pub(super) fn is_at_rest(&self) -> bool {
-        self.next_time().is_none()
+    /// Whether nothing will ever happen.
+    pub(super) fn is_at_rest(&mut self) -> bool {
+        self.calendar.first(&self.state.discs).is_none()
     }
 
     /// Whether all that happens up to this time since the start has happened.
-    pub(super) fn is_done_until(&self, time: f64) -> bool {
-        self.next_time().is_none_or(|next| next > self.clock.to_local(time))
+    pub(super) fn is_done_until(&mut self, time: f64) -> bool {
+        let first = self.calendar.first(&self.state.discs);
+        let until = self.state.clock.to_local(time);
+        first.is_none_or(|disc| self.state.discs[disc as usize].event_time > until)
     }
 
     /// Lets time pass up to a time since the start before the next event. Only the clock goes on: no disc is moved, and
     /// what happens next does not depend on it.
     pub(super) fn wait_until(&mut self, time: f64) {
-        self.clock.advance_to(self.clock.to_local(time));
+        self.state.clock.advance_to(self.state.clock.to_local(time));
     }
 
     /// Positions and velocities now, in the order of the discs.
     pub(super) fn look(&self) -> impl Iterator<Item = (Vector, Vector)> {
-        let now = self.clock.local();
-        self.discs.iter().map(move |disc| (disc.position_at(now), disc.velocity))
+        let now = self.state.clock.local();
+        let arena = &self.state.arena;
+        self.state.discs.iter().map(move |disc| {
+            let mut place = self.cells.grid.place(disc.cell, disc.position_at(now));
+            if !arena.has_walls {
+                // On its way out of its cell a disc may be a rounding error beyond the box.
+                for (coordinate, side) in place.iter_mut().zip(arena.sides) {
+                    *coordinate = motion::wrapped(*coordinate, side);
+                }
+            }
+            (place, disc.velocity)
+        })
     }
 
     /// All velocities, in the order of the discs.
     pub(super) fn velocities(&self) -> impl Iterator<Item = Vector> {
-        self.discs.iter().map(|disc| disc.velocity)
+        self.state.discs.iter().map(|disc| disc.velocity)
     }
 
     /// Time since the last collision of any discs, or since the start.
     pub(super) fn time_since_collision(&self) -> f64 {
-        self.clock.local() - self.last_collision
+        self.state.clock.local() - self.state.last_collision
     }
 
     /// Tells the engine how fast discs are now: what counts as a rapid collision follows a system that cools.
     pub(super) fn set_mean_square_speed(&mut self, mean_square_speed: f64) {
-        self.mean_square_speed = mean_square_speed;
+        self.state.rapid.set_scale(2.0 * self.state.arena.largest_radius, mean_square_speed);
     }
 
     /// Lets the next event take place; returns it if it was a collision, and `None` where it was void or a crossing.
     ///
     /// # Errors
     /// Inelastic collapse (McNamara and Young, Phys. Fluids A 4, 496, 1992), or a jam.
+    #[inline(always)]
     pub(super) fn step(&mut self) -> Result<Option<Collision>, Fault> {
-        let (disc, event) = self.queue.soonest();
-        if event.kind == EventKind::Nothing {
-            return Ok(None);
+        let Some(disc) = self.calendar.first(&self.state.discs) else { return Ok(None) };
+        if self.state.discs.len() >= FETCHED_AHEAD_FROM {
+            self.fetch_coming();
         }
-        self.clock.advance_to(event.time);
-        let collision = match event.kind {
-            EventKind::Pair { partner, partner_collisions }
-                if self.discs[partner as usize].collisions == partner_collisions =>
+        let record = &self.state.discs[disc as usize];
+        self.state.clock.advance_to(record.event_time);
+        let collision = match record.event.kind() {
+            EventKind::Pair(partner)
+                if self.state.discs[partner as usize].collisions == record.partner_collisions =>
             {
                 Some(self.collide_pair(disc, partner)?)
             }
             EventKind::Wall(side) => Some(self.collide_wall(disc, side)),
             EventKind::Crossing(side) => {
-                self.cells.cross(disc, side);
-                self.reschedule(disc);
+                self.cross(disc, side);
                 None
             }
-            EventKind::Pair { .. } | EventKind::Nothing => {
+            EventKind::Pair(_) | EventKind::Nothing => {
                 self.reschedule(disc);
                 None
             }
         };
-        self.keep_clock();
+        self.state.events_since_move += 1;
+        let a_disc = EVENTS_A_DISC_BETWEEN_MOVES * self.state.discs.len() as u64;
+        if self.state.events_since_move >= EVENTS_BETWEEN_MOVES.max(a_disc) {
+            self.move_clock();
+        }
         Ok(collision)
     }
 
+    #[inline(always)]
     fn collide_pair(&mut self, disc: u32, partner: u32) -> Result<Collision, Fault> {
         // The same arithmetic whichever of the two predicted it.
         let pair = if disc < partner { [disc, partner] } else { [partner, disc] };
-        self.watch_for_collapse(pair)?;
-        let now = self.clock.local();
-        let [first, second] = pair.map(|disc| self.discs[disc as usize]);
+        let now = self.state.clock.local();
+        let [first, second] = pair.map(|disc| self.state.discs[disc as usize]);
+        let ages = [now - first.time, now - second.time];
+        self.state.rapid.note(pair, ages, self.state.clock.time())?;
         let positions = [first.position_at(now), second.position_at(now)];
         let before = [first.velocity, second.velocity];
-        let separation = motion::difference(positions[0], positions[1]);
-        let impact = motion::pair_impact(separation, before, self.arena.restitution);
+        let shift = self.cells.grid.shift(first.cell, second.cell);
+        let separation = [
+            positions[1][0] + shift[0] - positions[0][0],
+            positions[1][1] + shift[1] - positions[0][1],
+        ];
+        let since = if ages[0] < ages[1] { ages[0] } else { ages[1] };
+        let arena = &self.state.arena;
+        let reach = self.radius(pair[0] as usize) + self.radius(pair[1] as usize);
+        let impact = match self.state.growth {
+            None => motion::pair_impact(separation, before, |approach| {
+                arena.restitution_of(approach, since)
+            }),
+            Some(growth) => motion::growing_pair_impact(separation, before, growth.rate * reach),
+        };
         for (place, disc) in pair.into_iter().enumerate() {
             self.leave(disc, positions[place], impact.velocities[place]);
         }
@@ -262,7 +296,7 @@ impl Engine {
             self.reschedule(disc);
         }
         Ok(Collision {
-            with: With::Disc,
+            with: With::Disc(reach),
             changes: [[before[0], impact.velocities[0]], [before[1], impact.velocities[1]]],
             normal_impulse: impact.normal_impulse,
             wait: self.mark_collision(),
@@ -271,10 +305,17 @@ impl Engine {
 
     fn collide_wall(&mut self, disc: u32, side: Side) -> Collision {
         let axis = side.axis();
-        let Disc { velocity: before, .. } = self.discs[disc as usize];
-        let mut position = self.discs[disc as usize].position_at(self.clock.local());
-        position[axis] = self.arena.wall(side);
-        let after = self.leave_wall(before, axis);
+        let record = self.state.discs[disc as usize];
+        let before = record.velocity;
+        let mut position = record.position_at(self.state.clock.local());
+        position[axis] = self.wall(disc, side);
+        let mut after = self.leave_wall(before, axis);
+        if let Some(growth) = self.state.growth {
+            // Elastic for the disc's edge, which comes towards the wall faster than the centre by the growth.
+            let parting = 2.0 * growth.rate * self.radius(disc as usize);
+            after = before;
+            after[axis] = -before[axis] + if side.is_upper() { -parting } else { parting };
+        }
         self.leave(disc, position, after);
         self.reschedule(disc);
         Collision {
@@ -285,11 +326,22 @@ impl Engine {
         }
     }
 
+    /// Where a disc of a cell at a wall touches it, from the cell's corner.
+    #[inline(always)]
+    fn wall(&self, disc: u32, side: Side) -> f64 {
+        let mut radius = self.radius(disc as usize);
+        if let Some(growth) = self.state.growth {
+            radius *= growth.scale_at(self.state.clock.local());
+        }
+        if side.is_upper() { self.cells.grid.side[side.axis()] - radius } else { radius }
+    }
+
     /// The velocity after a wall: the angle is drawn again until the disc leaves the wall.
     fn leave_wall(&mut self, velocity: Vector, axis: usize) -> Vector {
+        let deviation = self.state.arena.wall_noise_rad;
         loop {
-            let angles = if self.arena.wall_noise_rad > 0.0 {
-                self.wall_noise.normal_pair().map(|normal| normal * self.arena.wall_noise_rad)
+            let angles = if deviation > 0.0 {
+                self.state.wall_noise.normal_pair().map(|normal| normal * deviation)
             } else {
                 [0.0; 2]
             };
@@ -301,97 +353,247 @@ impl Engine {
     }
 
     /// Sends a disc on its way from here and now.
+    #[inline(always)]
     fn leave(&mut self, disc: u32, position: Vector, velocity: Vector) {
-        let disc = &mut self.discs[disc as usize];
+        let disc = &mut self.state.discs[disc as usize];
         disc.position = position;
         disc.velocity = velocity;
-        disc.time = self.clock.local();
+        disc.time = self.state.clock.local();
         disc.collisions = disc.collisions.wrapping_add(1);
     }
 
     /// Notes that a collision takes place now; returns the time since the one before.
     fn mark_collision(&mut self) -> f64 {
         let wait = self.time_since_collision();
-        self.last_collision = self.clock.local();
+        self.state.last_collision = self.state.clock.local();
         wait
     }
 
-    fn watch_for_collapse(&mut self, pair: [u32; 2]) -> Result<(), Fault> {
-        let now = self.clock.local();
-        let rapid = RAPID * self.arena.contact_distance();
-        for id in pair {
-            let disc = &mut self.discs[id as usize];
-            let is_rapid = (now - disc.time) * self.mean_square_speed.sqrt() < rapid;
-            disc.rapid = if is_rapid { disc.rapid + 1 } else { 0 };
-            if disc.rapid >= COLLAPSE {
-                return Err(Fault(format!(
-                    "inelastic collapse at time {}: disc {id} collided {COLLAPSE} times in a row while time stood still; \
-                     a restitution nearer to 1, a shorter run, or a start that is not jammed avoids it",
-                    self.clock.time()
-                )));
-            }
-        }
-        Ok(())
+    /// A disc goes on into the next cell. Its clock stays: it is as if its last collision had been seen from there.
+    #[inline(always)]
+    fn cross(&mut self, disc: u32, side: Side) {
+        let count = self.state.discs.len();
+        let grid = self.cells.grid;
+        let record = &mut self.state.discs[disc as usize];
+        let from = record.cell;
+        let to = grid.beyond(from, side);
+        let axis = side.axis();
+        record.position[axis] += if side.is_upper() { -grid.side[axis] } else { grid.side[axis] };
+        record.cell = to;
+        self.cells.remove(disc, from);
+        self.cells.insert(disc, to, count);
+        self.reschedule(disc);
     }
 
+    #[inline(always)]
     fn reschedule(&mut self, disc: u32) {
-        let event = self.predict(disc);
-        self.queue.schedule(disc, event);
+        self.predict(disc);
+        let record = &self.state.discs[disc as usize];
+        self.calendar.file(disc, record.event_time, record.event);
     }
 
-    /// The soonest event of a disc, from where everybody is now.
-    fn predict(&self, disc: u32) -> Event {
-        let now = self.clock.local();
-        let Disc { velocity, .. } = self.discs[disc as usize];
-        let position = self.discs[disc as usize].position_at(now);
-        let mut soonest = self.predict_edges(disc, position, velocity);
-        self.cells.for_each_near(disc, |partner| {
-            let other = &self.discs[partner as usize];
-            let separation = motion::difference(position, other.position_at(now));
-            let relative_velocity = motion::difference(velocity, other.velocity);
-            let contact_distance = self.arena.contact_distance();
-            let wait = motion::time_to_contact(separation, relative_velocity, contact_distance);
-            if let Some(wait) = wait {
-                let partner_collisions = other.collisions;
-                let kind = EventKind::Pair { partner, partner_collisions };
-                soonest = earlier(soonest, Event { time: now + wait, kind });
+    /// Finds the soonest event of a disc, from where everybody is now.
+    #[inline(always)]
+    fn predict(&mut self, disc: u32) {
+        let now = self.state.clock.local();
+        let record = &self.state.discs[disc as usize];
+        let position = record.position_at(now);
+        let (edge_wait, edge) = self.first_edge(disc, position);
+        let radii = self.state.radii.as_slice();
+        let sizes = match self.state.growth {
+            Some(growth) => {
+                Sizes::Growing { radii, scale: growth.scale_at(now), rate: growth.rate }
             }
-        });
-        soonest
+            None if radii.is_empty() => Sizes::Equal(2.0 * self.state.arena.largest_radius),
+            None => Sizes::Mixed(radii),
+        };
+        let field =
+            Field { discs: &self.state.discs, cells: &self.cells, shifts: &self.shifts, sizes };
+        let contact = self.lanes.first_contact(field, disc, position, now);
+        // At the same time a pair comes before a wall or a crossing.
+        let is_pair = contact.wait <= edge_wait && contact.wait < NEVER;
+        let (wait, event, partner_collisions) = if is_pair {
+            let partner = contact.partner;
+            let collisions = self.state.discs[partner as usize].collisions;
+            (contact.wait, EventCode::pair(partner), collisions)
+        } else {
+            (edge_wait, edge, 0)
+        };
+        let record = &mut self.state.discs[disc as usize];
+        record.event_time = if wait < NEVER { now + wait } else { NEVER };
+        record.event = event;
+        record.partner_collisions = partner_collisions;
     }
 
-    /// When a disc reaches a wall or leaves its cell, whichever comes first.
-    fn predict_edges(&self, disc: u32, position: Vector, velocity: Vector) -> Event {
-        let now = self.clock.local();
-        let mut soonest = Event::NOTHING;
+    /// When a disc reaches a wall or leaves its cell, whichever comes first. Written without branches on the direction of
+    /// flight, which no processor can guess.
+    #[inline(always)]
+    fn first_edge(&self, disc: u32, position: Vector) -> (f64, EventCode) {
+        let record = &self.state.discs[disc as usize];
+        let grid = &self.cells.grid;
+        let has_walls = self.state.arena.has_walls;
+        let mut waits = [NEVER; 2];
+        let mut events = [EventCode::NOTHING; 2];
         for axis in 0..2 {
-            let Some(side) = Side::ahead(axis, velocity[axis]) else { continue };
-            let (line, kind) = match self.cells.edge(disc, side) {
-                Some(edge) => (edge, EventKind::Crossing(side)),
-                None => (self.arena.wall(side), EventKind::Wall(side)),
-            };
-            let wait = motion::time_to_line(position[axis], velocity[axis], line);
-            soonest = earlier(soonest, Event { time: now + wait, kind });
+            let speed = record.velocity[axis];
+            let is_upper = speed > 0.0;
+            let mut line = if is_upper { grid.side[axis] } else { 0.0 };
+            events[axis] = EventCode::crossing(axis, is_upper);
+            let mut approach = speed;
+            if has_walls && grid.is_last(record.cell, axis, is_upper) {
+                let side = Side::across(axis, is_upper);
+                line = self.wall(disc, side);
+                events[axis] = EventCode::wall(side);
+                if let Some(growth) = self.state.growth {
+                    // A growing disc reaches the wall by its growth, too.
+                    let growth = growth.rate * self.radius(disc as usize);
+                    approach += if is_upper { growth } else { -growth };
+                }
+            }
+            let wait = motion::time_to_line(position[axis], approach, line);
+            // Without speed there is no line to be reached, and 0/0 would be no number.
+            waits[axis] = if speed == 0.0 { NEVER } else { wait };
         }
-        soonest
+        let second = waits[1] < waits[0] || (waits[1] == waits[0] && events[1] < events[0]);
+        let wait = if second { waits[1] } else { waits[0] };
+        let event = if second { events[1] } else { events[0] };
+        let first = if wait < NEVER { (wait, event) } else { (NEVER, EventCode::NOTHING) };
+        if self.state.growth.is_some() {
+            self.before_wall_behind(disc, position, first)
+        } else {
+            first
+        }
     }
 
-    /// Moves the clock's zero near to the present now and then: by the number of events, never because somebody looks.
-    fn keep_clock(&mut self) {
-        self.events_since_move += 1;
-        if self.events_since_move < EVENTS_BETWEEN_MOVES.max(self.discs.len() as u64) {
-            return;
+    /// The same, or when a growing disc is caught up at a wall behind it.
+    fn before_wall_behind(
+        &self,
+        disc: u32,
+        position: Vector,
+        mut first: (f64, EventCode),
+    ) -> (f64, EventCode) {
+        for axis in 0..2 {
+            let is_upper = self.state.discs[disc as usize].velocity[axis] > 0.0;
+            let behind = self.wall_behind(disc, position, axis, is_upper);
+            first = if behind < first { behind } else { first };
         }
-        self.events_since_move = 0;
-        let shift = self.clock.move_zero();
-        self.last_collision -= shift;
-        self.queue.shift(shift);
-        for disc in &mut self.discs {
+        first
+    }
+
+    /// When a growing disc is caught up by its own growth at the wall that it leaves too slowly.
+    fn wall_behind(
+        &self,
+        disc: u32,
+        position: Vector,
+        axis: usize,
+        is_upper: bool,
+    ) -> (f64, EventCode) {
+        let record = &self.state.discs[disc as usize];
+        let rate = self.state.growth.map_or(0.0, |growth| growth.rate);
+        let speed = rate * self.radius(disc as usize) - record.velocity[axis].abs();
+        let is_there = self.state.arena.has_walls
+            && self.cells.grid.is_last(record.cell, axis, !is_upper)
+            && speed > 0.0;
+        if !is_there {
+            return (NEVER, EventCode::NOTHING);
+        }
+        let side = Side::across(axis, !is_upper);
+        let speed = if is_upper { -speed } else { speed };
+        (motion::time_to_line(position[axis], speed, self.wall(disc, side)), EventCode::wall(side))
+    }
+
+    /// Asks for what the coming events will look at: their discs first, then the cells around, then the neighbours.
+    #[inline(always)]
+    fn fetch_coming(&self) {
+        let discs = &self.state.discs;
+        if let Some(disc) = self.calendar.coming(12) {
+            fetch_ahead(&discs[disc as usize]);
+        }
+        if let Some(disc) = self.calendar.coming(8) {
+            let record = &discs[disc as usize];
+            for slots in self.cells.around(record.cell) {
+                fetch_ahead(slots);
+            }
+        }
+        if let Some(disc) = self.calendar.coming(4) {
+            for slots in self.cells.around(discs[disc as usize].cell) {
+                for &other in slots {
+                    if let Some(other) = discs.get(other as usize) {
+                        fetch_ahead(other);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Moves the clock's zero near to the present: by the number of events, never because somebody looks.
+    #[inline(never)]
+    fn move_clock(&mut self) {
+        self.state.events_since_move = 0;
+        let shift = self.state.clock.move_zero();
+        self.state.last_collision -= shift;
+        for disc in &mut self.state.discs {
             disc.time -= shift;
+            if disc.event_time < NEVER {
+                disc.event_time -= shift;
+            }
         }
+        if let Some(growth) = &mut self.state.growth {
+            growth.scale += growth.rate * shift;
+        }
+        self.calendar.file_anew(&self.state.discs, self.mean_wait_ahead());
     }
 }
 
-fn earlier(first: Event, second: Event) -> Event {
-    if second.order(&first) == Ordering::Less { second } else { first }
+/// Compression: discs that grow while they move.
+impl Engine {
+    /// Lets discs grow from now on, from a share of their full radius. The engine was made with the radius of each disc.
+    pub(super) fn grow(&mut self, scale: f64, rate: f64) {
+        let now = self.state.clock.local();
+        self.state.growth = Some(Growth { scale: scale - rate * now, rate });
+        self.predict_all();
+    }
+
+    /// The share of the full radius now.
+    pub(super) fn scale(&self) -> f64 {
+        self.state.growth.map_or(1.0, |growth| growth.scale_at(self.state.clock.local()))
+    }
+
+    /// Multiplies all velocities: growing discs heat each other. No disc is moved.
+    pub(super) fn scale_velocities(&mut self, factor: f64) {
+        let now = self.state.clock.local();
+        for disc in &mut self.state.discs {
+            disc.position = disc.position_at(now);
+            disc.time = now;
+            disc.velocity = disc.velocity.map(|component| factor * component);
+        }
+        self.predict_all();
+    }
+
+    /// Finds all events anew.
+    fn predict_all(&mut self) {
+        for disc in 0..self.state.discs.len() as u32 {
+            self.predict(disc);
+        }
+        self.move_clock();
+    }
+}
+
+impl PartialEq for Engine {
+    /// Equal where the future is.
+    fn eq(&self, other: &Self) -> bool {
+        self.state == other.state
+    }
+}
+
+impl Serialize for Engine {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.state.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Engine {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        State::deserialize(deserializer).map(Self::of)
+    }
 }

@@ -1,10 +1,9 @@
 //! What may happen to a disc next, and which of two events comes first.
 
 use serde::{Deserialize, Serialize};
-use std::cmp::Ordering;
 
 /// A side of a rectangle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     /// Towards smaller x.
     Left,
@@ -17,6 +16,8 @@ pub(super) enum Side {
 }
 
 impl Side {
+    const ALL: [Self; 4] = [Self::Left, Self::Right, Self::Bottom, Self::Top];
+
     /// The coordinate that the side lies across: 0 for x, 1 for y.
     pub(super) fn axis(self) -> usize {
         match self {
@@ -25,16 +26,9 @@ impl Side {
         }
     }
 
-    /// The side that motion along an axis leads to; `None` at rest.
-    pub(super) fn ahead(axis: usize, speed: f64) -> Option<Self> {
-        let [low, high] = [[Self::Left, Self::Right], [Self::Bottom, Self::Top]][axis];
-        if speed > 0.0 {
-            Some(high)
-        } else if speed < 0.0 {
-            Some(low)
-        } else {
-            None
-        }
+    /// The side across an axis with the larger or the smaller coordinate.
+    pub(super) fn across(axis: usize, is_upper: bool) -> Self {
+        Self::ALL[2 * (axis & 1) + usize::from(is_upper)]
     }
 
     /// Whether the side has the larger coordinate.
@@ -44,15 +38,10 @@ impl Side {
 }
 
 /// What happens to a disc.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum EventKind {
     /// It touches another disc.
-    Pair {
-        /// The other disc.
-        partner: u32,
-        /// The partner's number of collisions when this was predicted: if it has changed, the event is void.
-        partner_collisions: u32,
-    },
+    Pair(u32),
     /// It touches a wall of the box.
     Wall(Side),
     /// Its centre leaves its cell: bookkeeping, no event of physics.
@@ -61,35 +50,76 @@ pub(super) enum EventKind {
     Nothing,
 }
 
-/// The soonest event of one disc.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Event {
-    /// When, on the engine's clock. The largest finite number stands for never, so that every state can be stored.
-    pub(super) time: f64,
-    /// What.
-    pub(super) kind: EventKind,
-}
+/// The kind of an event in one word: the partner's number, or one of the last words. Their order is the order of kinds
+/// (pair, wall, crossing, nothing) and within them of partners and sides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(transparent)]
+pub(super) struct EventCode(u32);
 
-/// The time of an event that never comes.
-pub(super) const NEVER: f64 = f64::MAX;
+/// The first of the words that name no partner.
+const WALLS: u32 = u32::MAX - 8;
+const CROSSINGS: u32 = WALLS + 4;
 
-impl Event {
-    /// The event of a disc to which nothing happens.
-    pub(super) const NOTHING: Self = Self { time: NEVER, kind: EventKind::Nothing };
+impl EventCode {
+    /// Nothing happens.
+    pub(super) const NOTHING: Self = Self(u32::MAX);
 
-    /// The total order of events of one disc: by time, then by kind, then by partner or side.
-    pub(super) fn order(&self, other: &Self) -> Ordering {
-        self.time.total_cmp(&other.time).then_with(|| self.kind.rank().cmp(&other.kind.rank()))
+    /// A collision with this disc.
+    pub(super) fn pair(partner: u32) -> Self {
+        Self(partner)
+    }
+
+    /// A collision with this wall.
+    pub(super) fn wall(side: Side) -> Self {
+        Self(WALLS + side as u32)
+    }
+
+    /// A crossing of the upper or lower side of the cell across an axis.
+    #[inline(always)]
+    pub(super) fn crossing(axis: usize, is_upper: bool) -> Self {
+        Self(CROSSINGS + 2 * (axis & 1) as u32 + u32::from(is_upper))
+    }
+
+    /// The word itself.
+    pub(super) fn word(self) -> u32 {
+        self.0
+    }
+
+    /// The kind again.
+    pub(super) fn kind(self) -> EventKind {
+        if self.0 < WALLS {
+            EventKind::Pair(self.0)
+        } else if self.0 < CROSSINGS {
+            EventKind::Wall(Side::ALL[(self.0 - WALLS) as usize])
+        } else if self == Self::NOTHING {
+            EventKind::Nothing
+        } else {
+            EventKind::Crossing(Side::ALL[(self.0 - CROSSINGS) as usize])
+        }
     }
 }
 
-impl EventKind {
-    fn rank(self) -> (u8, u32) {
-        match self {
-            Self::Pair { partner, .. } => (0, partner),
-            Self::Wall(side) => (1, side as u32),
-            Self::Crossing(side) => (2, side as u32),
-            Self::Nothing => (3, 0),
+/// The time of an event that never comes. The largest finite number: a calculation with it is no NaN.
+pub(super) const NEVER: f64 = f64::MAX;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Promise: a word stands for its kind, and words are in the order pair, wall, crossing, nothing.
+    #[test]
+    fn words_stand_for_kinds_in_their_order() {
+        let mut words = vec![EventCode::pair(0), EventCode::pair(WALLS - 1)];
+        words.extend(Side::ALL.map(EventCode::wall));
+        words.extend(Side::ALL.map(|side| EventCode::crossing(side.axis(), side.is_upper())));
+        words.push(EventCode::NOTHING);
+        assert!(words.is_sorted_by(|one, other| one < other));
+        assert_eq!(words[1].kind(), EventKind::Pair(WALLS - 1));
+        for (place, side) in Side::ALL.into_iter().enumerate() {
+            assert_eq!(words[2 + place].kind(), EventKind::Wall(side));
+            assert_eq!(words[6 + place].kind(), EventKind::Crossing(side));
+            assert_eq!(Side::across(side.axis(), side.is_upper()), side);
         }
+        assert_eq!(EventCode::NOTHING.kind(), EventKind::Nothing);
     }
 }

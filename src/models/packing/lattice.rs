@@ -84,3 +84,34 @@ pub(super) fn most_in_hexagonal_rows(sides: [f64; 2], radius: f64) -> usize {
     let along_x = Rows::of(sides, radius).capacity();
     along_x.max(Rows::of([sides[1], sides[0]], radius).capacity())
 }
+
+/// Places `count` discs on a hexagonal lattice that goes on over the edges of a periodic box centred on the origin: an even
+/// number of rows of equal length, the last one perhaps not full. `None` where it does not fit.
+pub(super) fn periodic_hexagonal(
+    sides: [f64; 2],
+    radius: f64,
+    count: usize,
+) -> Option<Vec<Vector>> {
+    let diameter = 2.0 * radius;
+    let most_rows = (sides[1] / (0.5 * 3.0_f64.sqrt() * diameter)) as usize;
+    let most_columns = (sides[0] / diameter) as usize;
+    let rows = (1..=most_rows / 2).map(|half| 2 * half).find(|&rows| {
+        let columns = count.div_ceil(rows);
+        let pitch = [0.5 * sides[0] / columns as f64, sides[1] / rows as f64];
+        columns <= most_columns && pitch[0] * pitch[0] + pitch[1] * pitch[1] >= diameter * diameter
+    })?;
+    let columns = count.div_ceil(rows);
+    let pitch = [sides[0] / columns as f64, sides[1] / rows as f64];
+    Some(
+        (0..count)
+            .map(|site| {
+                let (row, column) = (site / columns, site % columns);
+                let shift = if row.is_multiple_of(2) { 0.25 } else { 0.75 };
+                [
+                    (column as f64 + shift) * pitch[0] - 0.5 * sides[0],
+                    (row as f64 + 0.5) * pitch[1] - 0.5 * sides[1],
+                ]
+            })
+            .collect(),
+    )
+}

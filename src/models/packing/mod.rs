@@ -7,21 +7,30 @@
 //! The mean velocity of a random start is removed (but for a single disc), so that T at the start is 2 (1 - 1/n) times the
 //! variance of a component. Walls do not keep the momentum: it fluctuates about zero later on.
 
+mod arena;
+mod calendar;
 mod cells;
 mod clock;
+mod compression;
+mod disc;
 mod engine;
 mod events;
 mod lattice;
 mod motion;
 mod observables;
-mod queue;
+mod processor;
+mod rapid;
+mod scan;
 mod start;
 
-use self::engine::{Arena, Engine};
+use self::arena::{Arena, Guard};
+use self::engine::Engine;
 use self::observables::{Moments, Series, Tallies};
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::{Seed, Stream};
-use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, RunLength};
+use kinetoscope_manifest::model::{
+    Boundary, CollapseGuard, PackingConfig, PackingPlacement, RunLength,
+};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
 };
@@ -61,7 +70,7 @@ enum RunExtent {
 impl Model for Packing {
     type Config = PackingConfig;
     const NAME: &'static str = "packing";
-    const PHYSICS_VERSION: u32 = 1;
+    const PHYSICS_VERSION: u32 = 2;
     const TIME_UNIT: &'static str = "";
     const STATE_COLUMNS: &'static [StateColumn] = &[
         StateColumn { name: "x", unit: "" },
@@ -82,13 +91,19 @@ impl Model for Packing {
         let moments = Moments::of(start.velocities.iter().copied());
         let arena = Arena {
             sides: [config.width.get(), config.height.get()],
-            radius: config.radius.get(),
+            has_walls: config.boundary == Boundary::Walls,
+            largest_radius: start.largest_radius,
             restitution: config.restitution.get(),
+            guard: match config.collapse_guard {
+                CollapseGuard::Off => Guard::Off,
+                CollapseGuard::ContactTime(time) => Guard::ContactTime(time.get()),
+                CollapseGuard::CutoffVelocity(velocity) => Guard::CutoffVelocity(velocity.get()),
+            },
             wall_noise_rad: config.wall_noise_variance_rad2.get().sqrt(),
         };
         let rms_speed = match &config.placement {
             PackingPlacement::Given(_) => moments.temperature().sqrt(),
-            PackingPlacement::Random | PackingPlacement::Lattice => {
+            PackingPlacement::Random | PackingPlacement::Lattice | PackingPlacement::Compressed => {
                 2.0_f64.sqrt() * start::velocity_deviation(config)
             }
         };
@@ -101,6 +116,7 @@ impl Model for Packing {
                 arena,
                 &start.positions,
                 &start.velocities,
+                start.radii,
                 moments.temperature(),
                 seed.stream(Stream::WallNoise),
             ),
@@ -149,8 +165,9 @@ impl Model for Packing {
 
     fn observe(&self, frame: &mut Frame) {
         let arena = self.engine.arena();
-        for (position, velocity) in self.engine.look() {
-            frame.push_state(&[position[0], position[1], velocity[0], velocity[1], arena.radius]);
+        for (disc, (position, velocity)) in self.engine.look().enumerate() {
+            let radius = self.engine.radius(disc);
+            frame.push_state(&[position[0], position[1], velocity[0], velocity[1], radius]);
         }
         let moments = Moments::of(self.engine.velocities());
         let wait = self.engine.time_since_collision();
@@ -222,7 +239,7 @@ impl Packing {
     fn step(&mut self) -> Result<(), Fault> {
         let Some(collision) = self.engine.step()? else { return Ok(()) };
         self.time = self.engine.time();
-        self.tallies.count(&collision, self.engine.arena().contact_distance());
+        self.tallies.count(&collision);
         // Summing anew costs n: every n collisions it costs nothing that grows.
         if self.tallies.events().is_multiple_of(self.engine.count() as u64) {
             self.tallies.renew_moments(Moments::of(self.engine.velocities()));

@@ -1,6 +1,7 @@
 //! What is measured of hard discs: moments of the velocities, collisions, pressure.
 
-use super::engine::{Arena, Changes, Collision, With};
+use super::arena::Arena;
+use super::engine::{Changes, Collision, With};
 use super::motion::Vector;
 use crate::sum::CompensatedSum;
 use kinetoscope_recording::channels::{
@@ -105,13 +106,14 @@ impl Tallies {
     }
 
     /// Counts one collision, at a cost that does not depend on the number of discs.
-    pub(super) fn count(&mut self, collision: &Collision, contact_distance: f64) {
+    #[inline(always)]
+    pub(super) fn count(&mut self, collision: &Collision) {
         self.kinetic_energy_time_integral.add(self.moments.kinetic_energy() * collision.wait);
         self.moments.follow(&collision.changes);
         match collision.with {
-            With::Disc => {
+            With::Disc(distance) => {
                 self.pairs += 1;
-                self.collision_virial.add(contact_distance * collision.normal_impulse);
+                self.collision_virial.add(distance * collision.normal_impulse);
             }
             With::Wall => {
                 self.walls += 1;
@@ -159,7 +161,7 @@ impl Tallies {
         let kinetic = energy_integral.value();
         let virial = self.collision_virial.value();
         let wall_impulse = self.wall_impulse.value();
-        let [width, height] = arena.reach().map(|half| 2.0 * half);
+        let [width, height] = arena.room();
         let over_time = |sum: f64| if time > 0.0 { sum / time } else { 0.0 };
         PackingPressure {
             virial: over_time((2.0 * kinetic + virial) / (2.0 * width * height)),

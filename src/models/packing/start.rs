@@ -1,12 +1,17 @@
 //! Where discs stand and how they move at the start.
 
-use super::cells::Cells;
-use super::lattice::{hexagonal_rows, most_in_hexagonal_rows};
+use super::cells::{Cells, Grid};
+use super::compression::compress;
+use super::lattice::{hexagonal_rows, most_in_hexagonal_rows, periodic_hexagonal};
 use super::motion::{self, Vector};
 use crate::model::Refusal;
-use crate::placement::{Rectangle, random_sequential_addition, square_lattice};
-use crate::random::{Seed, Stream};
-use kinetoscope_manifest::model::{GivenState, InitialVelocities, PackingConfig, PackingPlacement};
+use crate::placement::{
+    Rectangle, periodic_random_sequential_addition, random_sequential_addition, square_lattice,
+};
+use crate::random::{Generator, Seed, Stream};
+use kinetoscope_manifest::model::{
+    Boundary, GivenState, InitialVelocities, PERIODIC_DIAMETERS, PackingConfig, PackingPlacement,
+};
 
 /// Random placement is offered below this packing fraction (packing document, `NU`). Random sequential addition itself
 /// comes to its end at 0.547 (Feder, J. Theor. Biol. 87, 237, 1980).
@@ -25,6 +30,10 @@ pub(super) struct Start {
     pub(super) positions: Vec<Vector>,
     /// Velocities, as many.
     pub(super) velocities: Vec<Vector>,
+    /// Radii, as many; empty where all are equal.
+    pub(super) radii: Vec<f64>,
+    /// Radius of the largest disc.
+    pub(super) largest_radius: f64,
     /// How it came about, for the log.
     pub(super) account: String,
 }
@@ -34,7 +43,48 @@ pub(super) struct Start {
 /// # Errors
 /// Discs that do not fit, overlap, or stand outside.
 pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal> {
-    let (width, height, radius) = (config.width.get(), config.height.get(), config.radius.get());
+    check_size(config)?;
+    let radii = radii(config, seed);
+    let mut scale = 1.0;
+    let (positions, placed) = match &config.placement {
+        PackingPlacement::Random => {
+            check_random(config, &radii)?;
+            (random_positions(config, &radii, seed)?, "random sequential addition".to_owned())
+        }
+        PackingPlacement::Lattice => lattice_positions(config)?,
+        PackingPlacement::Compressed => {
+            let compressed = compress(config, &radii, seed)?;
+            scale = compressed.scale;
+            (compressed.positions, compressed.account)
+        }
+        PackingPlacement::Given(given) => {
+            return given_start(config, given, radii);
+        }
+    };
+    let velocities = random_velocities(config, seed.stream(Stream::Velocities));
+    let momentum = if velocities.len() > 1 { ", mean velocity removed" } else { "" };
+    let radii: Vec<f64> = radii.into_iter().map(|radius| radius * scale).collect();
+    let account = format!(
+        "start by {placed}, packing fraction {:.4}, velocity components normal with standard deviation {}{momentum}",
+        packing_fraction(config, &radii),
+        velocity_deviation(config)
+    );
+    Ok(Start {
+        positions,
+        velocities,
+        largest_radius: config.largest_radius() * scale,
+        radii: if is_equal(config) { Vec::new() } else { radii },
+        account,
+    })
+}
+
+fn is_equal(config: &PackingConfig) -> bool {
+    config.polydispersity.get() == 0.0
+}
+
+fn check_size(config: &PackingConfig) -> Result<(), Refusal> {
+    let (width, height, radius) =
+        (config.width.get(), config.height.get(), config.largest_radius());
     let shorter = if width < height { width } else { height };
     if 2.0 * radius >= shorter {
         return Err(Refusal(format!(
@@ -42,32 +92,50 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
             0.5 * shorter
         )));
     }
-    let (positions, placed) = match &config.placement {
-        PackingPlacement::Random => (random_positions(config, seed)?, "random sequential addition"),
-        PackingPlacement::Lattice => lattice_positions(config)?,
-        PackingPlacement::Given(given) => {
-            check_given(config, given)?;
-            let values = |pairs: &[[kinetoscope_manifest::quantity::Finite; 2]]| {
-                pairs.iter().map(|pair| pair.map(|value| value.get())).collect::<Vec<Vector>>()
-            };
-            return Ok(Start {
-                positions: values(&given.positions),
-                velocities: values(&given.velocities),
-                account: format!(
-                    "start as given in the manifest, packing fraction {:.4}",
-                    packing_fraction(config)
-                ),
-            });
-        }
-    };
-    let velocities = random_velocities(config, seed);
-    let momentum = if velocities.len() > 1 { ", mean velocity removed" } else { "" };
-    let account = format!(
-        "start by {placed}, packing fraction {:.4}, velocity components normal with standard deviation {}{momentum}",
-        packing_fraction(config),
-        velocity_deviation(config)
-    );
-    Ok(Start { positions, velocities, account })
+    if config.boundary == Boundary::Periodic && shorter < PERIODIC_DIAMETERS * 2.0 * radius {
+        return Err(Refusal(format!(
+            "a periodic box of {width} x {height} is too small for discs of radius {radius}: both sides must be at least \
+             {PERIODIC_DIAMETERS} diameters"
+        )));
+    }
+    Ok(())
+}
+
+/// The radius of each disc: uniform about the mean, from a stream of their own.
+fn radii(config: &PackingConfig, seed: Seed) -> Vec<f64> {
+    let (radius, spread) = (config.radius.get(), config.polydispersity.get());
+    let mut generator = seed.stream(Stream::Radii);
+    (0..config.discs.get())
+        .map(|_| {
+            if is_equal(config) {
+                radius
+            } else {
+                generator.uniform_in(radius * (1.0 - spread), radius * (1.0 + spread))
+            }
+        })
+        .collect()
+}
+
+fn values(pairs: &[[kinetoscope_manifest::quantity::Finite; 2]]) -> Vec<Vector> {
+    pairs.iter().map(|pair| pair.map(|value| value.get())).collect()
+}
+
+fn given_start(
+    config: &PackingConfig,
+    given: &GivenState,
+    radii: Vec<f64>,
+) -> Result<Start, Refusal> {
+    check_given(config, given, &radii)?;
+    Ok(Start {
+        positions: values(&given.positions),
+        velocities: values(&given.velocities),
+        account: format!(
+            "start as given in the manifest, packing fraction {:.4}",
+            packing_fraction(config, &radii)
+        ),
+        largest_radius: config.largest_radius(),
+        radii: if is_equal(config) { Vec::new() } else { radii },
+    })
 }
 
 /// Standard deviation of a velocity component before the mean is removed: 1, or n^-1/2.
@@ -78,11 +146,13 @@ pub(super) fn velocity_deviation(config: &PackingConfig) -> f64 {
     }
 }
 
-/// Share of the box that discs cover, n pi r^2 / (lx ly).
-fn packing_fraction(config: &PackingConfig) -> f64 {
-    let radius = config.radius.get();
-    let discs = f64::from(config.discs.get()) * std::f64::consts::PI * radius * radius;
-    discs / (config.width.get() * config.height.get())
+/// Share of the box that discs cover, n pi <r^2> / (lx ly).
+pub(super) fn packing_fraction(config: &PackingConfig, radii: &[f64]) -> f64 {
+    covered(radii) / (config.width.get() * config.height.get())
+}
+
+fn covered(radii: &[f64]) -> f64 {
+    radii.iter().fold(0.0, |sum, radius| sum + std::f64::consts::PI * radius * radius)
 }
 
 fn rectangle(config: &PackingConfig) -> Rectangle {
@@ -90,49 +160,77 @@ fn rectangle(config: &PackingConfig) -> Rectangle {
     Rectangle { min: [-x, -y], max: [x, y] }
 }
 
-fn random_positions(config: &PackingConfig, seed: Seed) -> Result<Vec<Vector>, Refusal> {
-    let fraction = packing_fraction(config);
-    if fraction >= RANDOM_PLACEMENT_LIMIT {
+/// Refuses what random sequential addition would hardly reach. Centres have only a x b with a = lx - 2r: next to a wall
+/// discs stand denser than elsewhere, by 0.33 diameters of room at each wall (as cars at the ends of Renyi's street), so
+/// that the fraction of (a + 0.66 s) (b + 0.66 s) is what counts.
+fn check_random(config: &PackingConfig, radii: &[f64]) -> Result<(), Refusal> {
+    let diameter = 2.0 * config.largest_radius();
+    let lost = if config.boundary == Boundary::Walls { (1.0 - 0.66) * diameter } else { 0.0 };
+    let room = (config.width.get() - lost) * (config.height.get() - lost);
+    let fraction = covered(radii) / room;
+    if radii.len() > 1 && fraction >= RANDOM_PLACEMENT_LIMIT {
         return Err(Refusal(format!(
-            "packing fraction {fraction:.4}: random placement needs a fraction below {RANDOM_PLACEMENT_LIMIT}; \
-             use placement = \"lattice\", fewer discs or a smaller radius"
+            "packing fraction {:.4}, {fraction:.4} of the room that walls leave: random placement needs a fraction below \
+             {RANDOM_PLACEMENT_LIMIT}; use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius",
+            packing_fraction(config, radii)
         )));
     }
-    let radii = vec![config.radius.get(); config.discs.get() as usize];
+    Ok(())
+}
+
+/// Random sequential addition of discs of these radii.
+pub(super) fn random_positions(
+    config: &PackingConfig,
+    radii: &[f64],
+    seed: Seed,
+) -> Result<Vec<Vector>, Refusal> {
     let mut generator = seed.stream(Stream::Positions);
-    random_sequential_addition(rectangle(config), &radii, &mut generator).map_err(|jammed| {
+    let placed = match config.boundary {
+        Boundary::Walls => random_sequential_addition(rectangle(config), radii, &mut generator),
+        Boundary::Periodic => {
+            periodic_random_sequential_addition(rectangle(config), radii, &mut generator)
+        }
+    };
+    placed.map_err(|jammed| {
         Refusal(format!(
-            "random placement found room for {} of {} discs (packing fraction {fraction:.4}, and walls take room); \
-             use placement = \"lattice\", fewer discs or a smaller radius",
-            jammed.placed, config.discs
+            "random placement found room for {} of {} discs (packing fraction {:.4}, and walls take room); \
+             use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius",
+            jammed.placed,
+            config.discs,
+            packing_fraction(config, radii)
         ))
     })
 }
 
-fn lattice_positions(config: &PackingConfig) -> Result<(Vec<Vector>, &'static str), Refusal> {
-    let (rectangle, radius) = (rectangle(config), config.radius.get());
+fn lattice_positions(config: &PackingConfig) -> Result<(Vec<Vector>, String), Refusal> {
+    let (rectangle, radius) = (rectangle(config), config.largest_radius());
     let count = config.discs.get() as usize;
     if let Some(positions) = square_lattice(rectangle, radius, count) {
-        return Ok((positions, "square lattice"));
+        return Ok((positions, "square lattice".to_owned()));
     }
     let sides = [config.width.get(), config.height.get()];
-    if let Some(positions) = hexagonal_rows(sides, radius, count) {
-        return Ok((positions, "hexagonal rows"));
+    let hexagonal = match config.boundary {
+        Boundary::Walls => hexagonal_rows(sides, radius, count),
+        Boundary::Periodic => periodic_hexagonal(sides, radius, count),
+    };
+    if let Some(positions) = hexagonal {
+        return Ok((positions, "hexagonal rows".to_owned()));
     }
+    let hold = match config.boundary {
+        Boundary::Walls => format!(", which hold {}", most_in_hexagonal_rows(sides, radius)),
+        Boundary::Periodic => " that go on over the edges".to_owned(),
+    };
     Err(Refusal(format!(
-        "{count} discs of radius {radius} fit into a box of {} x {} neither on a square lattice nor in hexagonal rows, \
-         which hold {}; use fewer discs, a smaller radius or a larger box",
-        sides[0],
-        sides[1],
-        most_in_hexagonal_rows(sides, radius)
+        "{count} discs of radius {radius} fit into a box of {} x {} neither on a square lattice nor in hexagonal rows{hold}; \
+         use fewer discs, a smaller radius or a larger box",
+        sides[0], sides[1],
     )))
 }
 
 /// Normal velocity components of the law that the manifest asks for, their mean removed unless there is one disc only.
 /// The same draws serve both laws: their velocities differ by the factor n^-1/2 alone.
-fn random_velocities(config: &PackingConfig, seed: Seed) -> Vec<Vector> {
+pub(super) fn random_velocities(config: &PackingConfig, mut generator: Generator) -> Vec<Vector> {
     let deviation = velocity_deviation(config);
-    let mut generator = seed.stream(Stream::Velocities);
     let mut velocities: Vec<Vector> = (0..config.discs.get())
         .map(|_| generator.normal_pair().map(|normal| normal * deviation))
         .collect();
@@ -146,7 +244,7 @@ fn random_velocities(config: &PackingConfig, seed: Seed) -> Vec<Vector> {
     velocities
 }
 
-fn check_given(config: &PackingConfig, given: &GivenState) -> Result<(), Refusal> {
+fn check_given(config: &PackingConfig, given: &GivenState, radii: &[f64]) -> Result<(), Refusal> {
     let discs = config.discs.get() as usize;
     if given.positions.len() != discs || given.velocities.len() != discs {
         return Err(Refusal(format!(
@@ -155,12 +253,11 @@ fn check_given(config: &PackingConfig, given: &GivenState) -> Result<(), Refusal
             given.velocities.len()
         )));
     }
-    let radius = config.radius.get();
-    let slack = ROUNDING * 2.0 * radius;
-    let reach = [0.5 * config.width.get() - radius, 0.5 * config.height.get() - radius];
-    let positions: Vec<Vector> =
-        given.positions.iter().map(|pair| pair.map(|value| value.get())).collect();
-    for (disc, [x, y]) in positions.iter().enumerate() {
+    let slack = ROUNDING * 2.0 * config.radius.get();
+    let positions = values(&given.positions);
+    for (disc, ([x, y], radius)) in positions.iter().zip(radii).enumerate() {
+        let kept_off = if config.boundary == Boundary::Walls { *radius } else { 0.0 };
+        let reach = [0.5 * config.width.get() - kept_off, 0.5 * config.height.get() - kept_off];
         if x.abs() > reach[0] + slack || y.abs() > reach[1] + slack {
             return Err(Refusal(format!(
                 "disc {disc} at [{x}, {y}] is not inside: centres need |x| <= {} and |y| <= {}",
@@ -179,27 +276,43 @@ fn check_given(config: &PackingConfig, given: &GivenState) -> Result<(), Refusal
             )));
         }
     }
-    check_apart(config, &positions, 2.0 * radius - slack)
+    check_apart(config, &positions, radii, slack)
 }
 
-fn check_apart(config: &PackingConfig, positions: &[Vector], least: f64) -> Result<(), Refusal> {
+fn check_apart(
+    config: &PackingConfig,
+    positions: &[Vector],
+    radii: &[f64],
+    slack: f64,
+) -> Result<(), Refusal> {
     let sides = [config.width.get(), config.height.get()];
-    let cells = Cells::new(sides, 2.0 * config.radius.get(), positions);
-    for disc in 0..config.discs.get() {
+    let has_walls = config.boundary == Boundary::Walls;
+    let grid = Grid::new(sides, 2.0 * config.largest_radius(), positions.len(), has_walls);
+    let mut cells = Cells::new(grid);
+    let places: Vec<([u16; 2], Vector)> =
+        positions.iter().map(|&position| grid.locate(position)).collect();
+    for (disc, (cell, _)) in places.iter().enumerate() {
+        cells.insert(disc as u32, *cell, places.len());
+    }
+    for (disc, &(cell, inside)) in places.iter().enumerate() {
         let mut overlapping: Option<(u32, f64)> = None;
-        cells.for_each_near(disc, |other| {
-            let distance = motion::speed(motion::difference(
-                positions[disc as usize],
-                positions[other as usize],
-            ));
-            if other > disc && distance < least && overlapping.is_none_or(|(id, _)| other < id) {
+        cells.for_each_near(cell, |other| {
+            let (other_cell, other_inside) = places[other as usize];
+            let shift = grid.shift(cell, other_cell);
+            let apart = motion::difference(inside, other_inside);
+            let distance = motion::speed([apart[0] + shift[0], apart[1] + shift[1]]);
+            let least = radii[disc] + radii[other as usize] - slack;
+            if other as usize > disc
+                && distance < least
+                && overlapping.is_none_or(|(id, _)| other < id)
+            {
                 overlapping = Some((other, distance));
             }
         });
         if let Some((other, distance)) = overlapping {
             return Err(Refusal(format!(
-                "discs {disc} and {other} overlap: their centres are {distance} apart, and a diameter is {}",
-                2.0 * config.radius.get()
+                "discs {disc} and {other} overlap: their centres are {distance} apart, and they touch at {}",
+                radii[disc] + radii[other as usize]
             )));
         }
     }

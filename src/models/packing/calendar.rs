@@ -1,0 +1,344 @@
+//! Which disc comes next: a calendar with one page for each short span of time.
+//!
+//! Events are thrown onto their page unsorted; a page is sorted when its time comes. So filing and taking an event cost
+//! the same however many there are (Paul, J. Comput. Phys. 221, 615, 2007). Nothing is ever taken off a page early: an
+//! entry whose disc has another event by now is passed over.
+//!
+//! What comes next depends on the discs' events alone: they are in a total order by time, kind, partner and disc. The
+//! calendar is no part of the state, and its spans are chosen for speed.
+
+use super::disc::Disc;
+use super::events::{EventCode, NEVER};
+
+/// Entries of a sheet: with what else it holds it fills two cache lines.
+const ENTRIES_OF_SHEET: usize = 7;
+
+/// No sheet.
+const NONE: u32 = u32::MAX;
+
+/// At least so many events are meant to stand on a page, and this share of all.
+const LEAST_ON_PAGE: f64 = 8.0;
+const SHARE_ON_PAGE: f64 = 1.0 / 500.0;
+
+/// The calendar goes on for so many mean waits of a disc; what comes later is filed again when the last page is turned.
+const WAITS_AHEAD: f64 = 4.0;
+
+/// An event of a disc: time, kind and partner, and disc in one number whose order is the order of events.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry(u128);
+
+impl Entry {
+    /// Times on the engine's clock are not negative: their bits are ordered as they are.
+    #[inline(always)]
+    fn new(time: f64, event: EventCode, disc: u32) -> Self {
+        Self(u128::from(time.to_bits()) << 64 | u128::from(event.word()) << 32 | u128::from(disc))
+    }
+
+    #[inline(always)]
+    fn time(self) -> f64 {
+        f64::from_bits((self.0 >> 64) as u64)
+    }
+
+    #[inline(always)]
+    fn disc(self) -> u32 {
+        self.0 as u32
+    }
+
+    /// Whether this still is the event of its disc.
+    #[inline(always)]
+    fn is_current(self, discs: &[Disc]) -> bool {
+        let disc = &discs[self.disc() as usize];
+        self == Self::new(disc.event_time, disc.event, self.disc())
+    }
+}
+
+/// Some entries of one page.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+struct Sheet {
+    entries: [Entry; ENTRIES_OF_SHEET],
+    count: u32,
+    next: u32,
+}
+
+/// All events that are to come, one a disc.
+#[derive(Clone, Debug)]
+pub(super) struct Calendar {
+    /// The open page, sorted; those before `turned` are done.
+    today: Vec<Entry>,
+    turned: usize,
+    /// Number of the open page since the clock's zero.
+    page: u64,
+    /// Pages for each unit of time.
+    pages_per_time: f64,
+    /// The first sheet of the pages that follow, in a ring whose length is a power of two.
+    pages: Vec<u32>,
+    /// Entries on them.
+    on_pages: usize,
+    sheets: Vec<Sheet>,
+    /// Sheets that are free, in a list.
+    free: u32,
+    /// What comes after the last page of the ring.
+    later: Vec<Entry>,
+}
+
+impl Calendar {
+    /// A calendar of the discs' events. `wait` is about how long a disc waits for its event.
+    pub(super) fn new(discs: &[Disc], wait: f64) -> Self {
+        let count = discs.len() as f64;
+        let share = SHARE_ON_PAGE * count;
+        let on_page = if share > LEAST_ON_PAGE { share } else { LEAST_ON_PAGE };
+        let pages = (WAITS_AHEAD * count / on_page) as usize;
+        let mut calendar = Self {
+            today: Vec::new(),
+            turned: 0,
+            page: 0,
+            pages_per_time: 0.0,
+            pages: vec![NONE; pages.next_power_of_two()],
+            on_pages: 0,
+            sheets: Vec::new(),
+            free: NONE,
+            later: Vec::new(),
+        };
+        calendar.file_anew(discs, wait);
+        calendar
+    }
+
+    /// Files all events anew from a new zero of the clock, on pages that suit the present wait.
+    pub(super) fn file_anew(&mut self, discs: &[Disc], wait: f64) {
+        let span = wait * WAITS_AHEAD / self.pages.len() as f64;
+        let pages_per_time = 1.0 / span;
+        self.pages_per_time = if pages_per_time.is_finite() { pages_per_time } else { 0.0 };
+        self.today.clear();
+        self.turned = 0;
+        self.page = 0;
+        self.pages.fill(NONE);
+        self.on_pages = 0;
+        self.sheets.clear();
+        self.free = NONE;
+        self.later.clear();
+        for (disc, record) in discs.iter().enumerate() {
+            if record.event_time < NEVER {
+                let entry = Entry::new(record.event_time, record.event, disc as u32);
+                match self.place_of(entry) {
+                    Place::Today => self.today.push(entry),
+                    Place::Page(page) => self.put_onto(page, entry),
+                    Place::Later => self.later.push(entry),
+                }
+            }
+        }
+        self.today.sort_unstable();
+    }
+
+    /// Files the event of a disc.
+    #[inline(always)]
+    pub(super) fn file(&mut self, disc: u32, time: f64, event: EventCode) {
+        if time == NEVER {
+            return;
+        }
+        let entry = Entry::new(time, event, disc);
+        match self.place_of(entry) {
+            Place::Today => {
+                let place =
+                    self.turned + self.today[self.turned..].partition_point(|other| *other < entry);
+                self.today.insert(place, entry);
+            }
+            Place::Page(page) => self.put_onto(page, entry),
+            Place::Later => self.later.push(entry),
+        }
+    }
+
+    /// The disc whose event comes first; `None` if nothing ever happens. It stays first until it has another event.
+    #[inline(always)]
+    pub(super) fn first(&mut self, discs: &[Disc]) -> Option<u32> {
+        loop {
+            while let Some(&entry) = self.today.get(self.turned) {
+                if entry.is_current(discs) {
+                    return Some(entry.disc());
+                }
+                self.turned += 1;
+            }
+            if !self.turn_page(discs) {
+                return None;
+            }
+        }
+    }
+
+    /// The discs that come some places after the first, as far as they are on the open page.
+    #[inline(always)]
+    pub(super) fn coming(&self, places: usize) -> Option<u32> {
+        self.today.get(self.turned + places).map(|entry| entry.disc())
+    }
+
+    #[inline(always)]
+    fn place_of(&self, entry: Entry) -> Place {
+        let page = (entry.time() * self.pages_per_time) as u64;
+        if page <= self.page {
+            Place::Today
+        } else if page - self.page < self.pages.len() as u64 {
+            Place::Page(page as usize & (self.pages.len() - 1))
+        } else {
+            Place::Later
+        }
+    }
+
+    #[inline(always)]
+    fn put_onto(&mut self, page: usize, entry: Entry) {
+        self.on_pages += 1;
+        let first = self.pages[page];
+        if first != NONE {
+            let sheet = &mut self.sheets[first as usize];
+            if let Some(line) = sheet.entries.get_mut(sheet.count as usize) {
+                *line = entry;
+                sheet.count += 1;
+                return;
+            }
+        }
+        self.put_onto_new_sheet(page, entry);
+    }
+
+    fn put_onto_new_sheet(&mut self, page: usize, entry: Entry) {
+        let sheet = Sheet { entries: [entry; ENTRIES_OF_SHEET], count: 1, next: self.pages[page] };
+        if self.free == NONE {
+            self.pages[page] = self.sheets.len() as u32;
+            self.sheets.push(sheet);
+        } else {
+            let place = self.free as usize;
+            self.pages[page] = self.free;
+            self.free = self.sheets[place].next;
+            self.sheets[place] = sheet;
+        }
+    }
+
+    /// Opens the next page that has entries; returns whether there is one.
+    fn turn_page(&mut self, discs: &[Disc]) -> bool {
+        self.today.clear();
+        self.turned = 0;
+        let mask = self.pages.len() - 1;
+        while self.on_pages > 0 {
+            self.page = self.page.saturating_add(1);
+            let place = self.page as usize & mask;
+            if place == 0 && !self.later.is_empty() {
+                self.file_later(discs);
+            }
+            if self.pages[place] != NONE {
+                self.open(place);
+            }
+            if !self.today.is_empty() {
+                return true;
+            }
+        }
+        self.skip_to_later(discs)
+    }
+
+    fn open(&mut self, place: usize) {
+        let filed = self.today.len();
+        let mut sheet = std::mem::replace(&mut self.pages[place], NONE);
+        while sheet != NONE {
+            let Sheet { entries, count, next } = &mut self.sheets[sheet as usize];
+            self.today.extend_from_slice(&entries[..*count as usize]);
+            let following = std::mem::replace(next, self.free);
+            self.free = sheet;
+            sheet = following;
+        }
+        self.on_pages -= self.today.len() - filed;
+        self.today.sort_unstable();
+    }
+
+    /// Files what came after the last page, now that the ring has gone round.
+    fn file_later(&mut self, discs: &[Disc]) {
+        let later = std::mem::take(&mut self.later);
+        for entry in later {
+            if entry.is_current(discs) {
+                match self.place_of(entry) {
+                    Place::Today => self.today.push(entry),
+                    Place::Page(page) => self.put_onto(page, entry),
+                    Place::Later => self.later.push(entry),
+                }
+            }
+        }
+        self.today.sort_unstable();
+    }
+
+    /// No page of the ring has entries: goes to the first page of what comes later.
+    fn skip_to_later(&mut self, discs: &[Disc]) -> bool {
+        let Some(first) = self.later.iter().filter(|entry| entry.is_current(discs)).min() else {
+            return false;
+        };
+        self.page = (first.time() * self.pages_per_time) as u64;
+        self.file_later(discs);
+        !self.today.is_empty()
+    }
+}
+
+/// Where an event is filed.
+enum Place {
+    Today,
+    Page(usize),
+    Later,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{Seed, Stream};
+
+    fn at_rest() -> Disc {
+        Disc {
+            position: [0.0; 2],
+            velocity: [0.0; 2],
+            time: 0.0,
+            event_time: NEVER,
+            event: EventCode::NOTHING,
+            partner_collisions: 0,
+            collisions: 0,
+            cell: [0; 2],
+        }
+    }
+
+    /// Law: the first is the least by (time, kind, partner, disc) of all events, after any changes and moves of the clock.
+    /// Reference: a scan of all events. Waits from 1e-3 to 1e3 mean ones; times are multiples of 1/64, so that many are equal.
+    #[test]
+    fn the_first_is_the_least_of_all() {
+        for count in [1_usize, 5, 37, 3000] {
+            let mut generator = Seed { seed: 3, replicate: 0 }.stream(Stream::Positions);
+            let mut discs = vec![at_rest(); count];
+            let mut calendar = Calendar::new(&discs, 1.0);
+            let mut now = 0.0;
+            for round in 0..20_000 {
+                let disc = (generator.uniform() * count as f64) as usize;
+                let disc = if round % 2 == 0 {
+                    calendar.first(&discs).map_or(disc, |first| first as usize)
+                } else {
+                    disc
+                };
+                if discs[disc].event_time < NEVER && round % 2 == 0 {
+                    now = discs[disc].event_time;
+                }
+                let scale = [1e-3, 1.0, 1.0, 1.0, 30.0, 1e3][(generator.uniform() * 6.0) as usize];
+                let wait = (scale * generator.uniform() * 64.0).floor() / 64.0;
+                discs[disc].event_time = now + wait;
+                discs[disc].event = EventCode::pair((generator.uniform() * 3.0) as u32);
+                if generator.uniform() < 0.01 {
+                    (discs[disc].event_time, discs[disc].event) = (NEVER, EventCode::NOTHING);
+                }
+                calendar.file(disc as u32, discs[disc].event_time, discs[disc].event);
+                if round % 1000 == 999 {
+                    let shift = now.floor();
+                    now -= shift;
+                    for disc in discs.iter_mut().filter(|disc| disc.event_time < NEVER) {
+                        disc.event_time -= shift;
+                    }
+                    calendar.file_anew(&discs, 1.0);
+                }
+                let waiting =
+                    (0..count as u32).filter(|&disc| discs[disc as usize].event_time < NEVER);
+                let least = waiting.min_by_key(|&disc| {
+                    let record = &discs[disc as usize];
+                    Entry::new(record.event_time, record.event, disc)
+                });
+                assert_eq!(calendar.first(&discs), least, "{count} discs, round {round}");
+            }
+        }
+    }
+}

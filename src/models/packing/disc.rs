@@ -1,0 +1,38 @@
+//! What the engine knows of one disc.
+
+use super::events::EventCode;
+use super::motion::{self, Vector};
+use serde::{Deserialize, Serialize};
+
+/// One disc as its last collision left it, and its soonest event. One cache line: whoever looks at a neighbour fetches
+/// this and nothing else.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[repr(C, align(64))]
+pub(super) struct Disc {
+    /// From the lower left corner of the cell.
+    pub(super) position: Vector,
+    /// Velocity.
+    pub(super) velocity: Vector,
+    /// When it stood there, on the engine's clock.
+    pub(super) time: f64,
+    /// When its soonest event is, on the engine's clock.
+    pub(super) event_time: f64,
+    /// What that is.
+    pub(super) event: EventCode,
+    /// For a pair: the partner's number of collisions at the time of prediction. If it has changed, the event is void.
+    pub(super) partner_collisions: u32,
+    /// Collisions so far, modulo 2^32.
+    pub(super) collisions: u32,
+    /// Column and row of its cell.
+    pub(super) cell: [u16; 2],
+}
+
+impl Disc {
+    /// Where it is at a time, from the corner of its cell.
+    #[inline(always)]
+    pub(super) fn position_at(&self, time: f64) -> Vector {
+        motion::free_flight(self.position, self.velocity, time - self.time)
+    }
+}
+
+const _: () = assert!(size_of::<Disc>() == 64);
