@@ -118,12 +118,14 @@ fn displacement(run: &PackingRun) -> Vec<Plot> {
 fn states(run: &PackingRun) -> Vec<Plot> {
     let half = [run.config.width.get() / 2.0, run.config.height.get() / 2.0];
     let container = Container::Rectangle(half.map(|side| -side), half);
-    let radius = run.config.radius.get();
-    let fraction = short_number(law::packing_fraction(&run.config));
+    let fraction = run.packing_fraction().map_or("unknown".to_owned(), short_number);
+    let radius = match run.equal_radius() {
+        Some(radius) => format!("r = {}", short_number(radius)),
+        None => "several radii".to_owned(),
+    };
     let caption = |count: &str, time: &str| {
-        let radius = short_number(radius);
-        format!("{count}, r = {radius}, packing fraction {fraction}, t = {time}")
+        format!("{count}, {radius}, packing fraction {fraction}, t = {time}")
     };
     let sheet = Picture::empty(container, "", "");
-    pictures(run.pictures.placed(Some(radius)), "Discs", caption, &sheet)
+    pictures(run.pictures.placed(run.equal_radius()), "Discs", caption, &sheet)
 }

@@ -121,12 +121,15 @@ impl DemRun {
         }
         let radius_of = |row: &[f64]| radius.map_or(equal.unwrap_or(0.0), |column| row[column]);
         if let (Some(ledger), Some(vx), Some(vy)) = (ledger, index("vx"), index("vy")) {
-            // Masses go with the square of the radius: that of a disc of 1 m is the factor.
+            let spin = index("spin");
+            // Masses go with the square of the radius: that of a disc of 1 m is the factor. A disc turns with m r^2 / 2.
             let squares: f64 = (0..state.rows())
                 .map(|disc| {
                     let row = state.row(disc);
                     let radius = radius_of(row);
-                    radius * radius * (row[vx] * row[vx] + row[vy] * row[vy])
+                    let turning = radius * spin.map_or(0.0, |column| row[column]);
+                    let squares = row[vx] * row[vx] + row[vy] * row[vy];
+                    radius * radius * (squares + turning * turning / 2.0)
                 })
                 .sum();
             let kinetic = self.mass_kg(1.0) * squares / 2.0;

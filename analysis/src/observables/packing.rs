@@ -8,7 +8,7 @@ use crate::figures::{self, Figures};
 use crate::laws::packing as law;
 use crate::measurement::Measurement;
 use crate::statistics::{Blocking, Estimate, Sum};
-use kinetoscope_manifest::model::PackingConfig;
+use kinetoscope_manifest::model::{Boundary, PackingConfig};
 use kinetoscope_recording::channels::{
     PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
 };
@@ -61,6 +61,8 @@ pub struct PackingRun {
     rates: Rates,
     pressure: Option<PackingPressure>,
     counts: Option<PackingCollisions>,
+    /// Share of the box that the discs of the last state cover.
+    fraction: Option<f64>,
 }
 
 /// Growth of totals from frame to frame, over growth of another.
@@ -98,6 +100,7 @@ impl PackingRun {
             rates: Rates::default(),
             pressure: None,
             counts: None,
+            fraction: None,
         }
     }
 
@@ -172,6 +175,35 @@ impl PackingRun {
         Some(if self.elastic() { estimate } else { Estimate::bare(estimate.value) })
     }
 
+    fn has_walls(&self) -> bool {
+        self.config.boundary == Boundary::Walls
+    }
+
+    /// The radius of all discs; `None` where they differ, or where compression to a pressure has chosen it.
+    pub(crate) fn equal_radius(&self) -> Option<f64> {
+        let told =
+            self.config.polydispersity.get() == 0.0 && self.config.compression_pressure.is_none();
+        told.then(|| self.config.radius.get())
+    }
+
+    /// What equilibrium theory says; `None` of discs and boxes that it does not speak of.
+    fn equilibrium(&self) -> Option<law::Equilibrium> {
+        let speaks = self.has_walls() && self.equal_radius().is_some();
+        speaks.then(|| law::equilibrium(&self.config))
+    }
+
+    /// Share of the box that discs cover, by their own radii.
+    fn covered_share(&self, state: &StateTable) -> Option<f64> {
+        let area: f64 = state.column("radius")?.map(|radius| PI * radius * radius).sum();
+        Some(area / (self.config.width.get() * self.config.height.get()))
+    }
+
+    /// Share of the box that discs cover, of the state or else of the manifest.
+    pub(crate) fn packing_fraction(&self) -> Option<f64> {
+        let told = self.equal_radius().map(|_| law::packing_fraction(&self.config));
+        told.or(self.fraction)
+    }
+
     /// Mean over time of sqrt(kT/m) between frames, kT/m = <v^2>/2.
     fn mean_thermal_speed(&self) -> Option<f64> {
         let (area, length) = (self.thermal_speed.0.value(), self.thermal_speed.1.value());
@@ -202,7 +234,9 @@ impl PackingRun {
         if let Some(a2) = self.mean_a2() {
             let found_a2 = Measurement::new(metric::A2_MEAN, a2);
             found.push(if self.elastic() {
-                let theory = law::a2_at_fixed_energy(self.config.discs.get());
+                // Without walls the momentum is fixed, too.
+                let theory =
+                    self.has_walls().then(|| law::a2_at_fixed_energy(self.config.discs.get()));
                 found_a2.against_law(theory, law::A2_FIXED_ENERGY)
             } else {
                 found_a2.against_law(law::a2_cooling(restitution), law::A2_COOLING)
@@ -214,12 +248,12 @@ impl PackingRun {
         if self.counts.is_none() {
             return;
         }
-        let equilibrium = law::equilibrium(&self.config);
+        let equilibrium = self.equilibrium();
         let thermal_speed = self.mean_thermal_speed();
         if let Some(rate) = self.rate(&self.rates.pair) {
-            let theory = thermal_speed.map(|speed| equilibrium.pair_rate * speed);
+            let theory = thermal_speed.and_then(|speed| Some(equilibrium?.pair_rate * speed));
             found.push(Measurement::new(metric::COLLISION_RATE, rate).against(theory));
-            if let Some(speed) = thermal_speed {
+            if let (Some(equilibrium), Some(speed)) = (equilibrium, thermal_speed) {
                 let share = (1.0 + self.config.restitution.get()) / 2.0;
                 let factor = share * PI.sqrt() / 4.0 * 2.0 * self.config.radius.get()
                     / (speed * law::fixed_energy_speed(self.discs()));
@@ -234,7 +268,7 @@ impl PackingRun {
             }
         }
         if let Some(rate) = self.rate(&self.rates.wall) {
-            let theory = thermal_speed.map(|speed| equilibrium.wall_rate * speed);
+            let theory = thermal_speed.and_then(|speed| Some(equilibrium?.wall_rate * speed));
             found.push(Measurement::new(metric::WALL_RATE, rate).against(theory));
         }
     }
@@ -243,12 +277,12 @@ impl PackingRun {
         let Some(pressure) = self.pressure.as_ref().filter(|_| self.end_time() > 0.0) else {
             return;
         };
-        let equilibrium = law::equilibrium(&self.config);
+        let equilibrium = self.equilibrium();
         if let Some(excess) = self.rate(&self.rates.virial) {
             let z = Estimate { value: 1.0 + excess.value, ..excess };
             found.push(
                 Measurement::new(metric::COMPRESSIBILITY, z)
-                    .against(equilibrium.compressibility_factor),
+                    .against(equilibrium.map(|equilibrium| equilibrium.compressibility_factor)),
             );
         }
         found.push(Measurement::new(metric::PRESSURE_VIRIAL, pressure.virial));
@@ -258,7 +292,8 @@ impl PackingRun {
     /// The structure as sampled, or of the last frame where no frame was.
     pub(crate) fn sampled_structure(&self) -> Structure {
         let mut structure = self.structure.clone();
-        if let Some(state) = self.pictures.last().filter(|_| structure.frames() == 0) {
+        let samples = self.has_walls() && self.equal_radius().is_some();
+        if let Some(state) = self.pictures.last().filter(|_| samples && structure.frames() == 0) {
             structure.see(state);
         }
         structure
@@ -298,11 +333,19 @@ impl Observer for PackingRun {
         }
         if let Some(state) = state {
             let stride = u64::from(self.config.discs.get()).div_ceil(DISCS_PER_SAMPLE);
-            if self.settled(events) && frame.clock.frame.is_multiple_of(stride) {
+            if self.has_walls()
+                && self.equal_radius().is_some()
+                && self.settled(events)
+                && frame.clock.frame.is_multiple_of(stride)
+            {
                 self.structure.see(&state);
             }
-            self.displacement.see(time, &state);
-            self.pictures.see(time, state, Some(self.config.radius.get()));
+            // Across an edge that is the opposite one the way is not known.
+            if self.has_walls() {
+                self.displacement.see(time, &state);
+            }
+            self.fraction = self.covered_share(&state).or(self.fraction);
+            self.pictures.see(time, state, self.equal_radius());
         }
         let counts = frame.get::<PackingCollisions>()?;
         let pressure = frame.get::<PackingPressure>()?;
@@ -331,8 +374,10 @@ impl Observer for PackingRun {
         self.temperature_measurements(&mut found);
         self.collision_measurements(&mut found);
         self.pressure_measurements(&mut found);
-        let fraction = law::packing_fraction(&self.config);
-        found.push(Measurement::new(metric::PACKING_FRACTION, fraction));
+        found.extend(
+            self.packing_fraction()
+                .map(|fraction| Measurement::new(metric::PACKING_FRACTION, fraction)),
+        );
         self.structure_measurements(&mut found);
         found
     }
