@@ -1,5 +1,6 @@
 //! The command line of `run-experiment`: what is asked, the plan, the runs, what was written and the next command.
 
+use crate::distribution::{self, Distribution, Executor, Rest};
 use crate::evidence::{Evidence, Report};
 use crate::executor::local::{self, Workforce};
 use crate::exit::{EXIT_CODES, Exit};
@@ -55,6 +56,8 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["force", "dry_run", "prune"])]
     why: bool,
     #[command(flatten)]
+    distribution: Distribution,
+    #[command(flatten)]
     evidence: Evidence,
     /// Say nothing but errors
     #[arg(long, short, conflicts_with = "verbose")]
@@ -105,7 +108,18 @@ impl Arguments {
             Ok(experiment) => experiment,
             Err(message) => return fail(Exit::BadManifest, &message),
         };
-        let plan = Plan::new(&experiment, &self.output, self.force);
+        let plan = match &self.distribution.only {
+            None => Plan::new(&experiment, &self.output, self.force),
+            Some(keys) => match Plan::of_keys(&experiment, &self.output, self.force, keys) {
+                Ok(plan) => plan,
+                Err(key) => {
+                    let message = format!(
+                        "no run has the content key {key}: the manifest or the program has changed since it was given"
+                    );
+                    return fail(Exit::BadManifest, &message);
+                }
+            },
+        };
         if self.why {
             return explain(&experiment, &plan);
         }
@@ -124,7 +138,7 @@ impl Arguments {
         if self.dry_run {
             return if self.prune { self.prune(&plan) } else { Exit::Done };
         }
-        match self.execute_plan(&experiment, &plan, jobs) {
+        match self.execute_plan(path, &experiment, &plan, jobs) {
             Exit::Done if self.prune => self.prune(&plan),
             exit => exit,
         }
@@ -174,14 +188,22 @@ impl Arguments {
             .map_err(|diagnostics| diagnostics.render(io::stderr().is_terminal()))
     }
 
-    fn execute_plan(&self, experiment: &Experiment, plan: &Plan, jobs: usize) -> Exit {
+    fn execute_plan(
+        &self,
+        manifest: &Path,
+        experiment: &Experiment,
+        plan: &Plan,
+        jobs: usize,
+    ) -> Exit {
         let interrupt = match Interrupt::listen() {
             Ok(interrupt) => interrupt,
             Err(error) => {
                 return fail(Exit::Retryable, &format!("cannot listen to Ctrl-C: {error}"));
             }
         };
-        if let Err(error) = prepare_folder(experiment, plan) {
+        // A task finds the side files there, and others do theirs at the same time.
+        let experiment_to_write = self.distribution.only.is_none().then_some(experiment);
+        if let Err(error) = prepare_folder(experiment_to_write, plan) {
             return fail(
                 Exit::Retryable,
                 &format!(
@@ -190,8 +212,14 @@ impl Arguments {
                 ),
             );
         }
-        let runs = plan.to_do();
+        if let Some(file) = &self.distribution.export_commands {
+            return self.export(file, manifest, plan);
+        }
+        let runs = plan.to_do_by_cost();
         let progress = ProgressDisplay::new(runs.len(), self.verbosity());
+        if self.distribution.executor == Executor::Slurm {
+            return self.execute_on_cluster(manifest, plan, &interrupt, &progress);
+        }
         let results = local::run_all(
             &runs,
             &plan.folder,
@@ -204,15 +232,57 @@ impl Arguments {
             &progress,
         );
         progress.close();
-        for (run, result) in &results {
-            if let Some(Ok(ending)) = result
-                && ending.outcome != Outcome::Interrupted
-                && let Err(error) = side_files::write_host(&plan.folder, &run.stem, ending, jobs)
-            {
-                eprintln!("warning: no timing file for {}: {error}", run.stem);
-            }
-        }
         self.conclude(experiment, plan, &results, &interrupt)
+    }
+
+    fn rest<'a>(&'a self, manifest: &'a Path) -> Rest<'a> {
+        Rest {
+            manifest,
+            output: &self.output,
+            overrides: &self.overrides,
+            threads: self.threads,
+            checkpoint_every: self.checkpoint_every,
+        }
+    }
+
+    fn export(&self, file: &Path, manifest: &Path, plan: &Plan) -> Exit {
+        match self.distribution.export(file, plan, &self.rest(manifest)) {
+            Ok(commands) => {
+                self.say(&format!("Wrote {commands} commands to {}", file.display()));
+                Exit::Done
+            }
+            Err(error) => fail(
+                Exit::Retryable,
+                &format!("cannot write the commands to {}: {error}", file.display()),
+            ),
+        }
+    }
+
+    fn execute_on_cluster(
+        &self,
+        manifest: &Path,
+        plan: &Plan,
+        interrupt: &Interrupt,
+        progress: &ProgressDisplay,
+    ) -> Exit {
+        let rest = self.rest(manifest);
+        let conclusion = match self.distribution.run_on_cluster(plan, &rest, interrupt, progress) {
+            Ok(conclusion) => conclusion,
+            Err(error) => {
+                let message = format!(
+                    "{error}\nNo more tasks could be submitted. The same command goes on from here."
+                );
+                return fail(Exit::Retryable, &message);
+            }
+        };
+        for complaint in &conclusion.complaints {
+            eprintln!("{complaint}");
+        }
+        self.say(&conclusion.summary);
+        match interrupt.exit_code() {
+            Some(code) => Exit::Signal(code),
+            None => conclusion.exit,
+        }
     }
 
     fn conclude(
@@ -222,7 +292,7 @@ impl Arguments {
         results: &[local::Result<'_>],
         interrupt: &Interrupt,
     ) -> Exit {
-        let mut exit = Exit::Done;
+        let (mut exit, mut failed) = (Exit::Done, 0);
         for run in &plan.runs {
             if let Status::Done(Outcome::Fault(fault)) = &run.status {
                 eprintln!("{}: ended in a fault earlier: {fault}", name_of(run, experiment));
@@ -244,6 +314,11 @@ impl Arguments {
                 Some(Err(error)) => (error.to_string(), Exit::RunFailed),
             };
             eprintln!("{}: {message}", name_of(run, experiment));
+            failed += 1;
+            if self.distribution.only.is_some() && !matches!(result, Some(Ok(_))) {
+                let is_retryable = class == Exit::Retryable;
+                distribution::report_failure(&plan.folder, run, is_retryable, &message);
+            }
             if exit != Exit::RunFailed {
                 exit = class;
             }
@@ -254,6 +329,9 @@ impl Arguments {
             self.say(&format!("Nothing to do: {} has all recordings", plan.folder.display()));
         } else if !endings.is_empty() {
             self.say(&summary(plan, &endings));
+        }
+        if failed > 0 && results.len() > 1 {
+            eprintln!("{failed} of {} runs did not end well", results.len());
         }
         if let Some(code) = interrupt.exit_code() {
             eprintln!("Stopped. The same command goes on from here.");
@@ -305,11 +383,12 @@ fn explain(experiment: &Experiment, plan: &Plan) -> Exit {
     if plan.refused().next().is_some() { Exit::BadManifest } else { Exit::Done }
 }
 
-fn prepare_folder(experiment: &Experiment, plan: &Plan) -> io::Result<()> {
+fn prepare_folder(experiment: Option<&Experiment>, plan: &Plan) -> io::Result<()> {
     fs::create_dir_all(&plan.folder)?;
     for run in plan.runs.iter().filter(|run| matches!(run.status, Status::Done(_))) {
         file::remove_leftovers(&plan.folder, &run.stem).map_err(io::Error::other)?;
     }
+    let Some(experiment) = experiment else { return Ok(()) };
     side_files::write_experiment(experiment, plan)?;
     side_files::write_layout(plan)
 }

@@ -33,6 +33,8 @@ pub mod why;
 
 pub mod evidence;
 
+pub mod distribution;
+
 pub mod exit;
 
 pub mod command;

@@ -1,0 +1,127 @@
+//! Promise: a sweep on Slurm gives the recordings that this machine alone gives, byte for byte, whatever is killed: tasks by
+//! signal 9, a requeued task, the controller, and the program that waits.
+//!
+//! The Slurm is a real one, on loopback. Control: without the cluster's daemons the same command ends with exit code 75.
+
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod slurm_cluster;
+
+use slurm_cluster::{Cluster, kill, processes_about, wait};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+/// Twenty-four runs of about half a second.
+const SWEEP: &str = "seed = 11\nreplicates = 24\n[model.dem]\ndiscs = 60\nwidth_m = 0.02\nheight_m = 0.02\n\
+    duration_s = 0.3\n[record]\nframes = 40\n";
+
+fn recordings(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries
+        .filter(|path| path.extension().is_some_and(|extension| extension == "mcap"))
+        .map(|path| {
+            (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(&path).unwrap())
+        })
+        .collect()
+}
+
+fn on_slurm(cluster: &Cluster, manifest: &Path, output: &Path) -> Child {
+    cluster
+        .command(env!("CARGO_BIN_EXE_run-experiment"))
+        .arg(manifest)
+        .arg("--output")
+        .arg(output)
+        .args(["--executor", "slurm", "--runs-per-task", "2", "--checkpoint-every", "0.1"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::inherit())
+        .spawn()
+        .unwrap()
+}
+
+#[test]
+#[ignore = "needs root, munge and Slurm, which .ci/run installs"]
+fn killed_tasks_requeues_and_a_restarted_controller_lose_no_run() {
+    let mut cluster = Cluster::start();
+    let manifest = cluster.folder().join("sweep.toml");
+    fs::write(&manifest, SWEEP).unwrap();
+    let alone = cluster.folder().join("alone");
+    let status = Command::new(env!("CARGO_BIN_EXE_run-experiment"))
+        .arg(&manifest)
+        .args(["--quiet", "--output"])
+        .arg(&alone)
+        .status()
+        .unwrap();
+    assert!(status.success());
+
+    let output = cluster.folder().join("clustered");
+    let waiting = on_slurm(&cluster, &manifest, &output);
+    let tasks_folder = output.join("sweep/.tasks");
+    let tasks = || {
+        let mine = processes_about(&tasks_folder);
+        mine.into_iter().filter(|process| is_program(*process)).collect::<Vec<u32>>()
+    };
+    let mut killed = 0;
+    for _ in 0..3 {
+        wait("a task", || !tasks().is_empty());
+        for task in tasks() {
+            kill(task);
+            killed += 1;
+        }
+        wait("the killed to be gone", || tasks().is_empty());
+    }
+    assert!(killed >= 3, "{killed}");
+
+    // The one who waits leaves; what is submitted goes on.
+    interrupt(&waiting);
+    let left = waiting.wait_with_output().unwrap();
+    assert_eq!(left.status.code(), Some(130));
+    let said = String::from_utf8_lossy(&left.stdout);
+    assert!(said.contains("are left to the cluster"), "{said}");
+
+    let waiting = on_slurm(&cluster, &manifest, &output);
+    wait("a running task", || !cluster.running().is_empty());
+    for job in cluster.running() {
+        let _ = cluster.command("scontrol").args(["requeue", &job]).output().unwrap();
+    }
+    cluster.restart_controller();
+    let ended = waiting.wait_with_output().unwrap();
+    assert_eq!(ended.status.code(), Some(0), "{}", String::from_utf8_lossy(&ended.stdout));
+
+    let (alone, clustered) = (recordings(&alone.join("sweep")), recordings(&output.join("sweep")));
+    assert_eq!(alone.len(), 24);
+    assert_eq!(alone.keys().collect::<Vec<_>>(), clustered.keys().collect::<Vec<_>>());
+    assert!(alone == clustered, "other bytes");
+    println!("24 runs, {killed} tasks killed, equal in every byte");
+
+    let nothing_left = on_slurm(&cluster, &manifest, &output).wait_with_output().unwrap();
+    assert_eq!(nothing_left.status.code(), Some(0));
+}
+
+#[test]
+fn without_a_cluster_the_command_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = folder.path().join("sweep.toml");
+    fs::write(&manifest, SWEEP).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_run-experiment"))
+        .arg(&manifest)
+        .args(["--executor", "slurm", "--output"])
+        .arg(folder.path())
+        .env("PATH", folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(75));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("squeue"));
+}
+
+fn is_program(process: u32) -> bool {
+    fs::read(format!("/proc/{process}/cmdline")).is_ok_and(|line| {
+        line.starts_with(env!("CARGO_BIN_EXE_run-experiment").as_bytes())
+    })
+}
+
+fn interrupt(child: &Child) {
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+}
