@@ -35,7 +35,8 @@ fn commands_do_the_sweep() {
     let (manifest, list) = (place.join("sweep.toml"), place.join("commands"));
     fs::write(&manifest, SWEEP).unwrap();
     let set = ["--set", "model.gas.particles=25"];
-    let alone = program().arg(&manifest).args(set).arg("--output").arg(place.join("alone"));
+    let mut alone = program();
+    alone.arg(&manifest).args(set).arg("--output").arg(place.join("alone"));
     assert!(alone.output().unwrap().status.success());
 
     let mut export = program();
@@ -43,7 +44,8 @@ fn commands_do_the_sweep() {
     assert!(export.arg("--export-commands").arg(&list).output().unwrap().status.success());
     let commands = fs::read_to_string(&list).unwrap();
     assert_eq!(commands.lines().count(), 6);
-    let twice: String = commands.lines().rev().chain(commands.lines()).map(|l| format!("{l}\n")).collect();
+    let twice: String =
+        commands.lines().rev().chain(commands.lines()).map(|l| format!("{l}\n")).collect();
     fs::write(&list, twice).unwrap();
     let parallel = Command::new("sh")
         .args(["-c", r#"tr '\n' '\0' < "$0" | xargs -0 -P 3 -n 1 sh -c"#])

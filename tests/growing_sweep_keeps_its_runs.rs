@@ -19,7 +19,8 @@ fn recorded(seed: u32, replicates: u32, temperatures: &str) -> BTreeMap<String, 
     let mut program = Command::new(env!("CARGO_BIN_EXE_run-experiment"));
     program.arg(&manifest).arg("--output").arg(folder.path());
     assert!(program.output().unwrap().status.success());
-    let entries = fs::read_dir(folder.path().join("sweep")).unwrap().map(|entry| entry.unwrap().path());
+    let entries =
+        fs::read_dir(folder.path().join("sweep")).unwrap().map(|entry| entry.unwrap().path());
     entries
         .filter(|path| path.extension().is_some_and(|extension| extension == "mcap"))
         .map(|path| {

@@ -117,9 +117,8 @@ fn without_a_cluster_the_command_says_so() {
 }
 
 fn is_program(process: u32) -> bool {
-    fs::read(format!("/proc/{process}/cmdline")).is_ok_and(|line| {
-        line.starts_with(env!("CARGO_BIN_EXE_run-experiment").as_bytes())
-    })
+    fs::read(format!("/proc/{process}/cmdline"))
+        .is_ok_and(|line| line.starts_with(env!("CARGO_BIN_EXE_run-experiment").as_bytes()))
 }
 
 fn interrupt(child: &Child) {
