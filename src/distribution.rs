@@ -30,7 +30,7 @@ pub struct Distribution {
     /// Who does the runs
     #[arg(long, value_enum, default_value = "local")]
     pub executor: Executor,
-    /// Runs that a task of a cluster does one after the other [default: so many that there are 200 tasks]
+    /// Runs that a task of a cluster does one after the other, at most 1000 [default: so many that there are 200 tasks]
     #[arg(long, value_name = "N")]
     runs_per_task: Option<NonZeroUsize>,
     /// Minutes that a task of a cluster may take; what is not done then goes on in the next [default: the site's]

@@ -8,6 +8,7 @@ use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
 use rayon::prelude::*;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// One run of the plan.
@@ -62,11 +63,10 @@ impl Plan {
         force: bool,
         keys: &[String],
     ) -> Result<Self, String> {
-        let plan = Self::of(experiment, output, force, |key| {
-            keys.iter().any(|wanted| wanted == key.as_str())
-        });
-        let has = |key: &String| plan.runs.iter().any(|run| run.content_key.as_str() == key);
-        match keys.iter().find(|key| !has(key)) {
+        let wanted: HashSet<&str> = keys.iter().map(String::as_str).collect();
+        let plan = Self::of(experiment, output, force, |key| wanted.contains(key.as_str()));
+        let planned: HashSet<&str> = plan.runs.iter().map(|run| run.content_key.as_str()).collect();
+        match keys.iter().find(|key| !planned.contains(key.as_str())) {
             Some(unknown) => Err(unknown.clone()),
             None => Ok(plan),
         }

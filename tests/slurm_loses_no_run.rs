@@ -13,8 +13,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
-/// Twenty-four runs of about half a second.
+/// Runs of some tenths of a second.
 const SWEEP: &str = "seed = 11\nreplicates = 24\n[model.dem]\ndiscs = 60\nwidth_m = 0.02\nheight_m = 0.02\n\
     duration_s = 0.3\n[record]\nframes = 40\n";
 
@@ -41,20 +43,27 @@ fn on_slurm(cluster: &Cluster, manifest: &Path, output: &Path) -> Child {
         .unwrap()
 }
 
-#[test]
-#[ignore = "needs root, munge and Slurm, which .ci/run installs"]
-fn killed_tasks_requeues_and_a_restarted_controller_lose_no_run() {
-    let mut cluster = Cluster::start();
-    let manifest = cluster.folder().join("sweep.toml");
-    fs::write(&manifest, SWEEP).unwrap();
-    let alone = cluster.folder().join("alone");
+/// Runs the sweep on this machine alone, and returns its recordings and the seconds that it took.
+fn alone(cluster: &Cluster, manifest: &Path) -> (BTreeMap<String, Vec<u8>>, f64) {
+    let output = cluster.folder().join("alone");
+    let started = Instant::now();
     let status = Command::new(env!("CARGO_BIN_EXE_run-experiment"))
-        .arg(&manifest)
+        .arg(manifest)
         .args(["--quiet", "--output"])
-        .arg(&alone)
+        .arg(&output)
         .status()
         .unwrap();
     assert!(status.success());
+    let seconds = started.elapsed().as_secs_f64();
+    (recordings(&output.join("sweep")), seconds)
+}
+
+/// So many replicates on Slurm, disturbed at so many moments: tasks are killed and, at every other moment, requeued.
+fn disturbed(replicates: usize, moments: u64) {
+    let mut cluster = Cluster::start();
+    let manifest = cluster.folder().join("sweep.toml");
+    fs::write(&manifest, SWEEP.replace("24", &replicates.to_string())).unwrap();
+    let (alone, _) = alone(&cluster, &manifest);
 
     let output = cluster.folder().join("clustered");
     let waiting = on_slurm(&cluster, &manifest, &output);
@@ -63,16 +72,23 @@ fn killed_tasks_requeues_and_a_restarted_controller_lose_no_run() {
         let mine = processes_about(&tasks_folder);
         mine.into_iter().filter(|process| is_program(*process)).collect::<Vec<u32>>()
     };
-    let mut killed = 0;
-    for _ in 0..3 {
+    let (mut killed, mut requeued) = (0, 0);
+    for moment in 0..moments {
+        sleep(Duration::from_millis(moment * 7919 % 1000));
         wait("a task", || !tasks().is_empty());
         for task in tasks() {
             kill(task);
             killed += 1;
         }
-        wait("the killed to be gone", || tasks().is_empty());
+        if moment % 2 == 1 {
+            wait("a running task", || !cluster.running().is_empty());
+            for job in cluster.running() {
+                let requeue = cluster.command("scontrol").args(["requeue", &job]).output();
+                requeued += u32::from(requeue.unwrap().status.success());
+            }
+        }
     }
-    assert!(killed >= 3, "{killed}");
+    assert!(killed >= moments, "{killed}");
 
     // The one who waits leaves; what is submitted goes on.
     interrupt(&waiting);
@@ -83,21 +99,53 @@ fn killed_tasks_requeues_and_a_restarted_controller_lose_no_run() {
 
     let waiting = on_slurm(&cluster, &manifest, &output);
     wait("a running task", || !cluster.running().is_empty());
-    for job in cluster.running() {
-        let _ = cluster.command("scontrol").args(["requeue", &job]).output().unwrap();
-    }
     cluster.restart_controller();
     let ended = waiting.wait_with_output().unwrap();
     assert_eq!(ended.status.code(), Some(0), "{}", String::from_utf8_lossy(&ended.stdout));
 
-    let (alone, clustered) = (recordings(&alone.join("sweep")), recordings(&output.join("sweep")));
-    assert_eq!(alone.len(), 24);
+    let clustered = recordings(&output.join("sweep"));
+    assert_eq!(alone.len(), replicates);
     assert_eq!(alone.keys().collect::<Vec<_>>(), clustered.keys().collect::<Vec<_>>());
     assert!(alone == clustered, "other bytes");
-    println!("24 runs, {killed} tasks killed, equal in every byte");
-
+    println!(
+        "{replicates} runs, {killed} tasks killed, {requeued} requeued, the controller restarted, \
+         one detachment: equal in every byte"
+    );
     let nothing_left = on_slurm(&cluster, &manifest, &output).wait_with_output().unwrap();
     assert_eq!(nothing_left.status.code(), Some(0));
+}
+
+#[test]
+#[ignore = "needs root, munge and Slurm, which .ci/run installs"]
+fn killed_tasks_requeues_and_a_restarted_controller_lose_no_run() {
+    disturbed(24, 4);
+}
+
+#[test]
+#[ignore = "as above, and takes minutes: CONTRIBUTING.md"]
+fn full_harness_of_two_hundred_runs() {
+    disturbed(200, 10);
+}
+
+#[test]
+#[ignore = "as above: a measurement, which asserts no time"]
+fn full_harness_measures_what_slurm_costs() {
+    let cluster = Cluster::start();
+    let manifest = cluster.folder().join("sweep.toml");
+    fs::write(&manifest, SWEEP.replace("24", "40").replace("0.3\n", "1.2\n")).unwrap();
+    let (alone, alone_s) = alone(&cluster, &manifest);
+    let output = cluster.folder().join("clustered");
+    let started = Instant::now();
+    let mut slurm = cluster.command(env!("CARGO_BIN_EXE_run-experiment"));
+    slurm.arg(&manifest).arg("--output").arg(&output);
+    slurm.args(["--executor", "slurm", "--runs-per-task", "10", "--quiet"]);
+    assert!(slurm.status().unwrap().success());
+    let slurm_s = started.elapsed().as_secs_f64();
+    assert!(alone == recordings(&output.join("sweep")));
+    println!(
+        "40 runs: alone {alone_s:.1} s, through Slurm {slurm_s:.1} s, {:.3}",
+        slurm_s / alone_s
+    );
 }
 
 #[test]

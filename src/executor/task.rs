@@ -45,10 +45,14 @@ pub fn keys(runs: &[&PlannedRun]) -> String {
     keys.join(",")
 }
 
+/// Runs that a task has at most: one word of a command line holds 128 KiB on Linux, and a key has 64 digits.
+pub const MOST_RUNS_OF_A_TASK: usize = 1000;
+
 /// Deals the runs, which come in the order of their cost, like cards: every task gets runs of about the same cost in all.
+/// Fewer a task than asked for where that is more than [`MOST_RUNS_OF_A_TASK`].
 #[must_use]
 pub fn dealt<'a>(runs: &[&'a PlannedRun], runs_per_task: usize) -> Vec<Vec<&'a PlannedRun>> {
-    let tasks = runs.len().div_ceil(runs_per_task.max(1));
+    let tasks = runs.len().div_ceil(runs_per_task.clamp(1, MOST_RUNS_OF_A_TASK));
     (0..tasks).map(|task| runs.iter().copied().skip(task).step_by(tasks).collect()).collect()
 }
 
