@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 /// Runs of some tenths of a second.
 const SWEEP: &str = "seed = 11\nreplicates = 24\n[model.dem]\ndiscs = 60\nwidth_m = 0.02\nheight_m = 0.02\n\
-    duration_s = 0.3\n[record]\nframes = 40\n";
+    duration_s = 0.9\n[record]\nframes = 40\n";
 
 fn recordings(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
@@ -75,20 +75,25 @@ fn disturbed(replicates: usize, moments: u64) {
     let (mut killed, mut requeued) = (0, 0);
     for moment in 0..moments {
         sleep(Duration::from_millis(moment * 7919 % 1000));
-        wait("a task", || !tasks().is_empty());
-        for task in tasks() {
-            kill(task);
-            killed += 1;
-        }
-        if moment % 2 == 1 {
-            wait("a running task", || !cluster.running().is_empty());
+        let mut caught = Vec::new();
+        wait("a task", || {
+            cluster.resume_node();
+            caught = tasks();
+            !caught.is_empty()
+        });
+        if moment % 2 == 0 {
+            for task in caught {
+                kill(task);
+                killed += 1;
+            }
+        } else {
             for job in cluster.running() {
                 let requeue = cluster.command("scontrol").args(["requeue", &job]).output();
                 requeued += u32::from(requeue.unwrap().status.success());
             }
         }
     }
-    assert!(killed >= moments, "{killed}");
+    assert!(killed >= moments / 2 && requeued > 0, "{killed} {requeued}");
 
     // The one who waits leaves; what is submitted goes on.
     interrupt(&waiting);
@@ -97,9 +102,16 @@ fn disturbed(replicates: usize, moments: u64) {
     let said = String::from_utf8_lossy(&left.stdout);
     assert!(said.contains("are left to the cluster"), "{said}");
 
-    let waiting = on_slurm(&cluster, &manifest, &output);
-    wait("a running task", || !cluster.running().is_empty());
+    let mut waiting = on_slurm(&cluster, &manifest, &output);
+    wait("a running task", || {
+        cluster.resume_node();
+        !cluster.running().is_empty()
+    });
     cluster.restart_controller();
+    while waiting.try_wait().unwrap().is_none() {
+        cluster.resume_node();
+        sleep(Duration::from_secs(1));
+    }
     let ended = waiting.wait_with_output().unwrap();
     assert_eq!(ended.status.code(), Some(0), "{}", String::from_utf8_lossy(&ended.stdout));
 
@@ -132,7 +144,7 @@ fn full_harness_of_two_hundred_runs() {
 fn full_harness_measures_what_slurm_costs() {
     let cluster = Cluster::start();
     let manifest = cluster.folder().join("sweep.toml");
-    fs::write(&manifest, SWEEP.replace("24", "40").replace("0.3\n", "1.2\n")).unwrap();
+    fs::write(&manifest, SWEEP.replace("24", "40").replace("0.9\n", "8.0\n")).unwrap();
     let (alone, alone_s) = alone(&cluster, &manifest);
     let output = cluster.folder().join("clustered");
     let started = Instant::now();

@@ -84,6 +84,13 @@ impl Cluster {
         self.controller = daemon("slurmctld", &["-D"], self.folder.path());
     }
 
+    /// What an operator does: a node that Slurm has drained, since a requeued task was not yet gone from it, is taken back.
+    pub(crate) fn resume_node(&self) {
+        let host = host();
+        let node = format!("NodeName={host}");
+        let _ = self.command("scontrol").args(["update", &node, "State=RESUME"]).output();
+    }
+
     /// Numbers of the jobs that run now.
     pub(crate) fn running(&self) -> Vec<String> {
         let mut squeue = self.command("squeue");
@@ -142,17 +149,16 @@ pub(crate) fn wait(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Job arrays are small on this site, so that a sweep needs several.
+/// Job arrays are small on this site, so that a sweep needs several; a requeued task waits for `cred_expire` seconds.
 fn configuration(folder: &Path) -> String {
     let folder = folder.display();
-    let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap();
-    let host = host.trim().split('.').next().unwrap();
+    let host = host();
     let (controller, node) = (free_port(), free_port());
     format!(
         "ClusterName=t\n\
          SlurmctldHost={host}(127.0.0.1)\n\
          AuthType=auth/munge\n\
-         AuthInfo=socket={folder}/munge.socket\n\
+         AuthInfo=socket={folder}/munge.socket,cred_expire=5\n\
          CredType=cred/munge\n\
          SlurmUser=root\n\
          SlurmdUser=root\n\
@@ -177,4 +183,9 @@ fn configuration(folder: &Path) -> String {
          NodeName={host} NodeAddr=127.0.0.1 CPUs=2 RealMemory=2000 State=UNKNOWN\n\
          PartitionName=p Nodes={host} Default=YES MaxTime=INFINITE State=UP\n"
     )
+}
+
+fn host() -> String {
+    let name = fs::read_to_string("/proc/sys/kernel/hostname").unwrap();
+    name.trim().split('.').next().unwrap().to_owned()
 }
