@@ -1,5 +1,6 @@
 //! The command line of `run-experiment`: what is asked, the plan, the runs, what was written and the next command.
 
+use crate::disk_space;
 use crate::distribution::{self, Distribution, Executor, Rest};
 use crate::evidence::{Evidence, Report};
 use crate::executor::local::{self, Workforce};
@@ -132,8 +133,12 @@ impl Arguments {
         }
         let jobs = self.jobs().get().min(plan.to_do().len().max(1));
         self.say(&describe(&experiment, &plan, jobs));
-        if let Some(message) = does_not_fit(&plan) {
+        if let Some(message) = disk_space::shortage(&plan) {
             return fail(Exit::Retryable, &message);
+        }
+        if self.force && self.distribution.executor == Executor::Slurm {
+            let message = "--force is not for --executor slurm: a task skips what is recorded. Remove the recordings that are to be done again";
+            return fail(Exit::BadManifest, message);
         }
         if self.dry_run {
             return if self.prune { self.prune(&plan) } else { Exit::Done };
@@ -388,7 +393,13 @@ fn prepare_folder(experiment: Option<&Experiment>, plan: &Plan) -> io::Result<()
     for run in plan.runs.iter().filter(|run| matches!(run.status, Status::Done(_))) {
         file::remove_leftovers(&plan.folder, &run.stem).map_err(io::Error::other)?;
     }
-    let Some(experiment) = experiment else { return Ok(()) };
+    let Some(experiment) = experiment else {
+        // A task takes back what an earlier one said of its runs.
+        return plan
+            .to_do()
+            .iter()
+            .try_for_each(|run| side_files::remove_failure(&plan.folder, &run.stem));
+    };
     side_files::write_experiment(experiment, plan)?;
     side_files::write_layout(plan)
 }
@@ -452,22 +463,6 @@ fn describe(experiment: &Experiment, plan: &Plan, jobs: usize) -> String {
         text += &format!("\n  {done} finished already, {} to do (--force does all)", to_do.len());
     }
     text
-}
-
-fn does_not_fit(plan: &Plan) -> Option<String> {
-    let existing = plan.folder.ancestors().find(|folder| folder.is_dir())?;
-    let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };
-    let free = fs4::available_space(existing).ok()?;
-    let wanted = plan.bytes_to_write();
-    (wanted > free).then(|| {
-        format!(
-            "The recordings may take {}, but {} has only {} free.\n\
-             Free some, choose another folder with --output DIR, or record less ([record] frames, channels).",
-            size(wanted),
-            existing.display(),
-            size(free)
-        )
-    })
 }
 
 fn summary(plan: &Plan, endings: &[&Ending]) -> String {

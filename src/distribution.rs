@@ -37,7 +37,7 @@ pub struct Distribution {
     #[arg(long, value_name = "MINUTES")]
     time_limit: Option<NonZeroU64>,
     /// Write the runs to FILE as shell commands, one a line, each of which may be run again; and stop
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["executor", "dry_run", "prune"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["executor", "dry_run", "prune", "force"])]
     pub export_commands: Option<PathBuf>,
     /// Do only the runs with these content keys: what a task of a cluster is asked
     #[arg(long, value_name = "KEY,…", value_delimiter = ',',

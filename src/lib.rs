@@ -33,6 +33,7 @@ pub mod why;
 
 pub mod evidence;
 
+pub mod disk_space;
 pub mod distribution;
 
 pub mod exit;
