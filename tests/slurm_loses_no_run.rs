@@ -144,7 +144,7 @@ fn full_harness_of_two_hundred_runs() {
 fn full_harness_measures_what_slurm_costs() {
     let cluster = Cluster::start();
     let manifest = cluster.folder().join("sweep.toml");
-    fs::write(&manifest, SWEEP.replace("24", "40").replace("0.9\n", "8.0\n")).unwrap();
+    fs::write(&manifest, SWEEP.replace("24", "40").replace("0.9\n", "18.0\n")).unwrap();
     let (alone, alone_s) = alone(&cluster, &manifest);
     let output = cluster.folder().join("clustered");
     let started = Instant::now();

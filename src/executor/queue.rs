@@ -94,10 +94,10 @@ pub fn run_all<'a>(
     Ok(watch.results)
 }
 
-/// Waits a twentieth of the time so far, between one and thirty seconds: a cluster is not to be asked without end.
+/// Waits a fiftieth of the time so far, between one and thirty seconds: a cluster is not to be asked without end.
 fn rest(so_far: Duration, interrupt: &Interrupt) {
     let until =
-        Instant::now() + (so_far / 20).clamp(Duration::from_secs(1), Duration::from_secs(30));
+        Instant::now() + (so_far / 50).clamp(Duration::from_secs(1), Duration::from_secs(30));
     while Instant::now() < until && !interrupt.is_raised() {
         sleep(SHORT);
     }
