@@ -1,5 +1,7 @@
 //! The command line of `run-experiment`: what is asked, the plan, the runs, what was written and the next command.
 
+use crate::disk_space;
+use crate::distribution::{self, Distribution, Executor, Rest};
 use crate::evidence::{Evidence, Report};
 use crate::executor::local::{self, Workforce};
 use crate::exit::{EXIT_CODES, Exit};
@@ -59,6 +61,8 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["force", "dry_run", "why", "jobs", "output"])]
     time: bool,
     #[command(flatten)]
+    distribution: Distribution,
+    #[command(flatten)]
     evidence: Evidence,
     /// Say nothing but errors
     #[arg(long, short, conflicts_with = "verbose")]
@@ -112,7 +116,18 @@ impl Arguments {
         if self.time {
             return timed(&experiment);
         }
-        let plan = Plan::new(&experiment, &self.output, self.force);
+        let plan = match &self.distribution.only {
+            None => Plan::new(&experiment, &self.output, self.force),
+            Some(keys) => match Plan::of_keys(&experiment, &self.output, self.force, keys) {
+                Ok(plan) => plan,
+                Err(key) => {
+                    let message = format!(
+                        "no run has the content key {key}: the manifest or the program has changed since it was given"
+                    );
+                    return fail(Exit::BadManifest, &message);
+                }
+            },
+        };
         if self.why {
             return explain(&experiment, &plan);
         }
@@ -125,13 +140,17 @@ impl Arguments {
         }
         let jobs = self.jobs().get().min(plan.to_do().len().max(1));
         self.say(&describe(&experiment, &plan, jobs));
-        if let Some(message) = does_not_fit(&plan) {
+        if let Some(message) = disk_space::shortage(&plan) {
             return fail(Exit::Retryable, &message);
+        }
+        if self.force && self.distribution.executor == Executor::Slurm {
+            let message = "--force is not for --executor slurm: a task skips what is recorded. Remove the recordings that are to be done again";
+            return fail(Exit::BadManifest, message);
         }
         if self.dry_run {
             return if self.prune { self.prune(&plan) } else { Exit::Done };
         }
-        match self.execute_plan(&experiment, &plan, jobs) {
+        match self.execute_plan(path, &experiment, &plan, jobs) {
             Exit::Done if self.prune => self.prune(&plan),
             exit => exit,
         }
@@ -181,14 +200,22 @@ impl Arguments {
             .map_err(|diagnostics| diagnostics.render(io::stderr().is_terminal()))
     }
 
-    fn execute_plan(&self, experiment: &Experiment, plan: &Plan, jobs: usize) -> Exit {
+    fn execute_plan(
+        &self,
+        manifest: &Path,
+        experiment: &Experiment,
+        plan: &Plan,
+        jobs: usize,
+    ) -> Exit {
         let interrupt = match Interrupt::listen() {
             Ok(interrupt) => interrupt,
             Err(error) => {
                 return fail(Exit::Retryable, &format!("cannot listen to Ctrl-C: {error}"));
             }
         };
-        if let Err(error) = prepare_folder(experiment, plan) {
+        // A task finds the side files there, and others do theirs at the same time.
+        let experiment_to_write = self.distribution.only.is_none().then_some(experiment);
+        if let Err(error) = prepare_folder(experiment_to_write, plan) {
             return fail(
                 Exit::Retryable,
                 &format!(
@@ -197,8 +224,14 @@ impl Arguments {
                 ),
             );
         }
-        let runs = plan.to_do();
+        if let Some(file) = &self.distribution.export_commands {
+            return self.export(file, manifest, plan);
+        }
+        let runs = plan.to_do_by_cost();
         let progress = ProgressDisplay::new(runs.len(), self.verbosity());
+        if self.distribution.executor == Executor::Slurm {
+            return self.execute_on_cluster(manifest, plan, &interrupt, &progress);
+        }
         let results = local::run_all(
             &runs,
             &plan.folder,
@@ -211,15 +244,57 @@ impl Arguments {
             &progress,
         );
         progress.close();
-        for (run, result) in &results {
-            if let Some(Ok(ending)) = result
-                && ending.outcome != Outcome::Interrupted
-                && let Err(error) = side_files::write_host(&plan.folder, &run.stem, ending, jobs)
-            {
-                eprintln!("warning: no timing file for {}: {error}", run.stem);
-            }
-        }
         self.conclude(experiment, plan, &results, &interrupt)
+    }
+
+    fn rest<'a>(&'a self, manifest: &'a Path) -> Rest<'a> {
+        Rest {
+            manifest,
+            output: &self.output,
+            overrides: &self.overrides,
+            threads: self.threads,
+            checkpoint_every: self.checkpoint_every,
+        }
+    }
+
+    fn export(&self, file: &Path, manifest: &Path, plan: &Plan) -> Exit {
+        match self.distribution.export(file, plan, &self.rest(manifest)) {
+            Ok(commands) => {
+                self.say(&format!("Wrote {commands} commands to {}", file.display()));
+                Exit::Done
+            }
+            Err(error) => fail(
+                Exit::Retryable,
+                &format!("cannot write the commands to {}: {error}", file.display()),
+            ),
+        }
+    }
+
+    fn execute_on_cluster(
+        &self,
+        manifest: &Path,
+        plan: &Plan,
+        interrupt: &Interrupt,
+        progress: &ProgressDisplay,
+    ) -> Exit {
+        let rest = self.rest(manifest);
+        let conclusion = match self.distribution.run_on_cluster(plan, &rest, interrupt, progress) {
+            Ok(conclusion) => conclusion,
+            Err(error) => {
+                let message = format!(
+                    "{error}\nNo more tasks could be submitted. The same command goes on from here."
+                );
+                return fail(Exit::Retryable, &message);
+            }
+        };
+        for complaint in &conclusion.complaints {
+            eprintln!("{complaint}");
+        }
+        self.say(&conclusion.summary);
+        match interrupt.exit_code() {
+            Some(code) => Exit::Signal(code),
+            None => conclusion.exit,
+        }
     }
 
     fn conclude(
@@ -229,7 +304,7 @@ impl Arguments {
         results: &[local::Result<'_>],
         interrupt: &Interrupt,
     ) -> Exit {
-        let mut exit = Exit::Done;
+        let (mut exit, mut failed) = (Exit::Done, 0);
         for run in &plan.runs {
             if let Status::Done(Outcome::Fault(fault)) = &run.status {
                 eprintln!("{}: ended in a fault earlier: {fault}", name_of(run, experiment));
@@ -251,6 +326,11 @@ impl Arguments {
                 Some(Err(error)) => (error.to_string(), Exit::RunFailed),
             };
             eprintln!("{}: {message}", name_of(run, experiment));
+            failed += 1;
+            if self.distribution.only.is_some() && !matches!(result, Some(Ok(_))) {
+                let is_retryable = class == Exit::Retryable;
+                distribution::report_failure(&plan.folder, run, is_retryable, &message);
+            }
             if exit != Exit::RunFailed {
                 exit = class;
             }
@@ -261,6 +341,9 @@ impl Arguments {
             self.say(&format!("Nothing to do: {} has all recordings", plan.folder.display()));
         } else if !endings.is_empty() {
             self.say(&summary(plan, &endings));
+        }
+        if failed > 0 && results.len() > 1 {
+            eprintln!("{failed} of {} runs did not end well", results.len());
         }
         if let Some(code) = interrupt.exit_code() {
             eprintln!("Stopped. The same command goes on from here.");
@@ -321,11 +404,18 @@ fn explain(experiment: &Experiment, plan: &Plan) -> Exit {
     if plan.refused().next().is_some() { Exit::BadManifest } else { Exit::Done }
 }
 
-fn prepare_folder(experiment: &Experiment, plan: &Plan) -> io::Result<()> {
+fn prepare_folder(experiment: Option<&Experiment>, plan: &Plan) -> io::Result<()> {
     fs::create_dir_all(&plan.folder)?;
     for run in plan.runs.iter().filter(|run| matches!(run.status, Status::Done(_))) {
         file::remove_leftovers(&plan.folder, &run.stem).map_err(io::Error::other)?;
     }
+    let Some(experiment) = experiment else {
+        // A task takes back what an earlier one said of its runs.
+        return plan
+            .to_do()
+            .iter()
+            .try_for_each(|run| side_files::remove_failure(&plan.folder, &run.stem));
+    };
     side_files::write_experiment(experiment, plan)?;
     side_files::write_layout(plan)
 }
@@ -389,22 +479,6 @@ fn describe(experiment: &Experiment, plan: &Plan, jobs: usize) -> String {
         text += &format!("\n  {done} finished already, {} to do (--force does all)", to_do.len());
     }
     text
-}
-
-fn does_not_fit(plan: &Plan) -> Option<String> {
-    let existing = plan.folder.ancestors().find(|folder| folder.is_dir())?;
-    let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };
-    let free = fs4::available_space(existing).ok()?;
-    let wanted = plan.bytes_to_write();
-    (wanted > free).then(|| {
-        format!(
-            "The recordings may take {}, but {} has only {} free.\n\
-             Free some, choose another folder with --output DIR, or record less ([record] frames, channels).",
-            size(wanted),
-            existing.display(),
-            size(free)
-        )
-    })
 }
 
 fn summary(plan: &Plan, endings: &[&Ending]) -> String {

@@ -36,6 +36,9 @@ pub mod timing;
 
 pub mod evidence;
 
+pub mod disk_space;
+pub mod distribution;
+
 pub mod exit;
 
 pub mod command;

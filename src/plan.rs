@@ -7,6 +7,8 @@ use kinetoscope_manifest::{ContentKey, Experiment, Run, content_key};
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
+use rayon::prelude::*;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// One run of the plan.
@@ -48,26 +50,55 @@ impl Plan {
     /// Plans all runs of `experiment` below `output`. With `force` nothing counts as done.
     #[must_use]
     pub fn new(experiment: &Experiment, output: &Path, force: bool) -> Self {
+        Self::of(experiment, output, force, |_| true)
+    }
+
+    /// Plans only the runs with these content keys.
+    ///
+    /// # Errors
+    /// The first key that no run has.
+    pub fn of_keys(
+        experiment: &Experiment,
+        output: &Path,
+        force: bool,
+        keys: &[String],
+    ) -> Result<Self, String> {
+        let wanted: HashSet<&str> = keys.iter().map(String::as_str).collect();
+        let plan = Self::of(experiment, output, force, |key| wanted.contains(key.as_str()));
+        let planned: HashSet<&str> = plan.runs.iter().map(|run| run.content_key.as_str()).collect();
+        match keys.iter().find(|key| !planned.contains(key.as_str())) {
+            Some(unknown) => Err(unknown.clone()),
+            None => Ok(plan),
+        }
+    }
+
+    /// The starts of all runs that are to be done are built, to be refused early: on all processors.
+    fn of(
+        experiment: &Experiment,
+        output: &Path,
+        force: bool,
+        wanted: impl Fn(&ContentKey) -> bool + Sync,
+    ) -> Self {
         let folder = output.join(&experiment.name);
-        let runs = experiment
-            .runs
-            .iter()
-            .map(|run| {
-                let canonical = run.manifest.canonical();
-                let physics_version = physics_version(&run.manifest.model);
-                let content_key = content_key(&canonical, physics_version, SCHEMA_VERSION);
-                let stem = run.file_stem(&experiment.name, &content_key, experiment.replicates);
-                let there = (!force).then(|| finished(&folder, &stem, &content_key)).flatten();
-                let status = match there {
-                    Some(outcome) => Status::Done(outcome),
-                    None => match estimate(&run.manifest) {
-                        Ok(estimate) => Status::ToDo(estimate),
-                        Err(refusal) => Status::Refused(refusal),
-                    },
-                };
-                PlannedRun { run: run.clone(), canonical, content_key, stem, status }
-            })
-            .collect();
+        let planned = |run: &Run| {
+            let canonical = run.manifest.canonical();
+            let physics_version = physics_version(&run.manifest.model);
+            let content_key = content_key(&canonical, physics_version, SCHEMA_VERSION);
+            if !wanted(&content_key) {
+                return None;
+            }
+            let stem = run.file_stem(&experiment.name, &content_key, experiment.replicates);
+            let there = (!force).then(|| finished(&folder, &stem, &content_key)).flatten();
+            let status = match there {
+                Some(outcome) => Status::Done(outcome),
+                None => match estimate(&run.manifest) {
+                    Ok(estimate) => Status::ToDo(estimate),
+                    Err(refusal) => Status::Refused(refusal),
+                },
+            };
+            Some(PlannedRun { run: run.clone(), canonical, content_key, stem, status })
+        };
+        let runs = experiment.runs.par_iter().filter_map(planned).collect();
         Self { folder, runs }
     }
 
@@ -75,6 +106,15 @@ impl Plan {
     #[must_use]
     pub fn to_do(&self) -> Vec<&PlannedRun> {
         self.runs.iter().filter(|run| matches!(run.status, Status::ToDo(_))).collect()
+    }
+
+    /// The runs that are to be done, the costliest first: then no long run is left alone at the end.
+    #[must_use]
+    pub fn to_do_by_cost(&self) -> Vec<&PlannedRun> {
+        let mut runs = self.to_do();
+        let cost = |run: &PlannedRun| run.estimate().map_or(0.0, |estimate| estimate.relative_cost);
+        runs.sort_by(|one, other| cost(other).total_cmp(&cost(one)));
+        runs
     }
 
     /// The runs that can't be done, with the reason.
@@ -109,6 +149,21 @@ impl PlannedRun {
             folder,
             stem: &self.stem,
         }
+    }
+
+    /// What it will take, if it is to be done.
+    #[must_use]
+    pub fn estimate(&self) -> Option<&Estimate> {
+        match &self.status {
+            Status::ToDo(estimate) => Some(estimate),
+            Status::Done(_) | Status::Refused(_) => None,
+        }
+    }
+
+    /// The outcome of its recording as it is now in `folder`: finished, and with the whole key.
+    #[must_use]
+    pub fn recorded(&self, folder: &Path) -> Option<Outcome> {
+        finished(folder, &self.stem, &self.content_key)
     }
 
     /// The recording's file name.

@@ -43,7 +43,7 @@ impl ProgressDisplay {
         } else {
             bars.add(ProgressBar::new(runs as u64))
         };
-        total.set_style(style("all  {wide_bar} {pos}/{len} runs, {eta} left"));
+        total.set_style(style("all  {wide_bar} {pos}/{len} runs, {eta} left {msg}"));
         total.enable_steady_tick(Duration::from_millis(200));
         Self { bars, total, verbosity, on_terminal }
     }
@@ -58,6 +58,19 @@ impl ProgressDisplay {
         };
         bar.set_style(style("{wide_bar} {pos}/{len} frames {per_sec:>10} {eta:>4} left"));
         RunProgress { display: self, stem: stem.to_owned(), bar }
+    }
+
+    /// So many runs are finished elsewhere, and what is under way, in words.
+    pub fn elsewhere(&self, finished: usize, under_way: &str) {
+        self.total.set_position(finished as u64);
+        self.total.set_message(under_way.to_owned());
+    }
+
+    /// Says something beside the bars, unless nothing is to be said.
+    pub fn remark(&self, text: &str) {
+        if self.verbosity != Verbosity::Quiet {
+            self.line(text);
+        }
     }
 
     /// Takes all bars away.

@@ -125,7 +125,16 @@ pub struct Estimate {
     pub bytes: u64,
     /// Height of what a viewer shows, in the state's length unit.
     pub view_height: f64,
+    /// How long the run takes beside the others of its experiment: particle steps, particle times, or events.
+    pub relative_cost: f64,
+    /// Memory that the run may take.
+    pub memory_bytes: u64,
 }
+
+/// Memory of a run without particles: the program, and the chunk that its recorder fills.
+const PROGRAM_BYTES: u64 = 64 << 20;
+/// A model, its neighbours or events, and the frames between it and its recorder, as a number of recorded frames.
+const FRAMES_IN_MEMORY: u64 = 64;
 
 /// Builds the start as [`execute`] would, and says what the run will be.
 ///
@@ -142,15 +151,26 @@ pub fn estimate(manifest: &RunManifest) -> Result<Estimate, Refusal> {
             model.observe(&mut start);
             let particles = (start.state().len() / M::STATE_COLUMNS.len()) as u64;
             let frames = schedule.frames() + 1;
+            let bytes_of_a_frame = bytes_of_a_frame::<M>(&start, particles);
             Ok(Estimate {
                 frames,
                 particles,
-                bytes: frames * bytes_of_a_frame::<M>(&start, particles),
+                bytes: frames * bytes_of_a_frame,
                 view_height: view_height(&model.scenery()),
+                relative_cost: relative_cost(model.extent(), particles),
+                memory_bytes: PROGRAM_BYTES + FRAMES_IN_MEMORY * bytes_of_a_frame,
             })
         }
     }
     with_model(&manifest.model, Action(manifest))
+}
+
+fn relative_cost(extent: Extent, particles: u64) -> f64 {
+    match extent {
+        Extent::Steps { total, .. } => total as f64 * particles as f64,
+        Extent::Time(duration) => duration * particles as f64,
+        Extent::Events(events) => events as f64,
+    }
 }
 
 /// The state as it is, the drawing at its measured size when compressed (about 50 bytes a disc), and the headers.

@@ -83,7 +83,52 @@ pub fn write_host(folder: &Path, stem: &str, ending: &Ending, jobs: usize) -> io
         peak_memory_of_the_program_bytes: peak_memory_bytes(),
     };
     let text = serde_json::to_string_pretty(&host)?;
-    replace(&folder.join(format!("{stem}.host.json")), text.as_bytes())
+    // Not brought to the disk at once: a lost one costs nothing but itself, and the wait is longer than a short run.
+    fs::write(folder.join(format!("{stem}.host.json")), text)
+}
+
+/// A run that left no recording, as its task says of it in `STEM.failed.txt`: the exit code's class, then why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// Whether the same run may succeed later.
+    pub is_retryable: bool,
+    /// Why, in words for the user.
+    pub message: String,
+}
+
+/// Where a task says that a run failed.
+#[must_use]
+pub fn failure_name(stem: &str) -> String {
+    format!("{stem}.failed.txt")
+}
+
+/// Writes `STEM.failed.txt`.
+///
+/// # Errors
+/// Whatever the operating system says of the file.
+pub fn write_failure(folder: &Path, stem: &str, failure: &Failure) -> io::Result<()> {
+    let class = if failure.is_retryable { "retryable" } else { "final" };
+    let text = format!("{class}\n{}\n", failure.message);
+    replace(&folder.join(failure_name(stem)), text.as_bytes())
+}
+
+/// Reads `STEM.failed.txt`; `None` where it can't be read.
+#[must_use]
+pub fn read_failure(folder: &Path, stem: &str) -> Option<Failure> {
+    let text = fs::read_to_string(folder.join(failure_name(stem))).ok()?;
+    let (class, message) = text.split_once('\n')?;
+    Some(Failure { is_retryable: class == "retryable", message: message.trim_end().to_owned() })
+}
+
+/// Removes `STEM.failed.txt` of an earlier try.
+///
+/// # Errors
+/// A folder that can't be written.
+pub fn remove_failure(folder: &Path, stem: &str) -> io::Result<()> {
+    match fs::remove_file(folder.join(failure_name(stem))) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        Ok(()) | Err(_) => Ok(()),
+    }
 }
 
 /// `VmHWM` of Linux; elsewhere unknown.

@@ -9,7 +9,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// What stands beside a recording, by the end of its name.
-const SIDE_FILES: [&str; 4] = ["host.json", "verified.json", "checkpoint", "partial.mcap"];
+const SIDE_FILES: [&str; 5] =
+    ["host.json", "verified.json", "checkpoint", "partial.mcap", "failed.txt"];
 
 /// The recordings in the plan's folder that no run of the plan makes, sorted. A file that is no recording of ours is none.
 ///

@@ -1,8 +1,11 @@
 //! The plan on this machine: so many runs side by side.
 
+use crate::executor::memory::MemoryBudget;
 use crate::plan::PlannedRun;
 use crate::progress::ProgressDisplay;
 use crate::run::{Conduct, Ending, RunError, execute};
+use crate::side_files;
+use kinetoscope_recording::recorder::Outcome;
 use rayon::ThreadPoolBuilder;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -22,8 +25,8 @@ pub struct Workforce {
 /// What became of one run: `None` where an interruption came before its start.
 pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<Ending, RunError>>);
 
-/// Does the runs, `jobs` side by side, and returns what became of each, in the order of `runs`. The failure of one does
-/// not stop the others.
+/// Does the runs in the order of `runs`, at most `jobs` side by side and only as many as fit the memory, and returns what
+/// became of each. The failure of one does not stop the others.
 pub fn run_all<'a>(
     runs: &[&'a PlannedRun],
     folder: &Path,
@@ -32,6 +35,7 @@ pub fn run_all<'a>(
     progress: &ProgressDisplay,
 ) -> Vec<Result<'a>> {
     let next = AtomicUsize::new(0);
+    let memory = MemoryBudget::of_this_machine();
     let finished = Mutex::new(Vec::with_capacity(runs.len()));
     thread::scope(|scope| {
         for _ in 0..workforce.jobs.get().min(runs.len()) {
@@ -40,6 +44,8 @@ pub fn run_all<'a>(
                 while !conduct.interrupt.is_raised() {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(run) = runs.get(index) else { break };
+                    let needed = run.estimate().map_or(0, |estimate| estimate.memory_bytes);
+                    let _memory = memory.take(needed);
                     let bar = progress.start_run(&run.stem);
                     let on_frame = |done, of| bar.frame(done, of);
                     let conduct = Conduct { on_frame: &on_frame, ..conduct };
@@ -48,6 +54,7 @@ pub fn run_all<'a>(
                     let ending =
                         pool.as_ref().map_or_else(|_| run_it(), |pool| pool.install(run_it));
                     bar.finish(&ending);
+                    keep_timing(run, folder, &ending, workforce.jobs);
                     finished
                         .lock()
                         .unwrap_or_else(std::sync::PoisonError::into_inner)
@@ -62,4 +69,19 @@ pub fn run_all<'a>(
         results[index].1 = Some(ending);
     }
     results
+}
+
+/// Writes the timing file of a run that has ended.
+fn keep_timing(
+    run: &PlannedRun,
+    folder: &Path,
+    ending: &std::result::Result<Ending, RunError>,
+    jobs: NonZeroUsize,
+) {
+    if let Ok(ending) = ending
+        && ending.outcome != Outcome::Interrupted
+        && let Err(error) = side_files::write_host(folder, &run.stem, ending, jobs.get())
+    {
+        eprintln!("warning: no timing file for {}: {error}", run.stem);
+    }
 }

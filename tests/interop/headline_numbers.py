@@ -37,7 +37,7 @@ class Recording:
                     names = [field.name for field in decoded.fields]
                     rows = numpy.frombuffer(decoded.data, dtype="<f8").reshape(-1, len(names))
                     self.states.append(dict(zip(names, rows.T)))
-                elif channel.topic in ("/energy", "/collisions", "/pressure", "/contact_count", "/speeds"):
+                elif channel.topic in ("/energy", "/collisions", "/pressure", "/contact_count", "/speeds", "/ledger"):
                     self.messages.setdefault(channel.topic, []).append(decoded)
                 if channel.topic == "/frame":
                     self.events.append(decoded.step_or_event_count)

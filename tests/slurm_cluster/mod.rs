@@ -1,0 +1,191 @@
+//! A Slurm of one node on loopback, with munge, in a temporary folder: started here and ended here, by process number.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::fs;
+use std::net::TcpListener;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+pub(crate) struct Cluster {
+    folder: tempfile::TempDir,
+    munge: Child,
+    controller: Child,
+    node: Child,
+}
+
+fn free_port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+}
+
+fn daemon(program: &str, arguments: &[&str], folder: &Path) -> Child {
+    let log = fs::File::create(folder.join(format!("{}.out", program.replace('/', "_")))).unwrap();
+    Command::new(program)
+        .args(arguments)
+        .env("SLURM_CONF", folder.join("slurm.conf"))
+        .stdin(Stdio::null())
+        .stdout(log.try_clone().unwrap())
+        .stderr(log)
+        .spawn()
+        .unwrap_or_else(|error| panic!("{program}: {error}; .ci/run installs it"))
+}
+
+impl Cluster {
+    pub(crate) fn start() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        // munge wants a folder that others can pass through.
+        fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o755)).unwrap();
+        let path = |name: &str| folder.path().join(name).display().to_string();
+        fs::create_dir(path("state")).unwrap();
+        fs::create_dir(path("spool")).unwrap();
+        fs::write(path("munge.key"), [7; 1024]).unwrap();
+        fs::set_permissions(path("munge.key"), fs::Permissions::from_mode(0o400)).unwrap();
+        fs::write(path("slurm.conf"), configuration(folder.path())).unwrap();
+        let option = |name: &str, file: &str| format!("--{name}={}", path(file));
+        let munge = daemon(
+            "munged",
+            &[
+                "--foreground",
+                "--force",
+                &option("socket", "munge.socket"),
+                &option("key-file", "munge.key"),
+                &option("log-file", "munge.log"),
+                &option("pid-file", "munge.pid"),
+                &option("seed-file", "munge.seed"),
+            ],
+            folder.path(),
+        );
+        let socket = PathBuf::from(path("munge.socket"));
+        wait("munge", || socket.exists());
+        let controller = daemon("slurmctld", &["-D"], folder.path());
+        let node = daemon("slurmd", &["-D"], folder.path());
+        let cluster = Self { folder, munge, controller, node };
+        wait("an idle node", || {
+            let nodes = cluster.command("sinfo").args(["--noheader", "--format=%T"]).output();
+            nodes.is_ok_and(|nodes| String::from_utf8_lossy(&nodes.stdout).trim() == "idle")
+        });
+        cluster
+    }
+
+    /// A command that talks to this cluster.
+    pub(crate) fn command(&self, program: &str) -> Command {
+        let mut command = Command::new(program);
+        command.env("SLURM_CONF", self.folder.path().join("slurm.conf"));
+        command
+    }
+
+    /// Kills the controller without warning and starts it again.
+    pub(crate) fn restart_controller(&mut self) {
+        self.controller.kill().unwrap();
+        self.controller.wait().unwrap();
+        self.controller = daemon("slurmctld", &["-D"], self.folder.path());
+    }
+
+    /// What an operator does: a node that Slurm has drained, since a requeued task was not yet gone from it, is taken back.
+    pub(crate) fn resume_node(&self) {
+        let host = host();
+        let node = format!("NodeName={host}");
+        let _ = self.command("scontrol").args(["update", &node, "State=RESUME"]).output();
+    }
+
+    /// Numbers of the jobs that run now.
+    pub(crate) fn running(&self) -> Vec<String> {
+        let mut squeue = self.command("squeue");
+        let output =
+            squeue.args(["--noheader", "--array", "--states=RUNNING", "--format=%i"]).output();
+        words(&output.unwrap())
+    }
+
+    pub(crate) fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+impl Drop for Cluster {
+    fn drop(&mut self) {
+        // The daemons first, so that none starts what has just been ended.
+        for child in [&mut self.controller, &mut self.node, &mut self.munge] {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+        for process in processes_about(self.folder.path()) {
+            kill(process);
+        }
+    }
+}
+
+pub(crate) fn kill(process: u32) {
+    let _ = Command::new("kill").args(["-9", &process.to_string()]).output();
+}
+
+/// Processes whose command line or environment names a folder that is this test's own.
+pub(crate) fn processes_about(folder: &Path) -> Vec<u32> {
+    let name = folder.display().to_string();
+    let Ok(entries) = fs::read_dir("/proc") else { return Vec::new() };
+    entries
+        .filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok())
+        .filter(|process| *process != std::process::id())
+        .filter(|process| {
+            ["cmdline", "environ"].iter().any(|file| {
+                fs::read(format!("/proc/{process}/{file}"))
+                    .is_ok_and(|bytes| String::from_utf8_lossy(&bytes).contains(&name))
+            })
+        })
+        .collect()
+}
+
+pub(crate) fn words(output: &Output) -> Vec<String> {
+    String::from_utf8_lossy(&output.stdout).split_whitespace().map(str::to_owned).collect()
+}
+
+pub(crate) fn wait(what: &str, mut is_so: impl FnMut() -> bool) {
+    let started = Instant::now();
+    while !is_so() {
+        assert!(started.elapsed() < Duration::from_secs(60), "waited a minute for {what}");
+        sleep(Duration::from_millis(100));
+    }
+}
+
+/// Job arrays are small on this site, so that a sweep needs several; a requeued task waits for `cred_expire` seconds.
+fn configuration(folder: &Path) -> String {
+    let folder = folder.display();
+    let host = host();
+    let (controller, node) = (free_port(), free_port());
+    format!(
+        "ClusterName=t\n\
+         SlurmctldHost={host}(127.0.0.1)\n\
+         AuthType=auth/munge\n\
+         AuthInfo=socket={folder}/munge.socket,cred_expire=5\n\
+         CredType=cred/munge\n\
+         SlurmUser=root\n\
+         SlurmdUser=root\n\
+         StateSaveLocation={folder}/state\n\
+         SlurmdSpoolDir={folder}/spool\n\
+         SlurmctldLogFile={folder}/slurmctld.log\n\
+         SlurmdLogFile={folder}/slurmd.log\n\
+         SlurmctldPidFile={folder}/slurmctld.pid\n\
+         SlurmdPidFile={folder}/slurmd.pid\n\
+         SlurmctldPort={controller}\n\
+         SlurmdPort={node}\n\
+         ProctrackType=proctrack/linuxproc\n\
+         TaskPlugin=task/none\n\
+         JobAcctGatherType=jobacct_gather/none\n\
+         SelectType=select/cons_tres\n\
+         SelectTypeParameters=CR_CPU\n\
+         SchedulerType=sched/backfill\n\
+         SchedulerParameters=sched_interval=2,bf_interval=2\n\
+         MpiDefault=none\n\
+         ReturnToService=2\n\
+         MaxArraySize=9\n\
+         NodeName={host} NodeAddr=127.0.0.1 CPUs=2 RealMemory=2000 State=UNKNOWN\n\
+         PartitionName=p Nodes={host} Default=YES MaxTime=INFINITE State=UP\n"
+    )
+}
+
+fn host() -> String {
+    let name = fs::read_to_string("/proc/sys/kernel/hostname").unwrap();
+    name.trim().split('.').next().unwrap().to_owned()
+}

@@ -1,0 +1,186 @@
+//! Promise: a sweep on Slurm gives the recordings that this machine alone gives, byte for byte, whatever is killed: tasks by
+//! signal 9, a requeued task, the controller, and the program that waits.
+//!
+//! The Slurm is a real one, on loopback. Control: without the cluster's daemons the same command ends with exit code 75.
+
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod slurm_cluster;
+
+use slurm_cluster::{Cluster, kill, processes_about, wait};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Runs of some tenths of a second.
+const SWEEP: &str = "seed = 11\nreplicates = 24\n[model.dem]\ndiscs = 60\nwidth_m = 0.02\nheight_m = 0.02\n\
+    duration_s = 0.9\n[record]\nframes = 40\n";
+
+fn recordings(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries
+        .filter(|path| path.extension().is_some_and(|extension| extension == "mcap"))
+        .map(|path| {
+            (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(&path).unwrap())
+        })
+        .collect()
+}
+
+fn on_slurm(cluster: &Cluster, manifest: &Path, output: &Path) -> Child {
+    cluster
+        .command(env!("CARGO_BIN_EXE_run-experiment"))
+        .arg(manifest)
+        .arg("--output")
+        .arg(output)
+        .args(["--executor", "slurm", "--runs-per-task", "2", "--checkpoint-every", "0.1"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::inherit())
+        .spawn()
+        .unwrap()
+}
+
+/// Runs the sweep on this machine alone, and returns its recordings and the seconds that it took.
+fn alone(cluster: &Cluster, manifest: &Path) -> (BTreeMap<String, Vec<u8>>, f64) {
+    let output = cluster.folder().join("alone");
+    let started = Instant::now();
+    let status = Command::new(env!("CARGO_BIN_EXE_run-experiment"))
+        .arg(manifest)
+        .args(["--quiet", "--output"])
+        .arg(&output)
+        .status()
+        .unwrap();
+    assert!(status.success());
+    let seconds = started.elapsed().as_secs_f64();
+    (recordings(&output.join("sweep")), seconds)
+}
+
+/// So many replicates on Slurm, disturbed at so many moments: tasks are killed and, at every other moment, requeued.
+fn disturbed(replicates: usize, moments: u64) {
+    let mut cluster = Cluster::start();
+    let manifest = cluster.folder().join("sweep.toml");
+    fs::write(&manifest, SWEEP.replace("24", &replicates.to_string())).unwrap();
+    let (alone, _) = alone(&cluster, &manifest);
+
+    let output = cluster.folder().join("clustered");
+    let waiting = on_slurm(&cluster, &manifest, &output);
+    let tasks_folder = output.join("sweep/.tasks");
+    let tasks = || {
+        let mine = processes_about(&tasks_folder);
+        mine.into_iter().filter(|process| is_program(*process)).collect::<Vec<u32>>()
+    };
+    let (mut killed, mut requeued) = (0, 0);
+    for moment in 0..moments {
+        sleep(Duration::from_millis(moment * 7919 % 1000));
+        let mut caught = Vec::new();
+        wait("a task", || {
+            cluster.resume_node();
+            caught = tasks();
+            !caught.is_empty()
+        });
+        if moment % 2 == 0 {
+            for task in caught {
+                kill(task);
+                killed += 1;
+            }
+        } else {
+            for job in cluster.running() {
+                let requeue = cluster.command("scontrol").args(["requeue", &job]).output();
+                requeued += u32::from(requeue.unwrap().status.success());
+            }
+        }
+    }
+    assert!(killed >= moments / 2 && requeued > 0, "{killed} {requeued}");
+
+    // The one who waits leaves; what is submitted goes on.
+    interrupt(&waiting);
+    let left = waiting.wait_with_output().unwrap();
+    assert_eq!(left.status.code(), Some(130));
+    let said = String::from_utf8_lossy(&left.stdout);
+    assert!(said.contains("are left to the cluster"), "{said}");
+
+    let mut waiting = on_slurm(&cluster, &manifest, &output);
+    wait("a running task", || {
+        cluster.resume_node();
+        !cluster.running().is_empty()
+    });
+    cluster.restart_controller();
+    while waiting.try_wait().unwrap().is_none() {
+        cluster.resume_node();
+        sleep(Duration::from_secs(1));
+    }
+    let ended = waiting.wait_with_output().unwrap();
+    assert_eq!(ended.status.code(), Some(0), "{}", String::from_utf8_lossy(&ended.stdout));
+
+    let clustered = recordings(&output.join("sweep"));
+    assert_eq!(alone.len(), replicates);
+    assert_eq!(alone.keys().collect::<Vec<_>>(), clustered.keys().collect::<Vec<_>>());
+    assert!(alone == clustered, "other bytes");
+    println!(
+        "{replicates} runs, {killed} tasks killed, {requeued} requeued, the controller restarted, \
+         one detachment: equal in every byte"
+    );
+    let nothing_left = on_slurm(&cluster, &manifest, &output).wait_with_output().unwrap();
+    assert_eq!(nothing_left.status.code(), Some(0));
+}
+
+#[test]
+#[ignore = "needs root, munge and Slurm, which .ci/run installs"]
+fn killed_tasks_requeues_and_a_restarted_controller_lose_no_run() {
+    disturbed(24, 4);
+}
+
+#[test]
+#[ignore = "as above, and takes minutes: CONTRIBUTING.md"]
+fn full_harness_of_two_hundred_runs() {
+    disturbed(200, 10);
+}
+
+#[test]
+#[ignore = "as above: a measurement, which asserts no time"]
+fn full_harness_measures_what_slurm_costs() {
+    let cluster = Cluster::start();
+    let manifest = cluster.folder().join("sweep.toml");
+    fs::write(&manifest, SWEEP.replace("24", "40").replace("0.9\n", "18.0\n")).unwrap();
+    let (alone, alone_s) = alone(&cluster, &manifest);
+    let output = cluster.folder().join("clustered");
+    let started = Instant::now();
+    let mut slurm = cluster.command(env!("CARGO_BIN_EXE_run-experiment"));
+    slurm.arg(&manifest).arg("--output").arg(&output);
+    slurm.args(["--executor", "slurm", "--runs-per-task", "10", "--quiet"]);
+    assert!(slurm.status().unwrap().success());
+    let slurm_s = started.elapsed().as_secs_f64();
+    assert!(alone == recordings(&output.join("sweep")));
+    println!(
+        "40 runs: alone {alone_s:.1} s, through Slurm {slurm_s:.1} s, {:.3}",
+        slurm_s / alone_s
+    );
+}
+
+#[test]
+fn without_a_cluster_the_command_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = folder.path().join("sweep.toml");
+    fs::write(&manifest, SWEEP).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_run-experiment"))
+        .arg(&manifest)
+        .args(["--executor", "slurm", "--output"])
+        .arg(folder.path())
+        .env("PATH", folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(75));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("squeue"));
+}
+
+fn is_program(process: u32) -> bool {
+    fs::read(format!("/proc/{process}/cmdline"))
+        .is_ok_and(|line| line.starts_with(env!("CARGO_BIN_EXE_run-experiment").as_bytes()))
+}
+
+fn interrupt(child: &Child) {
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+}
