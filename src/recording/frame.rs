@@ -75,6 +75,11 @@ impl Frame {
         self.log.clear();
     }
 
+    /// Makes room for so many values of the state.
+    pub fn reserve_state(&mut self, values: usize) {
+        self.state.reserve(values);
+    }
+
     /// Adds one particle's row, one value for each declared column; rows come in the order of the particles' ids.
     pub fn push_state(&mut self, row: &[f64]) {
         self.state.extend_from_slice(row);

@@ -48,9 +48,13 @@ impl Discs {
     }
 
     /// Where each disc stands in memory, in the order of the ids.
-    pub(super) fn by_id(&self) -> Vec<usize> {
-        let mut places: Vec<usize> = (0..self.len()).collect();
-        places.sort_unstable_by_key(|&place| self.ids[place]);
-        places
+    pub(super) fn by_id(&self) -> impl Iterator<Item = usize> {
+        // Ids are those of the start: few are missing, so that each finds its place without sorting.
+        let most = self.ids.iter().fold(0, |most, &id| Ord::max(most, id as usize + 1));
+        let mut places = vec![None; most];
+        for (place, &id) in self.ids.iter().enumerate() {
+            places[id as usize] = Some(place);
+        }
+        places.into_iter().flatten()
     }
 }

@@ -5,6 +5,7 @@ use super::contacts::{Contact, Partner};
 use super::parameters::Parameters;
 use super::step::Evaluation;
 use super::walls::Shape;
+use crate::model::Model as _;
 use kinetoscope_recording::channels::{
     DemContacts, DemEnergy, DemEnergyShare, DemTemperature, DemWalls,
 };
@@ -27,6 +28,7 @@ impl Dem {
                 frame.log(Level::Warning, warning.as_str());
             }
         }
+        frame.reserve_state(self.discs.len() * Self::STATE_COLUMNS.len());
         for disc in self.discs.by_id() {
             let [x, y] = self.within(self.discs.position(disc));
             let [vx, vy] = evaluation.velocities[disc];
