@@ -48,6 +48,51 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
         "orbit_rk4",
         "[model.orbit]\nduration_days = 100.0\nintegrator = \"rk4\"\nstart = \"heliocentric\"\n[record]\nframes = 20\n",
     ),
+    (
+        "dem_rubbing_in_a_drum",
+        "seed = 10\n[model.dem]\ndiscs = 60\nradius_m = { mean = 5e-4, deviation = 5e-5 }\nwidth_m = 0.016\nheight_m = 0.016\n\
+         friction = 0.5\nrolling_friction = 0.05\nduration_s = 0.03\nregion_m = [[0.0, 0.0], [0.016, 0.01]]\n\
+         walls = [{ centre_m = [0.008, 0.008], radius_m = 0.008, spin_rad_per_s = -12.0 }]\n[record]\nframes = 20\n",
+    ),
+    (
+        "dem_periodic_with_an_outlet",
+        "seed = 11\n[model.dem]\ndiscs = 60\nwidth_m = 0.016\nheight_m = 0.016\nperiodic = \"x\"\nfriction = 0.3\n\
+         outlet_below_m = 0.004\nduration_s = 0.02\n[record]\nframes = 20\n",
+    ),
+    (
+        "gas_thermal_wall_and_masses",
+        "seed = 12\n[model.gas]\nparticles = 50\nfurther_masses_kg = [3e-26]\nwall_temperature_k = 200.0\n\
+         wall_accommodation = 0.7\nduration_s = 0.02\n[record]\nframes = 20\n",
+    ),
+    (
+        "gas_piston",
+        "seed = 13\n[model.gas]\nparticles = 50\nwall_speed_m_per_s = -5.0\nduration_s = 0.02\n[record]\nframes = 20\n",
+    ),
+    (
+        "gas_schedule_and_opening",
+        "seed = 14\n[model.gas]\nparticles = 50\ntemperature_schedule = [[0.0103, 500.0]]\nopening_width_m = 0.5\n\
+         duration_s = 0.02\n[record]\nframes = 20\n",
+    ),
+    (
+        "packing_periodic_mixed_radii",
+        "seed = 15\n[model.packing]\ndiscs = 100\nboundary = \"periodic\"\npolydispersity = 0.2\nrestitution = 0.9\n\
+         contact_time = 1e-4\n[record]\nframes = 20\n",
+    ),
+    (
+        "packing_compressed",
+        "seed = 16\n[model.packing]\ndiscs = 60\nwidth = 18.0\nheight = 18.0\nplacement = \"compressed\"\n[record]\nframes = 20\n",
+    ),
+    (
+        "orbit_adaptive",
+        "[model.orbit]\nduration_days = 500.0\nintegrator = \"dormand-prince8\"\n[record]\nframes = 20\n",
+    ),
+    (
+        "orbit_three_bodies",
+        "[model.orbit]\nduration_days = 50.0\nintegrator = \"yoshida4\"\nsummation = \"compensated\"\n\
+         bodies = [{ gm_au3_per_day2 = 3e-4, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, \
+         { gm_au3_per_day2 = 1e-6, position_au = [1, 0, 0], velocity_au_per_day = [0, 0.017, 0] }, \
+         { gm_au3_per_day2 = 1e-7, position_au = [0, 2, 0], velocity_au_per_day = [-0.012, 0, 0] }]\n[record]\nframes = 20\n",
+    ),
 ];
 
 /// The one run of a manifest.
