@@ -32,3 +32,35 @@ pub fn run<K: Kernel>(kernel: K) -> K::Output {
 fn run_with_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A step of a particle in a circle: sums, products, a quotient and a root, which a compiler might be tempted to fuse.
+    struct Chords<'a>(&'a [[f64; 4]]);
+
+    impl Kernel for Chords<'_> {
+        type Output = Vec<u64>;
+
+        #[inline(always)]
+        fn run(self) -> Vec<u64> {
+            let chord = |[x, y, vx, vy]: [f64; 4]| {
+                let along = x * vx + y * vy;
+                let speed_squared = vx * vx + vy * vy;
+                let room = speed_squared * (1.0 - (x * x + y * y)) + along * along;
+                ((room.sqrt() - along) / speed_squared).to_bits()
+            };
+            self.0.iter().map(|&particle| chord(particle)).collect()
+        }
+    }
+
+    #[test]
+    fn wider_instructions_give_the_same_bits() {
+        // The fractional parts of multiples of irrational numbers fill the unit interval evenly (Weyl 1916).
+        let part = |index: u32, root: f64| (f64::from(index) * root.sqrt()).fract() - 0.5;
+        let particles: Vec<[f64; 4]> =
+            (1..10_000).map(|index| [2.0, 3.0, 5.0, 7.0].map(|root| part(index, root))).collect();
+        assert_eq!(run(Chords(&particles)), Chords(&particles).run());
+    }
+}

@@ -1,15 +1,16 @@
 //! One type a model: all its physics and its duration, every value in range.
 
 mod dem;
+mod dem_radius;
 mod dem_walls;
 mod gas;
 mod orbit;
 mod packing;
 
 pub use dem::{
-    DemConfig, DemIntegrator, DiscRadius, Dissipation, ForceTail, PeriodicSides, Stability,
-    TimeStep,
+    DemConfig, DemIntegrator, Dissipation, ForceTail, PeriodicSides, Stability, TimeStep,
 };
+pub use dem_radius::DiscRadius;
 pub use dem_walls::{DemWall, DemWallShape};
 pub use gas::{
     BoltzmannConstant, GasConfig, PlaceDistribution, Propagation, SpeedDistribution, SpeedScale,
