@@ -16,11 +16,11 @@ const PAIRS: usize = 7;
 
 /// A dilute cloud that falls: some contacts, hardly any order, as in the middle of a settling run.
 fn manifest(discs: u32, side_m: f64, steps: u32, every_steps: u32) -> String {
-    // Contacts of 2e5 N/m and 1e-3 kg last 1.57e-4 s of 20 steps a free half period.
-    let duration_s = f64::from(steps) * 1.11e-5;
+    // pi sqrt(m/k) / 20, the default step, of 1e-3 kg and 4e5 N/m.
+    let duration_s = f64::from(steps) * 7.854e-6;
     format!(
         "seed = 5\n[model.dem]\ndiscs = {discs}\nwidth_m = {side_m}\nheight_m = {side_m}\nduration_s = {duration_s}\n\
-         stiffness_n_per_m = 2e5\n[record]\nevery_steps = {every_steps}\n"
+         stiffness_n_per_m = 4e5\n[record]\nevery_steps = {every_steps}\n"
     )
 }
 
