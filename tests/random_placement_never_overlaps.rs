@@ -10,8 +10,11 @@
 // Statistics in tests are not part of any recording.
 #![allow(clippy::disallowed_methods)]
 
+mod uniformity;
+
 use kinetoscope::placement::{Jammed, Rectangle, random_sequential_addition, square_lattice};
 use kinetoscope::random::{Generator, Seed, Stream};
+use uniformity::kolmogorov_smirnov;
 
 const SQUARE: Rectangle = Rectangle { min: [-20.0, -20.0], max: [20.0, 20.0] };
 const STRIP: Rectangle = Rectangle { min: [3.0, -1.0], max: [203.0, 2.5] };
@@ -100,16 +103,6 @@ fn what_does_not_fit_is_refused() {
     let exact = random_sequential_addition(small, &[1.5], &mut positions(1));
     assert_eq!(exact, Ok(vec![[1.5, 1.5]]));
     assert_eq!(random_sequential_addition(small, &[], &mut positions(1)), Ok(vec![]));
-}
-
-/// sqrt(n) sup |F_n(x) - x| of numbers that should be uniform in [0, 1).
-fn kolmogorov_smirnov(mut numbers: Vec<f64>) -> f64 {
-    numbers.sort_by(f64::total_cmp);
-    let count = numbers.len() as f64;
-    let largest = numbers.iter().enumerate().fold(0.0_f64, |largest, (rank, &x)| {
-        largest.max(x - rank as f64 / count).max((rank as f64 + 1.0) / count - x)
-    });
-    largest * count.sqrt()
 }
 
 /// The first disc's place, as shares of the room that its centre has, for 20000 seeds.

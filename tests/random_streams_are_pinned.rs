@@ -11,9 +11,12 @@
 // Statistics in tests are not part of any recording; references keep all their digits.
 #![allow(clippy::disallowed_methods, clippy::excessive_precision)]
 
+mod uniformity;
+
 use kinetoscope::random::{Generator, Seed, Stream};
 use std::collections::HashSet;
 use std::process::Command;
+use uniformity::kolmogorov_smirnov;
 
 const PURPOSES: [Stream; 4] =
     [Stream::Positions, Stream::Velocities, Stream::Radii, Stream::WallNoise];
@@ -185,16 +188,6 @@ fn uniform_in_spans_its_interval() {
     assert!(drawn.iter().all(|&x| (-3.0..5.0).contains(&x)));
     let scaled: Vec<f64> = drawn.iter().map(|x| (x + 3.0) / 8.0).collect();
     assert!(kolmogorov_smirnov(scaled) < CRITICAL);
-}
-
-/// sqrt(n) sup |F_n(x) - x| of numbers that should be uniform in [0, 1).
-fn kolmogorov_smirnov(mut numbers: Vec<f64>) -> f64 {
-    numbers.sort_by(f64::total_cmp);
-    let count = numbers.len() as f64;
-    let largest = numbers.iter().enumerate().fold(0.0_f64, |largest, (rank, &x)| {
-        largest.max(x - rank as f64 / count).max((rank as f64 + 1.0) / count - x)
-    });
-    largest * count.sqrt()
 }
 
 /// Kolmogorov's law: exceeded with probability 2 exp(-2 x^2) = 1e-6.

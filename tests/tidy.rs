@@ -1,5 +1,5 @@
 //! The documents say what is there: every path that ARCHITECTURE.md and the README name exists, every experiment has its
-//! row in the README with a test that exists, and given packages are used in their one home.
+//! row in the README with a test that exists, given packages are used in their one home, and `unsafe` where it is said.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -114,6 +114,20 @@ fn given_packages_have_one_home() {
             });
             assert!(!used || place.starts_with(home), "{} uses {package}", place.display());
         }
+    }
+}
+
+#[test]
+fn unsafe_code_stands_where_the_architecture_says() {
+    let document = read("ARCHITECTURE.md");
+    let rule = document.split("6. `unsafe`").nth(1).unwrap().split("\n\n").next().unwrap();
+    let mut files = Vec::new();
+    sources(&root().join("src"), &mut files);
+    sources(&root().join("analysis"), &mut files);
+    for file in files {
+        let place = file.strip_prefix(root()).unwrap().to_string_lossy().into_owned();
+        let has = fs::read_to_string(&file).unwrap().contains("unsafe {");
+        assert_eq!(has, rule.contains(&format!("`{place}`")), "{place}: unsafe code is {has}");
     }
 }
 

@@ -7,10 +7,8 @@ mod synthetic;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_recording::channels::GasPressure;
-use kinetoscope_recording::frame::Frame;
-use kinetoscope_recording::recorder::Clock;
 use std::fs;
-use synthetic::{Folder, Frames, analyze};
+use synthetic::{Folder, Frames, analyze, flat, two_frames};
 
 const MANIFEST: &str = r#"
 name = "gas"
@@ -38,21 +36,10 @@ relative_tolerance = 1e-9
 fn frames(run: &RunManifest) -> Frames {
     let ModelConfig::Gas(config) = &run.model else { panic!("not a gas") };
     let temperature = kinetoscope_analysis::laws::gas::temperature_k(config).unwrap();
-    (0..2)
-        .map(|index| {
-            let mut frame = Frame::new();
-            frame.push_state(&[0.0, 0.0, 1.0, 0.0]);
-            frame.push(&GasPressure {
-                measured_since_start_n_per_m: temperature + f64::from(run.replicate),
-                ..GasPressure::default()
-            });
-            (Clock { count: index as u64, time: f64::from(index) }, frame)
-        })
-        .collect()
-}
-
-fn flat(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    two_frames(&GasPressure {
+        measured_since_start_n_per_m: temperature + f64::from(run.replicate),
+        ..GasPressure::default()
+    })
 }
 
 #[test]

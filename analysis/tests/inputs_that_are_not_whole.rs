@@ -8,7 +8,7 @@ use kinetoscope_recording::channels::GasPressure;
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::{Clock, Outcome};
 use std::fs;
-use synthetic::{Folder, Frames, analyze, write_run};
+use synthetic::{Folder, Frames, analyze, flat, write_run};
 
 const MANIFEST: &str = r#"
 name = "gas"
@@ -42,20 +42,12 @@ fn frames(run: &RunManifest) -> Frames {
         .collect()
 }
 
-fn flat(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-fn path(folder: &Folder) -> &str {
-    folder.path().to_str().unwrap()
-}
-
 #[test]
 fn foreign_and_empty_files_are_named_and_the_rest_is_analysed() {
     let folder = Folder::write(MANIFEST, frames);
     fs::write(folder.file(0), b"not a recording").unwrap();
     fs::write(folder.file(1), b"").unwrap();
-    let said = analyze(&[path(&folder)]);
+    let said = analyze(&[folder.name()]);
     assert_eq!(said.code, 5, "{}", said.text);
     for index in [0, 1] {
         assert!(flat(&said.text).contains(&folder.files[index]), "{}", said.text);
@@ -71,7 +63,7 @@ fn a_cut_recording_gives_what_is_intact_but_no_mean() {
     let folder = Folder::write(MANIFEST, frames);
     let bytes = fs::read(folder.file(1)).unwrap();
     fs::write(folder.file(1), &bytes[..bytes.len() * 2 / 3]).unwrap();
-    let said = analyze(&[path(&folder)]);
+    let said = analyze(&[folder.name()]);
     assert_eq!(said.code, 5, "{}", said.text);
     assert!(flat(&said.text).contains("are intact"), "{}", said.text);
     let metrics = folder.written();
@@ -93,7 +85,7 @@ fn nothing_readable_is_an_error_without_output() {
     assert_eq!(said.code, 5, "{}", said.text);
     assert!(!folder.path().join("metrics.json").exists());
     // Of the whole folder the check can't hold: its metric is missing.
-    assert_eq!(analyze(&[path(&folder)]).code, 3);
+    assert_eq!(analyze(&[folder.name()]).code, 3);
 }
 
 #[test]
@@ -103,7 +95,7 @@ fn partial_files_are_read_only_when_named() {
     let partial = folder.path().join(folder.files[2].replace(".mcap", ".partial.mcap"));
     fs::write(&partial, &bytes[..bytes.len() * 2 / 3]).unwrap();
     fs::remove_file(folder.file(2)).unwrap();
-    let said = analyze(&[path(&folder)]);
+    let said = analyze(&[folder.name()]);
     assert_eq!(said.code, 0, "{}", said.text);
     assert!(
         flat(&said.text).contains("1 of 3 runs have no finished recording yet"),
@@ -124,7 +116,7 @@ fn stale_recordings_are_left_out_and_named() {
     fs::copy(folder.file(0), folder.path().join("old.mcap")).unwrap();
     // Another run under a listed name: its content key tells.
     fs::copy(folder.file(0), folder.file(1)).unwrap();
-    let said = analyze(&[path(&folder)]);
+    let said = analyze(&[folder.name()]);
     assert_eq!(said.code, 0, "{}", said.text);
     assert!(flat(&said.text).contains("old.mcap is stale"), "{}", said.text);
     assert!(flat(&said.text).contains(&format!("{} is stale", folder.files[1])), "{}", said.text);
@@ -146,7 +138,7 @@ fn recordings_alone_are_enough() {
 fn a_broken_side_car_is_named_and_the_recordings_are_read() {
     let folder = Folder::write(MANIFEST, frames);
     fs::write(folder.path().join("experiment.toml"), "name = ").unwrap();
-    let said = analyze(&[path(&folder)]);
+    let said = analyze(&[folder.name()]);
     assert_eq!(said.code, 5, "{}", said.text);
     assert!(said.text.contains("experiment.toml"), "{}", said.text);
     folder.written().assert_near("pressure.measured", 2.0, 0.0);
@@ -162,7 +154,7 @@ fn models_that_are_mixed_are_each_analysed() {
     let file = folder.path().join("orbit.mcap");
     write_run(&file, &orbit.runs[0], &start, &Outcome::Complete);
     fs::remove_file(folder.path().join("experiment.toml")).unwrap();
-    let said = analyze(&[path(&folder)]);
+    let said = analyze(&[folder.name()]);
     assert_eq!(said.code, 0, "{}", said.text);
     let metrics = folder.written();
     assert_eq!(metrics.all("radius.min").len(), 1);
@@ -176,7 +168,7 @@ fn a_fault_is_a_result_and_no_part_of_means() {
     let outcome = Outcome::Fault("the gas blew up".to_owned());
     let run = &experiment.runs[1];
     write_run(&folder.file(1), run, &frames(&run.manifest), &outcome);
-    let said = analyze(&[path(&folder)]);
+    let said = analyze(&[folder.name()]);
     assert_eq!(said.code, 0, "{}", said.text);
     assert!(flat(&said.text).contains("fault: the gas blew up"), "{}", said.text);
     assert_eq!(folder.written().first("pressure.measured")["sweep"]["replicates"], 2);
@@ -199,8 +191,8 @@ fn paths_that_lead_nowhere_are_bad_arguments() {
 #[test]
 fn sixty_columns_are_readable() {
     let folder = Folder::write(MANIFEST, frames);
-    let said = analyze(&[path(&folder)]);
-    for line in said.text.lines().filter(|line| !line.contains(path(&folder))) {
+    let said = analyze(&[folder.name()]);
+    for line in said.text.lines().filter(|line| !line.contains(folder.name())) {
         assert!(line.chars().count() <= 60, "{line}");
     }
     assert!(!said.text.contains('\x1b'));

@@ -5,12 +5,10 @@ mod synthetic;
 
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::GasPressure;
-use kinetoscope_recording::frame::Frame;
-use kinetoscope_recording::recorder::Clock;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
-use synthetic::{Folder, Frames};
+use synthetic::{Folder, Frames, two_frames};
 
 fn document(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs").join(name);
@@ -39,14 +37,7 @@ channels = ["state", "pressure"]
 "#;
 
 fn frames(_: &RunManifest) -> Frames {
-    (0..2)
-        .map(|index| {
-            let mut frame = Frame::new();
-            frame.push_state(&[0.0, 0.0, 1.0, 0.0]);
-            frame.push(&GasPressure::default());
-            (Clock { count: index as u64, time: f64::from(index) }, frame)
-        })
-        .collect()
+    two_frames(&GasPressure::default())
 }
 
 /// The fields that the schema requires of an object, and those that it knows.

@@ -6,12 +6,10 @@ mod synthetic;
 
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::GasPressure;
-use kinetoscope_recording::frame::Frame;
-use kinetoscope_recording::recorder::Clock;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use synthetic::{Folder, Frames, analyze};
+use synthetic::{Folder, Frames, analyze, flat, two_frames};
 
 const MANIFEST: &str = r#"
 name = "gas"
@@ -34,28 +32,12 @@ maximum = 1.0
 /// Ideal-gas pressure `centre` + 0, 1, 2, 3 by replicate: mean centre + 1.5, standard error sqrt(5/3)/2 = 0.645.
 fn frames(centre: f64) -> impl Fn(&RunManifest) -> Frames {
     move |run| {
-        (0..2)
-            .map(|index| {
-                let mut frame = Frame::new();
-                frame.push_state(&[0.0, 0.0, 1.0, 0.0]);
-                frame.push(&GasPressure {
-                    ideal_gas_n_per_m: centre + f64::from(run.replicate),
-                    mean_square_formula_n_per_m: 2.0,
-                    ..GasPressure::default()
-                });
-                (Clock { count: index as u64, time: f64::from(index) }, frame)
-            })
-            .collect()
+        two_frames(&GasPressure {
+            ideal_gas_n_per_m: centre + f64::from(run.replicate),
+            mean_square_formula_n_per_m: 2.0,
+            ..GasPressure::default()
+        })
     }
-}
-
-/// The text without its line breaks.
-fn flat(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-fn path(folder: &Folder) -> &str {
-    folder.path().to_str().unwrap()
 }
 
 #[test]
@@ -63,7 +45,7 @@ fn junit_counts_and_github_names_what_failed() {
     let folder = Folder::write(MANIFEST, frames(9.0));
     fs::write(folder.file(3), "no recording, but <&> \"this\"").unwrap();
     let file = folder.path().join("verdicts.xml");
-    let said = analyze(&["--github", "--junit", file.to_str().unwrap(), path(&folder)]);
+    let said = analyze(&["--github", "--junit", file.to_str().unwrap(), folder.name()]);
     assert_eq!(said.code, 3, "{}", said.text);
     let annotation =
         "::error title=gas%3A pressure.mean_square_formula::measured 2 N/m, expected at most 1";
@@ -96,7 +78,7 @@ fn a_baseline_is_compared_by_its_errors() {
     let baseline = earlier.path().join("metrics.json");
     let compare = |centre: f64| {
         let now = Folder::write(quiet, frames(centre));
-        analyze(&["--baseline", baseline.to_str().unwrap(), path(&now)])
+        analyze(&["--baseline", baseline.to_str().unwrap(), now.name()])
     };
     assert_eq!(compare(10.0).code, 0);
     let near = compare(11.0);
@@ -113,7 +95,7 @@ fn a_baseline_of_something_else_is_refused_and_a_lost_metric_fails() {
     let file = folder.path().join("old.json");
     let analysed = |text: &str| {
         fs::write(&file, text).unwrap();
-        analyze(&["--baseline", file.to_str().unwrap(), path(&folder)])
+        analyze(&["--baseline", file.to_str().unwrap(), folder.name()])
     };
     assert_eq!(analysed("{}").code, 2);
     assert_eq!(analysed(r#"{"schema": 1, "experiment": "other", "metrics": []}"#).code, 2);
@@ -145,13 +127,13 @@ fn an_unchanged_recording_is_not_read_again() {
     bytes[frames_end.min(middle)] ^= 0xff;
     fs::write(&recording, &bytes).unwrap();
     fs::File::options().write(true).open(&recording).unwrap().set_modified(changed).unwrap();
-    let again = analyze(&[path(&folder)]);
+    let again = analyze(&[folder.name()]);
     assert_eq!(again.code, 0, "{}", again.text);
     assert!(first == fs::read(folder.path().join("metrics.json")).unwrap());
     assert!(report == fs::read(folder.path().join("report.html")).unwrap());
-    assert_eq!(analyze(&["--fresh", path(&folder)]).code, 5);
+    assert_eq!(analyze(&["--fresh", folder.name()]).code, 5);
     fs::write(&recording, &whole).unwrap();
-    assert_eq!(analyze(&[path(&folder)]).code, 0);
+    assert_eq!(analyze(&[folder.name()]).code, 0);
     assert!(first == fs::read(folder.path().join("metrics.json")).unwrap());
 }
 

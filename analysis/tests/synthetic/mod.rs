@@ -50,13 +50,18 @@ impl Folder {
         self.directory.path()
     }
 
+    /// The path as a command line has it.
+    pub fn name(&self) -> &str {
+        self.path().to_str().unwrap()
+    }
+
     pub fn file(&self, index: usize) -> PathBuf {
         self.path().join(&self.files[index])
     }
 
     /// Analyses the folder and reads `metrics.json`.
     pub fn metrics(&self) -> Metrics {
-        let output = analyze(&[self.path().to_str().unwrap()]);
+        let output = analyze(&[self.name()]);
         assert_eq!(output.code, 0, "{}", output.text);
         self.written()
     }
@@ -66,6 +71,23 @@ impl Folder {
         let text = std::fs::read_to_string(self.path().join("metrics.json")).unwrap();
         Metrics(serde_json::from_str(&text).unwrap())
     }
+}
+
+/// One particle of a gas that starts in the middle, seen twice, with the same pressure.
+pub fn two_frames(pressure: &GasPressure) -> Frames {
+    (0..2_u8)
+        .map(|index| {
+            let mut frame = Frame::new();
+            frame.push_state(&[0.0, 0.0, 1.0, 0.0]);
+            frame.push(pressure);
+            (Clock { count: u64::from(index), time: f64::from(index) }, frame)
+        })
+        .collect()
+}
+
+/// The text without its line breaks.
+pub fn flat(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn key_of(run: &Run) -> kinetoscope_manifest::ContentKey {

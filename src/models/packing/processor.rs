@@ -1,4 +1,4 @@
-//! What is asked of the processor directly: its widest lanes, and to fetch memory ahead. The only file with `unsafe`.
+//! What is asked of the processor directly: its widest lanes, and to fetch memory ahead.
 //!
 //! Invariant: results have the same bits on every processor. The wide versions are compiled from the same source as the
 //! plain one, and Rust neither fuses nor reorders floating-point operations; fetching ahead changes no value.
