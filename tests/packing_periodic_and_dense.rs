@@ -13,79 +13,26 @@
 #![allow(clippy::disallowed_methods)]
 
 mod packing_bench;
+mod packing_without_walls;
 
 use kinetoscope::model::{Model, Refusal};
 use kinetoscope::models::packing::Packing;
 use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{Boundary, CollapseGuard, PackingConfig, PackingPlacement};
 use kinetoscope_manifest::quantity::{NonNegative, Positive};
-use kinetoscope_recording::channels::{PackingCollisions, PackingPressure, PackingTemperature};
+use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
 use packing_bench::{
-    Seen, advance_to_count, at_fraction, look, mean_and_standard_error, message, observe, prepare,
-    with_restitution, without_noise,
+    advance_to_count, at_fraction, look, message, observe, prepare, with_restitution,
 };
+use packing_without_walls::{deepest_overlap, hexatic_order, periodic, placed, pressures};
 use std::f64::consts::PI;
-
-fn periodic(config: PackingConfig) -> PackingConfig {
-    PackingConfig { boundary: Boundary::Periodic, ..without_noise(config) }
-}
-
-fn placed(config: PackingConfig, placement: PackingPlacement) -> PackingConfig {
-    PackingConfig { placement, ..config }
-}
-
-/// From one disc to another, the nearest way round.
-fn apart(one: &Seen, other: &Seen, side: f64) -> [f64; 2] {
-    std::array::from_fn(|axis| {
-        let apart = other.position[axis] - one.position[axis];
-        apart - side * (apart / side).round()
-    })
-}
-
-fn deepest_overlap(discs: &[Seen], side: f64) -> f64 {
-    let mut deepest = f64::NEG_INFINITY;
-    for (index, one) in discs.iter().enumerate() {
-        for other in &discs[..index] {
-            let [x, y] = apart(one, other, side);
-            deepest = deepest.max(one.radius + other.radius - (x * x + y * y).sqrt());
-        }
-    }
-    deepest
-}
-
-/// Z by the virial and by the rate over blocks of 20 collisions a disc.
-fn pressures(fraction: f64, blocks: u64) -> ([f64; 2], [f64; 2]) {
-    let discs = 2000_u32;
-    let config = periodic(placed(at_fraction(discs, fraction), PackingPlacement::Lattice));
-    let mut packing = prepare(&config, 17, 0);
-    let block = 10 * u64::from(discs);
-    // From a lattice: the dense ones melt slowly.
-    advance_to_count(&mut packing, 30 * block);
-    let (mut virials, mut rates) = (Vec::new(), Vec::new());
-    let mut before = (message::<PackingPressure>(&packing), packing.time(), packing.count());
-    for number in 1..=blocks {
-        advance_to_count(&mut packing, (30 + number) * block);
-        let now = (message::<PackingPressure>(&packing), packing.time(), packing.count());
-        let virial = now.0.collision_virial - before.0.collision_virial;
-        let energy = now.0.kinetic_energy_time_integral - before.0.kinetic_energy_time_integral;
-        virials.push(1.0 + 0.5 * virial / energy);
-        let elapsed = now.1 - before.1;
-        let rate = 2.0 * (now.2 - before.2) as f64 / (f64::from(discs) * elapsed);
-        let temperature = energy / (elapsed * f64::from(discs));
-        rates.push(1.0 + PI.sqrt() / 4.0 * 2.0 * rate / temperature.sqrt());
-        before = now;
-    }
-    let (virial, virial_error) = mean_and_standard_error(&virials);
-    let (rate, rate_error) = mean_and_standard_error(&rates);
-    ([virial, virial_error], [rate, rate_error])
-}
 
 /// Tolerance: 4 standard errors of blocks and 0.2 % for 2000 discs in place of 10,000 (1/N). Control: ideal gas plus the
 /// second virial coefficient alone, Z = 1 + 2 f, is rejected from 0.1 on.
 #[test]
 fn the_pressure_of_the_fluid_is_the_known_one() {
     for (fraction, known) in [(0.1, 1.23615), (0.3, 2.0633), (0.5, 4.106), (0.65, 8.406)] {
-        let ([virial, virial_error], [rate, rate_error]) = pressures(fraction, 20);
+        let ([virial, virial_error], [rate, rate_error]) = pressures(2000, fraction, 20);
         println!(
             "fraction {fraction}: Z {virial:.4} +- {virial_error:.4} by the virial, {rate:.4} +- {rate_error:.4} by the \
              rate, known {known}"
@@ -95,27 +42,6 @@ fn the_pressure_of_the_fluid_is_the_known_one() {
         assert!((rate - known).abs() < 4.0 * rate_error + slack);
         assert!((1.0 + 2.0 * fraction - known).abs() > 4.0 * virial_error + slack);
     }
-}
-
-/// |mean over discs of the mean over neighbours of exp(6 i angle)|, neighbours nearer than 1.4 diameters.
-fn hexatic_order(discs: &[Seen], side: f64) -> f64 {
-    let mut sum = [0.0; 2];
-    for one in discs {
-        let (mut local, mut count) = ([0.0; 2], 0.0);
-        for other in discs {
-            let [x, y] = apart(one, other, side);
-            let distance = (x * x + y * y).sqrt();
-            if distance > 0.0 && distance < 2.8 {
-                let angle = 6.0 * y.atan2(x);
-                local = [local[0] + angle.cos(), local[1] + angle.sin()];
-                count += 1.0;
-            }
-        }
-        if count > 0.0 {
-            sum = [sum[0] + local[0] / count, sum[1] + local[1] / count];
-        }
-    }
-    (sum[0] * sum[0] + sum[1] * sum[1]).sqrt() / discs.len() as f64
 }
 
 /// 780 discs, 26 rows of 30 in a box where both sides fit to 1 in 1000: at 0.78 the crystal stays, at 0.60 it melts.
