@@ -11,6 +11,7 @@ use crate::progress::{ProgressDisplay, Verbosity, size};
 use crate::run::{Conduct, Ending, RunError};
 use crate::side_files;
 use crate::stale;
+use crate::start_file::StartFiles;
 use crate::timing::{TimingError, time_table};
 use crate::why::Earlier;
 use clap::Parser;
@@ -196,7 +197,10 @@ impl Arguments {
                 None => Err(format!("--set {text}: write KEY=VALUE, such as seed=7")),
             })
             .collect::<Result<Vec<_>, _>>()?;
-        kinetoscope_manifest::parse(&source, &path.display().to_string(), &overrides)
+        let starts = StartFiles::relative_to(self.distribution.starts_in(path));
+        let recordings = |name: &str| starts.read(name);
+        let origin = path.display().to_string();
+        kinetoscope_manifest::parse_with_recordings(&source, &origin, &overrides, &recordings)
             .map_err(|diagnostics| diagnostics.render(io::stderr().is_terminal()))
     }
 

@@ -43,6 +43,10 @@ pub struct Distribution {
     #[arg(long, value_name = "KEY,…", value_delimiter = ',',
           conflicts_with_all = ["executor", "export_commands", "why", "prune"])]
     pub only: Option<Vec<String>>,
+    /// Folder that the paths of start_from are relative to: what a task of a cluster is told, whose manifest is a copy
+    /// [default: the manifest's]
+    #[arg(long, value_name = "DIR", requires = "only")]
+    starts_in: Option<PathBuf>,
 }
 
 /// What of the rest of the command line a task has to know.
@@ -67,6 +71,7 @@ impl Rest<'_> {
         Ok(TaskCommand {
             program: std::env::current_exe()?,
             manifest: fs::canonicalize(self.manifest)?,
+            starts_in: None,
             output: fs::canonicalize(self.output)?,
             overrides: self.overrides.to_vec(),
             threads: self.threads.map_or(1, NonZeroUsize::get),
@@ -76,6 +81,13 @@ impl Rest<'_> {
 }
 
 impl Distribution {
+    /// The folder that the recordings are relative to that a manifest names.
+    #[must_use]
+    pub fn starts_in<'a>(&'a self, manifest: &'a Path) -> &'a Path {
+        let own = manifest.parent().unwrap_or(Path::new(""));
+        self.starts_in.as_deref().unwrap_or(own)
+    }
+
     /// Writes one command a line to FILE, of as many runs each as `--runs-per-task` says (one).
     ///
     /// # Errors

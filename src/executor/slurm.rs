@@ -122,7 +122,8 @@ pub fn submit(
     replace(&manifest, &fs::read(&command.manifest)?)?;
     let keys_file = place.join("keys");
     replace(&keys_file, lines.as_bytes())?;
-    let command = TaskCommand { manifest, ..command.clone() };
+    let starts_in = command.manifest.parent().map(Path::to_owned);
+    let command = TaskCommand { manifest, starts_in, ..command.clone() };
     let script = format!(
         "#!/bin/sh\nkeys=$(sed -n \"$((SLURM_ARRAY_TASK_ID + 1))p\" {})\nexec {}\n",
         quoted(&keys_file.display().to_string()),

@@ -10,6 +10,8 @@ pub struct TaskCommand {
     pub program: PathBuf,
     /// The manifest.
     pub manifest: PathBuf,
+    /// The folder that paths in it are relative to, where it is not the manifest's own.
+    pub starts_in: Option<PathBuf>,
     /// The folder of the recordings' folder.
     pub output: PathBuf,
     /// The overrides of the manifest, `key=value`.
@@ -33,6 +35,9 @@ impl TaskCommand {
             "--quiet".to_owned(),
         ];
         words.extend(self.overrides.iter().map(|text| format!("--set {}", quoted(text))));
+        if let Some(folder) = &self.starts_in {
+            words.push(format!("--starts-in {}", quoted(&folder.display().to_string())));
+        }
         words.push(format!("--only {keys}"));
         words.join(" ")
     }
