@@ -3,6 +3,7 @@
 use crate::disk_space;
 use crate::distribution::{self, Distribution, Executor, Rest};
 use crate::evidence::{Evidence, Report};
+use crate::executor::engine::Engine;
 use crate::executor::local::{self, Workforce};
 use crate::exit::{EXIT_CODES, Exit};
 use crate::interrupt::Interrupt;
@@ -144,8 +145,8 @@ impl Arguments {
         if let Some(message) = disk_space::shortage(&plan) {
             return fail(Exit::Retryable, &message);
         }
-        if self.force && self.distribution.executor == Executor::Slurm {
-            let message = "--force is not for --executor slurm: a task skips what is recorded. Remove the recordings that are to be done again";
+        if self.force && self.distribution.executor != Executor::Local {
+            let message = "--force is for this machine alone: a cluster's task skips what is recorded. Remove the recordings that are to be done again";
             return fail(Exit::BadManifest, message);
         }
         if self.dry_run {
@@ -233,8 +234,8 @@ impl Arguments {
         }
         let runs = plan.to_do_by_cost();
         let progress = ProgressDisplay::new(runs.len(), self.verbosity());
-        if self.distribution.executor == Executor::Slurm {
-            return self.execute_on_cluster(manifest, plan, &interrupt, &progress);
+        if let Some(engine) = self.distribution.executor.engine() {
+            return self.execute_on_cluster(engine, manifest, plan, &interrupt, &progress);
         }
         let results = local::run_all(
             &runs,
@@ -276,13 +277,17 @@ impl Arguments {
 
     fn execute_on_cluster(
         &self,
+        engine: Engine,
         manifest: &Path,
         plan: &Plan,
         interrupt: &Interrupt,
         progress: &ProgressDisplay,
     ) -> Exit {
         let rest = self.rest(manifest);
-        let conclusion = match self.distribution.run_on_cluster(plan, &rest, interrupt, progress) {
+        let conclusion = match self
+            .distribution
+            .run_on_cluster(engine, plan, &rest, interrupt, progress)
+        {
             Ok(conclusion) => conclusion,
             Err(error) => {
                 let message = format!(

@@ -1,5 +1,6 @@
 //! What the command line says of other machines: who does the runs, and which of them this process does.
 
+use crate::executor::engine::Engine;
 use crate::executor::queue::{self, Errand};
 use crate::executor::task::{TaskCommand, dealt, keys};
 use crate::exit::Exit;
@@ -22,6 +23,21 @@ pub enum Executor {
     Local,
     /// Slurm: job arrays; Ctrl-C detaches, and the same command re-attaches
     Slurm,
+    /// HyperQueue, through the site's `hq`: as Slurm
+    #[value(name = "hyperqueue")]
+    HyperQueue,
+}
+
+impl Executor {
+    /// The engine that does tasks; `None` of this process.
+    #[must_use]
+    pub fn engine(self) -> Option<Engine> {
+        match self {
+            Self::Local => None,
+            Self::Slurm => Some(Engine::Slurm),
+            Self::HyperQueue => Some(Engine::HyperQueue),
+        }
+    }
 }
 
 /// Who does the runs, and which.
@@ -33,7 +49,8 @@ pub struct Distribution {
     /// Runs that a task of a cluster does one after the other, at most 1000 [default: so many that there are 200 tasks]
     #[arg(long, value_name = "N")]
     runs_per_task: Option<NonZeroUsize>,
-    /// Minutes that a task of a cluster may take; what is not done then goes on in the next [default: the site's]
+    /// Minutes that a task of a cluster may take; what is not done then goes on in the next [default: three times
+    /// what the plan expects of a slow processor]
     #[arg(long, value_name = "MINUTES")]
     time_limit: Option<NonZeroU64>,
     /// Write the runs to FILE as shell commands, one a line, each of which may be run again; and stop
@@ -107,12 +124,14 @@ impl Distribution {
     /// As [`queue::run_all`].
     pub fn run_on_cluster(
         &self,
+        engine: Engine,
         plan: &Plan,
         rest: &Rest<'_>,
         interrupt: &Interrupt,
         progress: &ProgressDisplay,
     ) -> io::Result<Conclusion> {
         let errand = Errand {
+            engine,
             command: rest.command()?,
             runs_per_task: self.runs_per_task.map(NonZeroUsize::get),
             time_limit_min: self.time_limit.map(NonZeroU64::get),

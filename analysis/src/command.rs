@@ -34,6 +34,11 @@ struct Arguments {
     /// a program built with `--features parquet`.
     #[arg(long, value_name = "FORM,…", value_delimiter = ',')]
     export: Vec<Form>,
+    /// Writes the metrics of all runs as one Parquet table as well, in folders `export/metrics/KEY=VALUE/` named by the
+    /// sweep's coordinates.
+    #[cfg(feature = "parquet")]
+    #[arg(long)]
+    table: bool,
     /// Reads all recordings, also those that have not changed since they were analysed last.
     #[arg(long)]
     fresh: bool,
@@ -127,6 +132,11 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
         }
         print(&report.text(terminal));
         export_all(&source, &arguments.export, &folder, terminal)?;
+        #[cfg(feature = "parquet")]
+        if arguments.table {
+            let failed = |export::ExportError(why)| (Exit::Retry, why);
+            write_table(&report, &folder, terminal).map_err(failed)?;
+        }
         reports.push((folder, report));
     }
     if let Some(unused) = baselines.first() {
@@ -176,6 +186,20 @@ fn write(
     if arguments.github {
         print(&ci::github(&all));
     }
+    Ok(())
+}
+
+/// Writes the metrics of all runs as one table, and says where.
+#[cfg(feature = "parquet")]
+fn write_table(
+    report: &Report,
+    folder: &Path,
+    terminal: Terminal,
+) -> Result<(), export::ExportError> {
+    let folder = folder.join("export");
+    let rows = export::sweep_table::write(&report.metrics, &folder)?;
+    let line = format!("table: {rows} metrics of runs in {}", folder.join("metrics").display());
+    print(&format!("{}\n", terminal.wrapped(&line, 2)));
     Ok(())
 }
 

@@ -58,6 +58,7 @@ fn every_key_has_its_meaning_unit_range_and_default() {
     /// Keys without a default of their own: the other way to say what another key says, or nothing at all.
     const NO_DEFAULT: &[&str] = &[
         "bodies",
+        "start_from",
         "further_masses_kg",
         "place_distribution",
         "temperature_schedule",
