@@ -1,5 +1,6 @@
 //! The command line of `run-experiment`: what is asked, the plan, the runs, what was written and the next command.
 
+use crate::analysing;
 use crate::disk_space;
 use crate::distribution::{self, Distribution, Executor, Rest};
 use crate::evidence::{Evidence, Report};
@@ -249,6 +250,12 @@ impl Arguments {
             &progress,
         );
         progress.close();
+        if self.distribution.analyze
+            && !interrupt.is_raised()
+            && let Err(why) = analysing::remember(plan)
+        {
+            eprintln!("warning: not all recordings were analysed: {why}");
+        }
         self.conclude(experiment, plan, &results, &interrupt)
     }
 
@@ -257,6 +264,7 @@ impl Arguments {
             manifest,
             output: &self.output,
             overrides: &self.overrides,
+            analyze: self.distribution.analyze,
             threads: self.threads,
             checkpoint_every: self.checkpoint_every,
         }

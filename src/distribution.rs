@@ -60,6 +60,9 @@ pub struct Distribution {
     #[arg(long, value_name = "KEY,…", value_delimiter = ',',
           conflicts_with_all = ["executor", "export_commands", "why", "prune"])]
     pub only: Option<Vec<String>>,
+    /// Analyze recordings where they are made: analyze-recordings reads none of them again
+    #[arg(long, conflicts_with_all = ["why", "time"])]
+    pub analyze: bool,
     /// Folder that the paths of start_from are relative to: what a task of a cluster is told, whose manifest is a copy
     /// [default: the manifest's]
     #[arg(long, value_name = "DIR", requires = "only")]
@@ -75,6 +78,8 @@ pub struct Rest<'a> {
     pub output: &'a Path,
     /// The overrides of the manifest.
     pub overrides: &'a [String],
+    /// Whether tasks analyse what they record.
+    pub analyze: bool,
     /// Threads of a run.
     pub threads: Option<NonZeroUsize>,
     /// Time between checkpoints.
@@ -91,6 +96,7 @@ impl Rest<'_> {
             starts_in: None,
             output: fs::canonicalize(self.output)?,
             overrides: self.overrides.to_vec(),
+            analyze: self.analyze,
             threads: self.threads.map_or(1, NonZeroUsize::get),
             checkpoint_every_s: self.checkpoint_every.as_secs_f64(),
         })

@@ -16,6 +16,8 @@ pub struct TaskCommand {
     pub output: PathBuf,
     /// The overrides of the manifest, `key=value`.
     pub overrides: Vec<String>,
+    /// Whether it has its recordings analysed.
+    pub analyze: bool,
     /// Threads that a run computes with.
     pub threads: usize,
     /// Seconds between checkpoints.
@@ -35,6 +37,9 @@ impl TaskCommand {
             "--quiet".to_owned(),
         ];
         words.extend(self.overrides.iter().map(|text| format!("--set {}", quoted(text))));
+        if self.analyze {
+            words.push("--analyze".to_owned());
+        }
         if let Some(folder) = &self.starts_in {
             words.push(format!("--starts-in {}", quoted(&folder.display().to_string())));
         }
