@@ -95,7 +95,8 @@ fn bits(columns: &[Vec<f64>]) -> Vec<u64> {
 
 fn largest_difference(one: &[Vec<f64>], other: &[Vec<f64>]) -> f64 {
     let pairs = one.iter().flatten().zip(other.iter().flatten());
-    pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
+    let apart = pairs.map(|(one, other)| (one - other).abs());
+    apart.fold(0.0, |most, next| if next > most { next } else { most })
 }
 
 const ORBIT: [&str; 6] = ["x", "y", "z", "vx", "vy", "vz"];
