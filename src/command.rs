@@ -1,8 +1,10 @@
 //! The command line of `run-experiment`: what is asked, the plan, the runs, what was written and the next command.
 
+use crate::analysing;
 use crate::disk_space;
 use crate::distribution::{self, Distribution, Executor, Rest};
 use crate::evidence::{Evidence, Report};
+use crate::executor::engine::Engine;
 use crate::executor::local::{self, Workforce};
 use crate::exit::{EXIT_CODES, Exit};
 use crate::interrupt::Interrupt;
@@ -11,6 +13,7 @@ use crate::progress::{ProgressDisplay, Verbosity, size};
 use crate::run::{Conduct, Ending, RunError};
 use crate::side_files;
 use crate::stale;
+use crate::start_file::StartFiles;
 use crate::timing::{TimingError, time_table};
 use crate::why::Earlier;
 use clap::Parser;
@@ -143,8 +146,8 @@ impl Arguments {
         if let Some(message) = disk_space::shortage(&plan) {
             return fail(Exit::Retryable, &message);
         }
-        if self.force && self.distribution.executor == Executor::Slurm {
-            let message = "--force is not for --executor slurm: a task skips what is recorded. Remove the recordings that are to be done again";
+        if self.force && self.distribution.executor != Executor::Local {
+            let message = "--force is for this machine alone: a cluster's task skips what is recorded. Remove the recordings that are to be done again";
             return fail(Exit::BadManifest, message);
         }
         if self.dry_run {
@@ -196,7 +199,10 @@ impl Arguments {
                 None => Err(format!("--set {text}: write KEY=VALUE, such as seed=7")),
             })
             .collect::<Result<Vec<_>, _>>()?;
-        kinetoscope_manifest::parse(&source, &path.display().to_string(), &overrides)
+        let starts = StartFiles::relative_to(self.distribution.starts_in(path));
+        let recordings = |name: &str| starts.read(name);
+        let origin = path.display().to_string();
+        kinetoscope_manifest::parse_with_recordings(&source, &origin, &overrides, &recordings)
             .map_err(|diagnostics| diagnostics.render(io::stderr().is_terminal()))
     }
 
@@ -229,8 +235,8 @@ impl Arguments {
         }
         let runs = plan.to_do_by_cost();
         let progress = ProgressDisplay::new(runs.len(), self.verbosity());
-        if self.distribution.executor == Executor::Slurm {
-            return self.execute_on_cluster(manifest, plan, &interrupt, &progress);
+        if let Some(engine) = self.distribution.executor.engine() {
+            return self.execute_on_cluster(engine, manifest, plan, &interrupt, &progress);
         }
         let results = local::run_all(
             &runs,
@@ -244,6 +250,12 @@ impl Arguments {
             &progress,
         );
         progress.close();
+        if self.distribution.analyze
+            && !interrupt.is_raised()
+            && let Err(why) = analysing::remember(plan)
+        {
+            eprintln!("warning: not all recordings were analysed: {why}");
+        }
         self.conclude(experiment, plan, &results, &interrupt)
     }
 
@@ -252,6 +264,7 @@ impl Arguments {
             manifest,
             output: &self.output,
             overrides: &self.overrides,
+            analyze: self.distribution.analyze,
             threads: self.threads,
             checkpoint_every: self.checkpoint_every,
         }
@@ -272,13 +285,17 @@ impl Arguments {
 
     fn execute_on_cluster(
         &self,
+        engine: Engine,
         manifest: &Path,
         plan: &Plan,
         interrupt: &Interrupt,
         progress: &ProgressDisplay,
     ) -> Exit {
         let rest = self.rest(manifest);
-        let conclusion = match self.distribution.run_on_cluster(plan, &rest, interrupt, progress) {
+        let conclusion = match self
+            .distribution
+            .run_on_cluster(engine, plan, &rest, interrupt, progress)
+        {
             Ok(conclusion) => conclusion,
             Err(error) => {
                 let message = format!(

@@ -1,5 +1,6 @@
 //! What the command line says of other machines: who does the runs, and which of them this process does.
 
+use crate::executor::engine::Engine;
 use crate::executor::queue::{self, Errand};
 use crate::executor::task::{TaskCommand, dealt, keys};
 use crate::exit::Exit;
@@ -22,6 +23,21 @@ pub enum Executor {
     Local,
     /// Slurm: job arrays; Ctrl-C detaches, and the same command re-attaches
     Slurm,
+    /// HyperQueue, through the site's `hq`: as Slurm
+    #[value(name = "hyperqueue")]
+    HyperQueue,
+}
+
+impl Executor {
+    /// The engine that does tasks; `None` of this process.
+    #[must_use]
+    pub fn engine(self) -> Option<Engine> {
+        match self {
+            Self::Local => None,
+            Self::Slurm => Some(Engine::Slurm),
+            Self::HyperQueue => Some(Engine::HyperQueue),
+        }
+    }
 }
 
 /// Who does the runs, and which.
@@ -33,7 +49,8 @@ pub struct Distribution {
     /// Runs that a task of a cluster does one after the other, at most 1000 [default: so many that there are 200 tasks]
     #[arg(long, value_name = "N")]
     runs_per_task: Option<NonZeroUsize>,
-    /// Minutes that a task of a cluster may take; what is not done then goes on in the next [default: the site's]
+    /// Minutes that a task of a cluster may take; what is not done then goes on in the next [default: three times
+    /// what the plan expects of a slow processor]
     #[arg(long, value_name = "MINUTES")]
     time_limit: Option<NonZeroU64>,
     /// Write the runs to FILE as shell commands, one a line, each of which may be run again; and stop
@@ -43,6 +60,13 @@ pub struct Distribution {
     #[arg(long, value_name = "KEY,…", value_delimiter = ',',
           conflicts_with_all = ["executor", "export_commands", "why", "prune"])]
     pub only: Option<Vec<String>>,
+    /// Analyze recordings where they are made: analyze-recordings reads none of them again
+    #[arg(long, conflicts_with_all = ["why", "time"])]
+    pub analyze: bool,
+    /// Folder that the paths of start_from are relative to: what a task of a cluster is told, whose manifest is a copy
+    /// [default: the manifest's]
+    #[arg(long, value_name = "DIR", requires = "only")]
+    starts_in: Option<PathBuf>,
 }
 
 /// What of the rest of the command line a task has to know.
@@ -54,6 +78,8 @@ pub struct Rest<'a> {
     pub output: &'a Path,
     /// The overrides of the manifest.
     pub overrides: &'a [String],
+    /// Whether tasks analyse what they record.
+    pub analyze: bool,
     /// Threads of a run.
     pub threads: Option<NonZeroUsize>,
     /// Time between checkpoints.
@@ -67,8 +93,10 @@ impl Rest<'_> {
         Ok(TaskCommand {
             program: std::env::current_exe()?,
             manifest: fs::canonicalize(self.manifest)?,
+            starts_in: None,
             output: fs::canonicalize(self.output)?,
             overrides: self.overrides.to_vec(),
+            analyze: self.analyze,
             threads: self.threads.map_or(1, NonZeroUsize::get),
             checkpoint_every_s: self.checkpoint_every.as_secs_f64(),
         })
@@ -76,6 +104,13 @@ impl Rest<'_> {
 }
 
 impl Distribution {
+    /// The folder that the recordings are relative to that a manifest names.
+    #[must_use]
+    pub fn starts_in<'a>(&'a self, manifest: &'a Path) -> &'a Path {
+        let own = manifest.parent().unwrap_or(Path::new(""));
+        self.starts_in.as_deref().unwrap_or(own)
+    }
+
     /// Writes one command a line to FILE, of as many runs each as `--runs-per-task` says (one).
     ///
     /// # Errors
@@ -95,12 +130,14 @@ impl Distribution {
     /// As [`queue::run_all`].
     pub fn run_on_cluster(
         &self,
+        engine: Engine,
         plan: &Plan,
         rest: &Rest<'_>,
         interrupt: &Interrupt,
         progress: &ProgressDisplay,
     ) -> io::Result<Conclusion> {
         let errand = Errand {
+            engine,
             command: rest.command()?,
             runs_per_task: self.runs_per_task.map(NonZeroUsize::get),
             time_limit_min: self.time_limit.map(NonZeroU64::get),

@@ -82,7 +82,9 @@ fn verified(path: &Path, verbosity: Verbosity) -> Report {
         Ok(verification) => describe(&verification, path),
         Err(error) => {
             let exit = match &error {
-                VerifyError::Read(_) | VerifyError::Manifest(_) => Exit::Unreadable,
+                VerifyError::Read(_) | VerifyError::Manifest(_) | VerifyError::Start(_) => {
+                    Exit::Unreadable
+                }
                 VerifyError::Run(RunError::Record(error)) if error.is_retryable() => {
                     Exit::Retryable
                 }

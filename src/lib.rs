@@ -6,6 +6,7 @@
 pub mod constants;
 pub mod placement;
 pub mod random;
+mod recorded_start;
 pub mod sum;
 pub mod vector_width;
 
@@ -19,7 +20,9 @@ pub mod run;
 
 pub mod plan;
 pub mod stale;
+pub mod start_file;
 
+pub mod analysing;
 pub mod executor;
 pub mod interrupt;
 pub mod progress;

@@ -4,13 +4,14 @@ use crate::difference::{Comparison, compare_messages};
 use crate::interrupt::Interrupt;
 use crate::models::physics_version;
 use crate::run::{Replay, RunError, replay_into};
+use crate::start_file::StartFiles;
 use kinetoscope_manifest::{KeyDifference, RunManifest, content_key, differing_keys, parse_run};
 use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
 use kinetoscope_recording::reader::{Outcome, Recording};
 use std::fmt;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -51,6 +52,8 @@ pub enum VerifyError {
     Read(ReadError),
     /// This version of the program does not understand its manifest, with all that is wrong with it.
     Manifest(String),
+    /// The recording that the run began with is not there.
+    Start(String),
     /// The re-run does not start.
     Run(RunError),
     /// The temporary file of the re-run failed.
@@ -67,6 +70,9 @@ impl fmt::Display for VerifyError {
                 formatter,
                 "this version does not understand the manifest in the recording; verify it with the version that wrote it\n{errors}"
             ),
+            Self::Start(why) => {
+                write!(formatter, "the run began where another recording ends: {why}")
+            }
             Self::Run(error) => write!(formatter, "the re-run failed: {error}"),
             Self::Temporary(error) => write!(
                 formatter,
@@ -99,8 +105,10 @@ pub fn verify(
     on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Verification, VerifyError> {
     let recording = Recording::open(path)?;
-    let manifest = parse_run(recording.manifest())
+    let mut manifest = parse_run(recording.manifest())
         .map_err(|diagnostics| VerifyError::Manifest(diagnostics.render(false)))?;
+    let starts = StartFiles::relative_to(&folder_of(path));
+    manifest.model.read_start(&|name: &str| starts.read(name)).map_err(VerifyError::Start)?;
     let provenance = recording.provenance();
     let (physics, layout) = (provenance.physics_version, provenance.schema_version);
     let rerun = Rerun {
@@ -126,6 +134,13 @@ pub fn verify(
         finding,
         recording,
     })
+}
+
+/// The folder of a file, as an absolute path where there is one, so that it has folders beside it.
+fn folder_of(path: &Path) -> PathBuf {
+    let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+    let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
+    folder.canonicalize().unwrap_or(folder)
 }
 
 /// What of a file can be read.

@@ -144,18 +144,19 @@ fn full_harness_of_two_hundred_runs() {
 fn full_harness_measures_what_slurm_costs() {
     let cluster = Cluster::start();
     let manifest = cluster.folder().join("sweep.toml");
-    fs::write(&manifest, SWEEP.replace("24", "40").replace("0.9\n", "18.0\n")).unwrap();
+    // Runs of two seconds, in four tasks on two processors.
+    fs::write(&manifest, SWEEP.replace("24", "32").replace("0.9\n", "18.0\n")).unwrap();
     let (alone, alone_s) = alone(&cluster, &manifest);
     let output = cluster.folder().join("clustered");
     let started = Instant::now();
     let mut slurm = cluster.command(env!("CARGO_BIN_EXE_run-experiment"));
     slurm.arg(&manifest).arg("--output").arg(&output);
-    slurm.args(["--executor", "slurm", "--runs-per-task", "10", "--quiet"]);
+    slurm.args(["--executor", "slurm", "--runs-per-task", "8", "--quiet"]);
     assert!(slurm.status().unwrap().success());
     let slurm_s = started.elapsed().as_secs_f64();
     assert!(alone == recordings(&output.join("sweep")));
     println!(
-        "40 runs: alone {alone_s:.1} s, through Slurm {slurm_s:.1} s, {:.3}",
+        "32 runs: alone {alone_s:.1} s, through Slurm {slurm_s:.1} s, {:.3}",
         slurm_s / alone_s
     );
 }

@@ -5,7 +5,7 @@ use crate::export::{self, Form};
 use crate::files::{self, WriteError};
 use crate::input::Source;
 use crate::memory::Memory;
-use crate::report::{Report, Wishes, analyse};
+use crate::report::{self, Report, Wishes, analyse};
 use crate::table::{Terminal, Tone};
 use crate::{catalogue, ci, input};
 use clap::Parser;
@@ -34,9 +34,18 @@ struct Arguments {
     /// a program built with `--features parquet`.
     #[arg(long, value_name = "FORM,…", value_delimiter = ',')]
     export: Vec<Form>,
+    /// Writes the metrics of all runs as one Parquet table as well, in folders `export/metrics/KEY=VALUE/` named by the
+    /// sweep's coordinates.
+    #[cfg(feature = "parquet")]
+    #[arg(long)]
+    table: bool,
     /// Reads all recordings, also those that have not changed since they were analysed last.
     #[arg(long)]
     fresh: bool,
+    /// Analyses recordings and remembers what was found in the folder `.analysed`, and writes nothing else: what a task of a
+    /// cluster does, so that the analysis of the whole sweep reads no recording again.
+    #[arg(long, conflicts_with_all = ["checks", "export", "baseline", "junit", "github", "output"])]
+    remember: bool,
     /// Compares with the metrics.json of an earlier analysis: exit code 3 if one has moved by more than 4 standard errors.
     #[arg(long, value_name = "FILE")]
     baseline: Vec<PathBuf>,
@@ -106,6 +115,9 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
     let mut baselines = baselines.map_err(usage)?;
     let sources =
         input::sources(&arguments.paths).map_err(|input::BadPath(why)| (Exit::Usage, why))?;
+    if arguments.remember {
+        return Ok(remember(sources, arguments));
+    }
     let terminal = terminal();
     let several = sources.len() > 1;
     let mut reports: Vec<(PathBuf, Report)> = Vec::new();
@@ -127,6 +139,11 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
         }
         print(&report.text(terminal));
         export_all(&source, &arguments.export, &folder, terminal)?;
+        #[cfg(feature = "parquet")]
+        if arguments.table {
+            let failed = |export::ExportError(why)| (Exit::Retry, why);
+            write_table(&report, &folder, terminal).map_err(failed)?;
+        }
         reports.push((folder, report));
     }
     if let Some(unused) = baselines.first() {
@@ -135,6 +152,24 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
     }
     write(arguments, &reports, terminal).map_err(|error| (Exit::Retry, error.to_string()))?;
     Ok(conclude(&reports, terminal))
+}
+
+/// Analyses and remembers; what could not be read is named.
+fn remember(sources: Vec<Source>, arguments: &Arguments) -> Exit {
+    let mut exit = Exit::Done;
+    for mut source in sources {
+        let wishes = Wishes {
+            checks: Vec::new(),
+            pictures_at: arguments.pictures_at.clone(),
+            memory: Memory::beside(&source.folder),
+            fresh: arguments.fresh,
+        };
+        for why in report::remember(&mut source, &wishes) {
+            eprintln!("{why}");
+            exit = Exit::Unreadable;
+        }
+    }
+    exit
 }
 
 /// Exports the recordings in all forms that were asked for.
@@ -176,6 +211,20 @@ fn write(
     if arguments.github {
         print(&ci::github(&all));
     }
+    Ok(())
+}
+
+/// Writes the metrics of all runs as one table, and says where.
+#[cfg(feature = "parquet")]
+fn write_table(
+    report: &Report,
+    folder: &Path,
+    terminal: Terminal,
+) -> Result<(), export::ExportError> {
+    let folder = folder.join("export");
+    let rows = export::sweep_table::write(&report.metrics, &folder)?;
+    let line = format!("table: {rows} metrics of runs in {}", folder.join("metrics").display());
+    print(&format!("{}\n", terminal.wrapped(&line, 2)));
     Ok(())
 }
 

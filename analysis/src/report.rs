@@ -11,7 +11,7 @@ use crate::plot::Plot;
 use crate::run::{self, Ending, OpenRun, RunAnalysis, Unreadable};
 use crate::sweep;
 use crate::table::{Terminal, Tone, table};
-use kinetoscope_manifest::{Check, Coordinate};
+use kinetoscope_manifest::{Check, Coordinate, ExperimentRecord};
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -111,6 +111,38 @@ fn analyse_all(tasks: &[Task], wishes: &Wishes) -> Vec<Result<RunAnalysis, Unrea
     });
     found.sort_by_key(|(index, _)| *index);
     found.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Analyses the recordings of one folder and remembers what was found, with plots where the analysis of the whole experiment will
+/// draw them. Returns what could not be read, and why.
+#[must_use]
+pub fn remember(source: &mut Source, wishes: &Wishes) -> Vec<String> {
+    let drawn = source.record.as_ref().map(drawn_files);
+    let tasks: Vec<Task> = source
+        .open()
+        .into_iter()
+        .map(|(run, coordinates)| {
+            let with_figures = drawn.as_ref().is_none_or(|drawn| drawn.contains(&run.file));
+            Task { run, coordinates, with_figures }
+        })
+        .collect();
+    let results = analyse_all(&tasks, wishes).into_iter();
+    let unread = results.filter_map(|result| result.err().map(|Unreadable(why)| why));
+    source.unreadable.drain(..).chain(unread).collect()
+}
+
+/// The recordings that the analysis of a whole experiment draws where all runs are there: see [`analyse`].
+fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
+    let mut drawn: Vec<(&[Coordinate], String)> = Vec::new();
+    for run in &record.runs {
+        if drawn.len() == figures::sweep::MOST_CURVES {
+            break;
+        }
+        if !drawn.iter().any(|(coordinates, _)| *coordinates == run.coordinates) {
+            drawn.push((&run.coordinates, run.file.clone()));
+        }
+    }
+    drawn.into_iter().map(|(_, file)| file).collect()
 }
 
 /// Analyses the recordings of one folder.

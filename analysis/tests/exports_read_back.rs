@@ -123,6 +123,48 @@ for index, atoms in enumerate(frames):
     python(program, path.join("state.xyz"));
 }
 
+/// A sweep over two axes with two replicates. The one-liners of the README, read with DuckDB and Polars: coordinates come
+/// from the folders' names, and a second analysis leaves no row of the first.
+#[test]
+#[cfg(feature = "parquet")]
+#[ignore = "needs python3 with duckdb and polars"]
+fn duckdb_and_polars_read_the_table_of_a_sweep() {
+    let sweep = format!(
+        "{MANIFEST}\n[sweep]\n\"model.packing.restitution\" = [0.25, 0.5]\n\
+         \"model.packing.boundary\" = [\"walls\", \"periodic\"]\n"
+    );
+    let sweep = sweep.replace("name =", "replicates = 2\nname =");
+    let folder = Folder::write(&sweep, frames);
+    for _ in 0..2 {
+        let said = analyze(&["--table", folder.path().to_str().unwrap()]);
+        assert_eq!(said.code, 0, "{}", said.text);
+    }
+    let part = "export/metrics/restitution=0.25/boundary=walls/metrics.parquet";
+    assert!(folder.path().join(part).exists());
+    let program = "
+import sys, json, duckdb, polars
+table = sys.argv[1] + '/export/metrics/**/*.parquet'
+document = json.load(open(sys.argv[1] + '/metrics.json'))
+runs = [entry for entry in document['metrics'] if 'run' in entry]
+where = 'model.packing.'
+expected = sorted(
+    (float(entry['run']['coordinates'][where + 'restitution']), entry['run']['coordinates'][where + 'boundary'],
+     entry['run']['replicate'], entry['name'], entry['value'], entry['standard_error'], entry['run']['file'])
+    for entry in runs)
+assert len(expected) >= 8
+columns = 'restitution::DOUBLE, boundary, replicate, metric, value, standard_error, file'
+found = duckdb.sql(f\"select {columns} from read_parquet('{table}', hive_partitioning = true)\").fetchall()
+assert sorted(found) == expected, (found, expected)
+frame = polars.scan_parquet(table, hive_partitioning=True).collect()
+names = ['restitution', 'boundary', 'replicate', 'metric', 'value', 'standard_error', 'file']
+assert sorted(frame.select(names).rows()) == expected
+mean = duckdb.sql(f\"select restitution, avg(value) from read_parquet('{table}', hive_partitioning = true) \"
+                  f\"where metric = 'a2.final' group by all order by all\").fetchall()
+assert len(mean) == 2, mean
+";
+    python(program, folder.path().to_path_buf());
+}
+
 #[test]
 #[cfg(feature = "parquet")]
 #[ignore = "needs python3 with pyarrow"]

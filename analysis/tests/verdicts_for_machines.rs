@@ -137,6 +137,34 @@ fn an_unchanged_recording_is_not_read_again() {
     assert!(first == fs::read(folder.path().join("metrics.json")).unwrap());
 }
 
+/// What tasks remembered of their recordings, one or two at a time, is all that the analysis of the whole reads: their frames may
+/// be gone. It gives the same bytes as an analysis that reads them.
+#[test]
+fn what_tasks_remembered_is_put_together_without_the_frames() {
+    let quiet = MANIFEST.split("[[checks]]").next().unwrap();
+    let read = Folder::write(quiet, frames(10.0));
+    assert_eq!(analyze(&[path(&read)]).code, 0);
+    let folder = Folder::write(quiet, frames(10.0));
+    for index in 0..folder.files.len() {
+        let file = folder.file(index);
+        assert_eq!(analyze(&["--remember", file.to_str().unwrap()]).code, 0);
+        let changed = fs::metadata(&file).unwrap().modified().unwrap();
+        let mut bytes = fs::read(&file).unwrap();
+        let middle = bytes.len() * 2 / 3;
+        let outcome = bytes.windows(8).rposition(|window| window == b"outcome\0");
+        bytes[outcome.unwrap_or(middle).min(middle)] ^= 0xff;
+        fs::write(&file, &bytes).unwrap();
+        fs::File::options().write(true).open(&file).unwrap().set_modified(changed).unwrap();
+    }
+    assert!(!folder.path().join("metrics.json").exists());
+    assert_eq!(analyze(&[path(&folder)]).code, 0);
+    for file in ["metrics.json", "metrics.csv", "report.html"] {
+        let of = |folder: &Folder| fs::read(folder.path().join(file)).unwrap();
+        assert!(of(&folder) == of(&read), "{file}");
+    }
+    assert_eq!(analyze(&["--fresh", path(&folder)]).code, 5);
+}
+
 /// The commands of the workflow's steps, in order.
 fn steps(workflow: &str) -> Vec<String> {
     let mut steps = Vec::new();

@@ -1,7 +1,11 @@
 //! Who runs the plan. The engine's word is never trusted: a run counts when its recording is there.
 
+pub mod engine;
+pub mod expected_time;
+mod hyperqueue;
 pub mod local;
 pub mod memory;
 pub mod queue;
-pub mod slurm;
+mod slurm;
+mod submission;
 pub mod task;

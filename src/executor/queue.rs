@@ -3,7 +3,8 @@
 //! Nothing is remembered but what lies in the folder. So the program may leave at any time, and the same command takes up
 //! the thread: what the cluster has in its queue is not submitted again, what it lost is.
 
-use crate::executor::slurm::{self, Resources};
+use crate::executor::engine::{Engine, Resources};
+use crate::executor::expected_time;
 use crate::executor::task::{TaskCommand, dealt};
 use crate::interrupt::Interrupt;
 use crate::plan::{Plan, PlannedRun};
@@ -31,11 +32,13 @@ pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<Outcome, Failu
 /// How the plan is submitted.
 #[derive(Clone, Debug)]
 pub struct Errand {
+    /// Who does the tasks.
+    pub engine: Engine,
     /// What all tasks have in common.
     pub command: TaskCommand,
     /// Runs that a task does one after the other; `None` leaves it to the plan's size.
     pub runs_per_task: Option<usize>,
-    /// Minutes that a task may take; `None` is the site's default.
+    /// Minutes that a task may take; `None` leaves it to the plan, or to the site where that does not tell.
     pub time_limit_min: Option<u64>,
 }
 
@@ -68,7 +71,7 @@ pub fn run_all<'a>(
     let (started, mut silent) = (Instant::now(), false);
     while !interrupt.is_raised() && watch.results.iter().any(|(_, end)| end.is_none()) {
         // In this order: a task that ends in between is found among the recordings.
-        match slurm::live(&plan.folder) {
+        match errand.engine.live(&plan.folder) {
             Ok(live) => {
                 watch.look()?;
                 let ended = watch.results.iter().filter(|(_, end)| end.is_some()).count();
@@ -142,16 +145,21 @@ impl Watch<'_> {
         let usual = self.results.len().div_ceil(USUAL_TASKS);
         let tasks = dealt(&missing, self.errand.runs_per_task.unwrap_or(usual));
         let needed = missing.iter().filter_map(|run| run.estimate()).map(|run| run.memory_bytes);
-        let resources = Resources {
-            processors: self.errand.command.threads,
-            memory_mib: needed.max().unwrap_or_default().div_ceil(1 << 20),
-            time_limit_min: self.errand.time_limit_min,
-        };
-        for array in tasks.chunks(slurm::most_tasks()) {
+        let memory_mib = needed.max().unwrap_or_default().div_ceil(1 << 20);
+        for array in tasks.chunks(self.errand.engine.most_tasks()) {
+            let expected: Option<Vec<u64>> =
+                array.iter().map(|runs| expected_time::time_limit_min(runs)).collect();
+            let longest = expected.and_then(|minutes| minutes.into_iter().max());
+            let resources = Resources {
+                processors: self.errand.command.threads,
+                memory_mib,
+                time_limit_min: self.errand.time_limit_min.or(longest),
+            };
             for run in array.iter().flatten() {
                 side_files::remove_failure(self.folder, &run.stem)?;
             }
-            slurm::submit(self.folder, array, &self.errand.command, resources)?;
+            let Errand { engine, command, .. } = self.errand;
+            engine.submit(self.folder, array, command, resources)?;
         }
         Ok(())
     }

@@ -10,10 +10,14 @@ pub struct TaskCommand {
     pub program: PathBuf,
     /// The manifest.
     pub manifest: PathBuf,
+    /// The folder that paths in it are relative to, where it is not the manifest's own.
+    pub starts_in: Option<PathBuf>,
     /// The folder of the recordings' folder.
     pub output: PathBuf,
     /// The overrides of the manifest, `key=value`.
     pub overrides: Vec<String>,
+    /// Whether it has its recordings analysed.
+    pub analyze: bool,
     /// Threads that a run computes with.
     pub threads: usize,
     /// Seconds between checkpoints.
@@ -33,6 +37,12 @@ impl TaskCommand {
             "--quiet".to_owned(),
         ];
         words.extend(self.overrides.iter().map(|text| format!("--set {}", quoted(text))));
+        if self.analyze {
+            words.push("--analyze".to_owned());
+        }
+        if let Some(folder) = &self.starts_in {
+            words.push(format!("--starts-in {}", quoted(&folder.display().to_string())));
+        }
         words.push(format!("--only {keys}"));
         words.join(" ")
     }

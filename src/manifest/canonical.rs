@@ -41,7 +41,7 @@ impl RunManifest {
 /// # Errors
 /// Everything that is wrong with the text.
 pub fn parse_run(text: &str) -> Result<RunManifest, Diagnostics> {
-    let (document, diagnostics) = read_document(text, "run manifest", &[]);
+    let (document, diagnostics) = read_document(text, "run manifest", &[], None);
     let mut runs = document.runs;
     if diagnostics.is_empty() && runs.len() != 1 {
         let title = format!("one run is needed, this is an experiment of {}", runs.len());

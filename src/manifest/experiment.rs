@@ -4,10 +4,10 @@ use crate::canonical::{ContentKey, RunManifest};
 use crate::checks::{self, Check};
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::keys::{Keys, Reader};
-use crate::model::{ModelConfig, no_model};
+use crate::model::{ModelConfig, Recordings, no_model};
 use crate::record::RecordConfig;
 use crate::sweep::{self, Axis, Coordinate, Points, overlap};
-use crate::tree::{self, Entry, Node, Span, Table, Value};
+use crate::tree::{self, Node, Span, Table, Value};
 use crate::value::{ReplicateCount, quoted, refuse};
 use toml::de::{DeTable, DeValue};
 
@@ -66,7 +66,26 @@ pub fn parse(
     origin: &str,
     overrides: &[Override],
 ) -> Result<Experiment, Diagnostics> {
-    let (document, diagnostics) = read_document(source, origin, overrides);
+    experiment(read_document(source, origin, overrides, None), origin)
+}
+
+/// Reads a manifest whose runs may start from recordings: as [`parse`], and `recordings` finds them.
+///
+/// # Errors
+/// As [`parse`], and each recording that no run can start from.
+pub fn parse_with_recordings(
+    source: &str,
+    origin: &str,
+    overrides: &[Override],
+    recordings: Recordings<'_>,
+) -> Result<Experiment, Diagnostics> {
+    experiment(read_document(source, origin, overrides, Some(recordings)), origin)
+}
+
+fn experiment(
+    (document, diagnostics): (Document, Diagnostics),
+    origin: &str,
+) -> Result<Experiment, Diagnostics> {
     if !diagnostics.is_empty() {
         return Err(diagnostics);
     }
@@ -208,12 +227,13 @@ pub(crate) fn read_document(
     source: &str,
     origin: &str,
     overrides: &[Override],
+    recordings: Option<Recordings<'_>>,
 ) -> (Document, Diagnostics) {
     let mut diagnostics = Diagnostics::default();
     let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
     let mut errors = Vec::new();
     let set = read_overrides(overrides, &mut diagnostics, &mut errors);
-    let document = read_root(&mut root, set, &mut errors);
+    let document = read_root(&mut root, set, recordings, &mut errors);
     if !syntax.hides_tables {
         errors.retain(|error| !syntax.explains(source, error));
         errors.extend(syntax.errors);
@@ -300,7 +320,12 @@ fn read_overrides(
     sets
 }
 
-fn read_root(root: &mut Table, sets: Vec<Set>, errors: &mut Vec<Diagnostic>) -> Document {
+fn read_root(
+    root: &mut Table,
+    sets: Vec<Set>,
+    recordings: Option<Recordings<'_>>,
+    errors: &mut Vec<Diagnostic>,
+) -> Document {
     let sweep = root.take("sweep");
     let axes = sweep.as_ref().map_or_else(Vec::new, |sweep| sweep::read(sweep, errors));
     for Set { key, key_span, node } in sets {
@@ -329,7 +354,8 @@ fn read_root(root: &mut Table, sets: Vec<Set>, errors: &mut Vec<Diagnostic>) -> 
     head.check(&mut reader);
     reader.also_known(&["model", "record", "sweep", "checks"]);
     reader.finish();
-    let runs = expand(&head, model, record, &axes, errors);
+    let base = Table { entries: [model, record].into_iter().flatten().collect() };
+    let runs = expand(&head, &base, &axes, recordings, errors);
     let axes: Vec<Axis> = axes.into_iter().map(|points| points.axis).collect();
     let checks =
         checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(&axes), errors));
@@ -347,9 +373,9 @@ fn set(root: &mut Table, key: &str, key_span: Span, node: &Node, errors: &mut Ve
 /// Every combination of the axes' points, each read as if its values stood in the tables.
 fn expand(
     head: &Head,
-    model: Option<Entry>,
-    record: Option<Entry>,
+    base: &Table,
     axes: &[Points],
+    recordings: Option<Recordings<'_>>,
     errors: &mut Vec<Diagnostic>,
 ) -> Vec<Run> {
     let replicates = head.replicate_numbers();
@@ -367,7 +393,6 @@ fn expand(
         errors.push(Diagnostic::new(title));
         return Vec::new();
     };
-    let base = Table { entries: [model, record].into_iter().flatten().collect() };
     let mut runs = Vec::with_capacity(points * replicates.len());
     for point in 0..points {
         let mut root = base.clone();
@@ -381,7 +406,7 @@ fn expand(
                 values.map(|(key, value)| Coordinate { key: key.clone(), value: value.clone() }),
             );
         }
-        if let Some((model, record)) = read_physics(&root, errors) {
+        if let Some((model, record)) = read_physics(&root, recordings, errors) {
             runs.extend(replicates.clone().map(|replicate| Run {
                 coordinates: coordinates.clone(),
                 replicate,
@@ -427,7 +452,11 @@ fn indices(point: usize, axes: &[Points]) -> Vec<usize> {
 }
 
 /// Reads the tables `[model]` and `[record]`.
-fn read_physics(root: &Table, errors: &mut Vec<Diagnostic>) -> Option<(ModelConfig, RecordConfig)> {
+fn read_physics(
+    root: &Table,
+    recordings: Option<Recordings<'_>>,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<(ModelConfig, RecordConfig)> {
     let empty = Table::default();
     let errors_before = errors.len();
     let model = match root.get("model") {
@@ -436,7 +465,7 @@ fn read_physics(root: &Table, errors: &mut Vec<Diagnostic>) -> Option<(ModelConf
             None
         }
         Some(entry) => match entry.node.table() {
-            Some(models) => ModelConfig::read(models, errors),
+            Some(models) => ModelConfig::read(models, recordings, errors),
             None => {
                 refuse(&entry.node, "model", "a table [model.<NAME>]", errors);
                 None

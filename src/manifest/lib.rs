@@ -27,7 +27,7 @@ pub use canonical::{ContentKey, RunManifest, content_key, parse_run};
 pub use checks::{Bound, Check, parse_checks};
 pub use comparison::{KeyDifference, differing_keys};
 pub use diagnostics::Diagnostics;
-pub use experiment::{Experiment, Override, Run, parse};
+pub use experiment::{Experiment, Override, Run, parse, parse_with_recordings};
 pub use schema::json_schema;
 pub use sidecar::{ExperimentRecord, RunRecord};
 pub use starter::starter;

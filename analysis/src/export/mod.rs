@@ -3,6 +3,8 @@
 mod gnuplot;
 #[cfg(feature = "parquet")]
 mod parquet;
+#[cfg(feature = "parquet")]
+pub mod sweep_table;
 mod tables;
 mod xyz;
 

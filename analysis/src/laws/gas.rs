@@ -2,7 +2,7 @@
 
 use super::Law;
 use kinetoscope_manifest::model::{
-    BoltzmannConstant, GasConfig, SpeedDistribution, SpeedScale, TemperatureDefinition,
+    BoltzmannConstant, GasConfig, Placement, SpeedDistribution, SpeedScale, TemperatureDefinition,
 };
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -127,7 +127,9 @@ pub struct SpeedMoments {
 /// several masses.
 #[must_use]
 pub fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
-    if !config.keeps_speeds() || has_several_masses(config) || config.opening_width_m.is_some() {
+    let is_drawn = matches!(config.placement, Placement::Random);
+    let is_one_gas = !has_several_masses(config) && config.opening_width_m.is_none();
+    if !(is_drawn && is_one_gas && config.keeps_speeds()) {
         return None;
     }
     let ratio = mean_squared_over_mean_square(config.speed_distribution);

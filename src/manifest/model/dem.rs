@@ -228,11 +228,12 @@ impl DemConfig {
             "What an unstable time step leads to: the run is refused, or goes on with a warning.",
             &mut self.stability,
         );
-        keys.key(
+        super::start_keys(
             "placement",
-            "",
             "How discs are placed at the start; given velocities count, all others are at rest.",
+            &["placement", "start_from"],
             &mut self.placement,
+            keys,
         );
         keys.key("duration_s", "s", "Simulated time.", &mut self.duration_s);
     }
@@ -349,8 +350,10 @@ impl DemConfig {
 
     /// The rules between the keys.
     pub(crate) fn check(&mut self, table: &mut Reader<'_>) {
-        if let Placement::Given(state) = &self.placement {
-            self.discs = state.count(table, "discs", self.discs);
+        match &self.placement {
+            Placement::Given(state) => self.discs = state.count(table, "discs", self.discs),
+            Placement::Recorded(start) => self.discs = start.count(table, "discs", self.discs),
+            Placement::Random | Placement::Lattice => {}
         }
         let (smallest, radius) = self.radius_m.range();
         let (width, height) = (self.width_m.get(), self.height_m.get());

@@ -1,6 +1,7 @@
 //! `[model.gas]`: point particles in a circular container.
 
-use super::Placement;
+use super::start_from::MayBeRecorded;
+use super::{Placement, StartFrom};
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
 use crate::quantity::{Finite, NonNegative, Positive, Share};
@@ -184,6 +185,22 @@ impl Propagation {
 /// A placement as the gas has it: points need no lattice.
 struct GasPlacement(Placement);
 
+impl From<StartFrom> for GasPlacement {
+    fn from(start: StartFrom) -> Self {
+        Self(start.into())
+    }
+}
+
+impl MayBeRecorded for GasPlacement {
+    fn recorded(&self) -> Option<&StartFrom> {
+        self.0.recorded()
+    }
+
+    fn recorded_mut(&mut self) -> Option<&mut StartFrom> {
+        self.0.recorded_mut()
+    }
+}
+
 impl TomlValue for GasPlacement {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         let words = [("random", Placement::Random)];
@@ -234,12 +251,13 @@ impl GasConfig {
         );
         self.propagation_keys(keys);
         let mut placement = GasPlacement(self.placement.clone());
-        keys.key(
+        super::start_keys(
             "placement",
-            "",
-            "How particles are placed at the start. A given start keeps its velocities \
+            "How particles are placed at the start. A given or recorded start keeps its velocities \
             unless `temperature_k` stands beside it.",
+            &["placement", "start_from"],
             &mut placement,
+            keys,
         );
         self.placement = placement.0;
         self.beyond_keys(keys);
@@ -459,21 +477,20 @@ impl GasConfig {
                 "give `temperature_k` in place of `max_speed_m_per_s`",
             );
         }
-        match &self.placement {
-            Placement::Random | Placement::Lattice => {}
-            Placement::Given(state) => {
-                self.particles = state.count(table, "particles", self.particles);
-                if table.has("max_speed_m_per_s") {
-                    table.refuse(
-                        &["placement", "max_speed_m_per_s"],
-                        "a given start has its own speeds",
-                        "remove `max_speed_m_per_s`; `temperature_k` rescales a given start",
-                    );
-                }
-                if !table.has("temperature_k") {
-                    self.speed_scale = SpeedScale::Given;
-                }
-            }
+        self.particles = match &self.placement {
+            Placement::Random | Placement::Lattice => return,
+            Placement::Given(state) => state.count(table, "particles", self.particles),
+            Placement::Recorded(start) => start.count(table, "particles", self.particles),
+        };
+        if table.has("max_speed_m_per_s") {
+            table.refuse(
+                &["placement", "start_from", "max_speed_m_per_s"],
+                "a given start has its own speeds",
+                "remove `max_speed_m_per_s`; `temperature_k` rescales a given start",
+            );
+        }
+        if !table.has("temperature_k") {
+            self.speed_scale = SpeedScale::Given;
         }
     }
 }

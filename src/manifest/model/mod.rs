@@ -6,6 +6,7 @@ mod dem_walls;
 mod gas;
 mod orbit;
 mod packing;
+mod start_from;
 
 pub use dem::{
     DemConfig, DemIntegrator, Dissipation, ForceTail, PeriodicSides, Stability, TimeStep,
@@ -21,6 +22,7 @@ pub use packing::{
     Boundary, CollapseGuard, InitialVelocities, PERIODIC_DIAMETERS, PackingConfig,
     PackingPlacement, RunLength,
 };
+pub use start_from::{RecordedState, Recordings, StartFrom};
 
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::keys::{Keys, Reader};
@@ -28,6 +30,7 @@ use crate::quantity::Finite;
 use crate::tree::{Entry, Node, Table, Value};
 use crate::value::{TomlValue, refuse, word};
 use serde_json::{Value as Json, json};
+use start_from::{MayBeRecorded as _, start_keys};
 use std::num::NonZeroU32;
 
 /// The table `[model.<NAME>]`: which model, and its values.
@@ -61,6 +64,8 @@ pub enum Placement {
     Lattice,
     /// Written out.
     Given(GivenState),
+    /// As the run of a recording ended.
+    Recorded(StartFrom),
 }
 
 impl ModelConfig {
@@ -100,6 +105,32 @@ impl ModelConfig {
         }
     }
 
+    /// The recording that the run begins with, if it does.
+    #[must_use]
+    pub fn start_from(&self) -> Option<&StartFrom> {
+        match self {
+            Self::Dem(config) => config.placement.recorded(),
+            Self::Gas(config) => config.placement.recorded(),
+            Self::Packing(config) => config.placement.recorded(),
+            Self::Orbit(config) => config.start.recorded(),
+        }
+    }
+
+    /// Looks for the recording that the run begins with, if it does.
+    ///
+    /// # Errors
+    /// Why there is none, or none that this model can begin with.
+    pub fn read_start(&mut self, recordings: Recordings<'_>) -> Result<(), String> {
+        let name = self.name();
+        let start = match self {
+            Self::Dem(config) => config.placement.recorded_mut(),
+            Self::Gas(config) => config.placement.recorded_mut(),
+            Self::Packing(config) => config.placement.recorded_mut(),
+            Self::Orbit(config) => config.start.recorded_mut(),
+        };
+        start.map_or(Ok(()), |start| start.read_by(recordings, name))
+    }
+
     fn check(&mut self, table: &mut Reader<'_>) {
         match self {
             Self::Dem(config) => config.check(table),
@@ -109,8 +140,13 @@ impl ModelConfig {
         }
     }
 
-    /// Reads the table `[model]`, which holds exactly one model. `None` if there is no telling which.
-    pub(crate) fn read(models: &Table, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+    /// Reads the table `[model]`, which holds exactly one model. `None` if there is no telling which. Without `recordings` a
+    /// start from one is left a name.
+    pub(crate) fn read(
+        models: &Table,
+        recordings: Option<Recordings<'_>>,
+        errors: &mut Vec<Diagnostic>,
+    ) -> Option<Self> {
         let mut known: Vec<&Entry> = Vec::new();
         for entry in &models.entries {
             if Self::NAMES.contains(&&*entry.key) {
@@ -143,6 +179,10 @@ impl ModelConfig {
         };
         let mut reader = Reader::new(&path, table, errors);
         model.keys(&mut reader);
+        if let Some(Err(why)) = recordings.map(|recordings| model.read_start(recordings)) {
+            let title = format!("the run cannot start from `{path}.start_from`");
+            reader.refuse(&["start_from"], &title, &why);
+        }
         model.check(&mut reader);
         reader.finish();
         Some(model)
@@ -270,6 +310,7 @@ impl TomlValue for Placement {
             Self::Random => "\"random\"".to_owned(),
             Self::Lattice => "\"lattice\"".to_owned(),
             Self::Given(state) => state.write(GIVEN_SI),
+            Self::Recorded(start) => start.write(),
         }
     }
 

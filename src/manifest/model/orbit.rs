@@ -1,11 +1,13 @@
 //! `[model.orbit]`: the Earth around the Sun, in AU and days.
 
+use super::StartFrom;
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
 use crate::quantity::{Finite, NonNegative, Positive, StepBelowOneDay, StepTolerance};
 use crate::tree::{Node, Value};
 use crate::value::{TomlValue, refuse, word, words};
 use serde_json::{Value as Json, json};
+use std::num::NonZeroU32;
 
 /// All physics of an orbit run. The Sun is fixed at the origin, unless several bodies attract each other.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +29,7 @@ pub struct OrbitConfig {
 }
 
 /// State at the start.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum OrbitStart {
     /// As printed in the source document: relative to the solar system's barycentre, 2013-01-01.
     Document,
@@ -40,6 +42,8 @@ pub enum OrbitStart {
         /// Velocity, AU/day.
         velocity_au_per_day: [Finite; 3],
     },
+    /// As the run of a recording ended.
+    Recorded(StartFrom),
 }
 
 /// Time-stepping scheme of the orbit.
@@ -115,12 +119,13 @@ impl OrbitConfig {
     /// The keys of `[model.orbit]`, in the order of the canonical manifest.
     pub(crate) fn keys(&mut self, keys: &mut impl Keys) {
         if self.bodies.is_none() {
-            keys.key(
+            super::start_keys(
                 "start",
-                "",
                 "State at the start: document is the barycentric one as printed, heliocentric \
                 the same day relative to the Sun, or { position_au, velocity_au_per_day }.",
+                &["start", "start_from", "bodies"],
                 &mut self.start,
+                keys,
             );
         }
         self.bodies = keys.optional(
@@ -130,7 +135,6 @@ impl OrbitConfig {
             { gm_au3_per_day2, position_au, velocity_au_per_day }. Their centre of mass is put at rest in the origin.",
             self.bodies.take(),
         );
-        keys.exclusive(&["start", "bodies"]);
         keys.key(
             "integrator",
             "",
@@ -166,6 +170,16 @@ impl OrbitConfig {
     pub(crate) fn check(&mut self, table: &mut Reader<'_>) {
         let steps = self.duration_days.get() / self.time_step_days.get();
         super::at_least_one_step(steps, table, &["time_step_days", "duration_days"]);
+        if let OrbitStart::Recorded(start) = &self.start
+            && start.count(table, "", NonZeroU32::MIN) != NonZeroU32::MIN
+        {
+            let title = "the recording is one of several bodies";
+            table.refuse(
+                &["start_from"],
+                title,
+                "write them out as `bodies`: their masses are not in its frames",
+            );
+        }
         let Some(bodies) = &self.bodies else { return };
         if self.integrator == OrbitIntegrator::Kepler {
             table.refuse(
@@ -210,6 +224,7 @@ impl TomlValue for OrbitStart {
                 position_au.write(),
                 velocity_au_per_day.write()
             ),
+            Self::Recorded(start) => start.write(),
         }
     }
 

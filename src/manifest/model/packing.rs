@@ -1,6 +1,6 @@
 //! `[model.packing]`: event-driven hard discs. Lengths and times are dimensionless, a disc has mass 1.
 
-use super::GivenState;
+use super::{GivenState, StartFrom};
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
 use crate::quantity::{BoxSide, NonNegative, Positive, Share};
@@ -91,6 +91,8 @@ pub enum PackingPlacement {
     Compressed,
     /// Written out, with velocities.
     Given(GivenState),
+    /// As the run of a recording ended.
+    Recorded(StartFrom),
 }
 
 impl Default for PackingConfig {
@@ -188,11 +190,12 @@ impl PackingConfig {
             &mut self.initial_velocities,
         );
         self.length_keys(keys);
-        keys.key(
+        super::start_keys(
             "placement",
-            "",
             "How discs are placed at the start; random needs a packing fraction below 0.5, compressed reaches any.",
+            &["placement", "start_from"],
             &mut self.placement,
+            keys,
         );
         keys.key(
             "compression_rate",
@@ -259,8 +262,13 @@ impl PackingConfig {
 
     /// The rules between the keys.
     pub(crate) fn check(&mut self, table: &mut Reader<'_>) {
-        if let PackingPlacement::Given(state) = &self.placement {
-            self.discs = state.count(table, "discs", self.discs);
+        match &self.placement {
+            PackingPlacement::Given(state) => self.discs = state.count(table, "discs", self.discs),
+            PackingPlacement::Recorded(start) => {
+                self.discs = start.count(table, "discs", self.discs);
+            }
+            PackingPlacement::Random | PackingPlacement::Lattice | PackingPlacement::Compressed => {
+            }
         }
         let (width, height) = (self.width.get(), self.height.get());
         let (radius, spread) = (self.radius.get(), self.polydispersity.get());
@@ -320,6 +328,7 @@ impl TomlValue for PackingPlacement {
             Self::Lattice => "\"lattice\"".to_owned(),
             Self::Compressed => "\"compressed\"".to_owned(),
             Self::Given(state) => state.write(GIVEN),
+            Self::Recorded(start) => start.write(),
         }
     }
 

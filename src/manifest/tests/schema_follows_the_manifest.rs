@@ -58,6 +58,7 @@ fn every_key_has_its_meaning_unit_range_and_default() {
     /// Keys without a default of their own: the other way to say what another key says, or nothing at all.
     const NO_DEFAULT: &[&str] = &[
         "bodies",
+        "start_from",
         "further_masses_kg",
         "place_distribution",
         "temperature_schedule",
@@ -182,6 +183,10 @@ fn the_canonical_form_writes_every_key_of_the_schema() {
          { gm_au3_per_day2 = 0, position_au = [1, 0, 0], velocity_au_per_day = [0, 1, 0] }]",
         "[model.gas]\nfurther_masses_kg = [1]\nplace_distribution = \"radius\"\ntemperature_schedule = [[0.1, 1]]\n\
          wall_speed_m_per_s = 1\nwall_temperature_k = 1\nwall_accommodation = 1\nopening_width_m = 1",
+        "[model.dem]\nstart_from = \"bed.mcap\"",
+        "[model.gas]\nstart_from = \"gas.mcap\"",
+        "[model.packing]\nstart_from = \"packing.mcap\"",
+        "[model.orbit]\nstart_from = \"orbit.mcap\"",
         "[model.dem]",
         "[model.gas]",
     ];

@@ -17,6 +17,7 @@ mod lanes;
 mod neighbours;
 mod observe;
 mod parameters;
+mod recorded;
 mod remedies;
 mod report;
 mod stability;
@@ -29,7 +30,7 @@ use crate::random::Seed;
 use discs::Discs;
 use energy::{Energies, Ledger};
 use forces::Scene;
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Stability};
+use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement, Stability};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, DemContacts, DemEnergy, DemEnergyShare, DemTemperature, DemWalls,
 };
@@ -135,7 +136,9 @@ impl Model for Dem {
             let speed = (vx * vx + vy * vy).sqrt();
             if speed > top { speed } else { top }
         });
-        if config.integrator == DemIntegrator::VelocityVerlet {
+        // The velocities of a recording are the integrator's own already.
+        let is_recorded = matches!(config.placement, Placement::Recorded(_));
+        if config.integrator == DemIntegrator::VelocityVerlet && !is_recorded {
             step::set_back_by_half_a_step(&mut discs, parameters.gravity, parameters.time_step);
         }
         let mut model = Self {

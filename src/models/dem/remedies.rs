@@ -86,7 +86,7 @@ fn with_radius(config: &DemConfig, radius: f64) -> Option<DemConfig> {
     let (smallest, largest) = config.radius_m.range();
     let box_area = config.width_m.get() * config.height_m.get();
     let covered = f64::from(config.discs.get()) * PI * radius * radius;
-    let is_given = matches!(config.placement, Placement::Given(_));
+    let is_given = matches!(config.placement, Placement::Given(_) | Placement::Recorded(_));
     if smallest < largest || is_given || covered > ROOMY_PACKING_FRACTION * box_area {
         return None;
     }

@@ -43,6 +43,9 @@ pub(super) fn facts(
         Placement::Random => "at random",
         Placement::Lattice => "on a square lattice",
         Placement::Given(_) => "as given",
+        Placement::Recorded(_) => {
+            "where the recording ended, springs of friction unstretched and numbers anew"
+        }
     };
     vec![
         format!(

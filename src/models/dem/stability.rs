@@ -4,6 +4,7 @@
 //! flips on the first touch, and far above each touch multiplies it by c.
 
 use super::parameters::Parameters;
+use super::recorded;
 use super::restitution;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement};
 
@@ -171,14 +172,19 @@ fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
         };
         if height > 0.0 { 2.0 * gravity.abs() * height } else { 0.0 }
     };
-    let Placement::Given(given) = &config.placement else {
-        return (fall(0, None) + fall(1, None)).sqrt();
+    let motions: Vec<[f64; 4]> = match &config.placement {
+        Placement::Random | Placement::Lattice => {
+            return (fall(0, None) + fall(1, None)).sqrt();
+        }
+        Placement::Given(given) => {
+            let moving = given.positions.iter().zip(&given.velocities);
+            moving.map(|([x, y], [vx, vy])| [x, y, vx, vy].map(|value| value.get())).collect()
+        }
+        Placement::Recorded(start) => recorded::motions(start),
     };
     let mut fastest = 0.0;
-    for (position, velocity) in given.positions.iter().zip(&given.velocities) {
-        let [vx, vy] = [velocity[0].get(), velocity[1].get()];
-        let squared =
-            vx * vx + vy * vy + fall(0, Some(position[0].get())) + fall(1, Some(position[1].get()));
+    for [x, y, vx, vy] in motions {
+        let squared = vx * vx + vy * vy + fall(0, Some(x)) + fall(1, Some(y));
         fastest = if squared > fastest { squared } else { fastest };
     }
     fastest.sqrt()

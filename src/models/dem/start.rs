@@ -3,6 +3,7 @@
 use super::cells::Cells;
 use super::discs::Discs;
 use super::parameters::{Parameters, mass_of};
+use super::recorded;
 use super::walls::PlacedWall;
 use crate::model::Refusal;
 use crate::placement::{Rectangle, random_sequential_addition_where, square_lattice};
@@ -10,7 +11,7 @@ use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, GivenState, Placement};
 
 /// Overlap over the sum of radii that is still touching: decimals typed in are rounded.
-const TOUCHING: f64 = 1e-12;
+pub(super) const TOUCHING: f64 = 1e-12;
 
 /// Discs without overlap, inside the box, with their velocities at the positions' time.
 ///
@@ -37,19 +38,34 @@ pub(super) fn discs(
         None => Rectangle { min: [0.0, 0.0], max: parameters.sides },
     };
     let walls = parameters.walls_at(0);
-    let positions = match &config.placement {
+    let at_rest = vec![[0.0, 0.0]; radii.len()];
+    let (positions, velocities) = match &config.placement {
+        Placement::Recorded(start) => return recorded::discs(start, config, parameters),
         Placement::Random => {
             let mut generator = seed.stream(Stream::Positions);
             let stands_free = |centre, radius| overlapped_wall(&walls, centre, radius).is_none();
-            random_sequential_addition_where(rectangle, &radii, &mut generator, stands_free)
-                .map_err(|jammed| {
-                    no_room(config, parameters, &radii, &format!("only {} stand", jammed.placed))
-                })?
+            let placed =
+                random_sequential_addition_where(rectangle, &radii, &mut generator, stands_free)
+                    .map_err(|jammed| {
+                        no_room(
+                            config,
+                            parameters,
+                            &radii,
+                            &format!("only {} stand", jammed.placed),
+                        )
+                    })?;
+            (placed, at_rest)
         }
-        Placement::Lattice => square_lattice(rectangle, largest, radii.len()).ok_or_else(|| {
-            no_room(config, parameters, &radii, "a square lattice is too small for them")
-        })?,
-        Placement::Given(given) => given_positions(given, parameters, &radii)?,
+        Placement::Lattice => {
+            let placed = square_lattice(rectangle, largest, radii.len()).ok_or_else(|| {
+                no_room(config, parameters, &radii, "a square lattice is too small for them")
+            })?;
+            (placed, at_rest)
+        }
+        Placement::Given(given) => {
+            let velocities = given.velocities.iter().map(|velocity| velocity.map(|v| v.get()));
+            (given_positions(given, parameters, &radii)?, velocities.collect())
+        }
     };
     for (disc, (&centre, &radius)) in positions.iter().zip(&radii).enumerate() {
         if let Some(wall) = overlapped_wall(&walls, centre, radius) {
@@ -61,12 +77,6 @@ pub(super) fn discs(
             )));
         }
     }
-    let velocities = match &config.placement {
-        Placement::Given(given) => {
-            given.velocities.iter().map(|velocity| velocity.map(|v| v.get())).collect()
-        }
-        Placement::Random | Placement::Lattice => vec![[0.0, 0.0]; radii.len()],
-    };
     let masses =
         radii.iter().map(|&radius| mass_of(radius, parameters.radius, parameters.mass)).collect();
     let moving = positions.iter().zip(velocities);

@@ -5,6 +5,7 @@ use super::pressure::{SpeedMean, SpeedMoments, speed_at};
 use super::speeds::SpeedLaw;
 use crate::model::Refusal;
 use crate::random::{Seed, Stream};
+use crate::recorded_start;
 use kinetoscope_manifest::model::{
     GasConfig, GivenState, PlaceDistribution, Placement, SpeedDistribution, SpeedScale,
 };
@@ -30,7 +31,13 @@ pub(super) fn start(
 ) -> Result<Start, Refusal> {
     let mut unscaled = match &config.placement {
         Placement::Random => drawn(config, seed)?,
-        Placement::Given(state) => given(config, state)?,
+        Placement::Given(state) => {
+            let particles = written(config, state)?;
+            given(config, &particles)?
+        }
+        Placement::Recorded(start) => {
+            given(config, &recorded_start::rows(start, ["x", "y", "vx", "vy"])?)?
+        }
         Placement::Lattice => {
             return Err(Refusal(
                 "a gas is not placed on a lattice: use placement = \"random\" or written positions"
@@ -136,8 +143,8 @@ fn from_polar(length: f64, angle: f64) -> [f64; 2] {
     [length * cos, length * sin]
 }
 
-/// Particles as written; a point outside is refused.
-fn given(config: &GasConfig, state: &GivenState) -> Result<Start, Refusal> {
+/// Particles as written: x, y in m, vx, vy in m/s.
+fn written(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, Refusal> {
     if let SpeedScale::MaxSpeed(_) = config.speed_scale {
         return Err(Refusal(
             "written velocities have no law to bound: leave max_speed_m_per_s out, or rescale them by temperature_k"
@@ -151,23 +158,27 @@ fn given(config: &GasConfig, state: &GivenState) -> Result<Start, Refusal> {
             "particles = {count}, but {places} positions and {motions} velocities are written: the three must agree"
         )));
     }
+    let moving = state.positions.iter().zip(&state.velocities);
+    Ok(moving.map(|([x, y], [vx, vy])| [x, y, vx, vy].map(|value| value.get())).collect())
+}
+
+/// Particles of a given or recorded start; a point outside is refused.
+fn given(config: &GasConfig, rows: &[[f64; 4]]) -> Result<Start, Refusal> {
     let (radius, centre) = (config.radius_m.get(), config.centre_m.map(|axis| axis.get()));
-    let mut particles = Vec::with_capacity(count);
-    for (index, (place, velocity)) in state.positions.iter().zip(&state.velocities).enumerate() {
-        let mut position = [place[0].get() - centre[0], place[1].get() - centre[1]];
+    let mut particles = Vec::with_capacity(rows.len());
+    for (index, &[x, y, vx, vy]) in rows.iter().enumerate() {
+        let mut position = [x - centre[0], y - centre[1]];
         let distance = libm::hypot(position[0], position[1]);
         if distance > radius * (1.0 + WRITTEN_ON_WALL) {
             return Err(Refusal(format!(
-                "particle {index} (counted from 0) at [{}, {}] is {distance} m from the centre, outside the wall at {radius} m: \
-                 move it inside or enlarge radius_m",
-                place[0].get(),
-                place[1].get()
+                "particle {index} (counted from 0) at [{x}, {y}] is {distance} m from the centre, outside the wall at {radius} m: \
+                 move it inside or enlarge radius_m"
             )));
         }
         if distance > radius {
             position = position.map(|component| component * (radius / distance));
         }
-        particles.push(Particle { position, velocity: velocity.map(|component| component.get()) });
+        particles.push(Particle { position, velocity: [vx, vy] });
     }
     Ok(Start { particles, speed_law: SpeedLaw::Given })
 }

@@ -97,7 +97,7 @@ impl Model for Orbit {
         };
         let moving = match &config.bodies {
             Some(bodies) => Moving::Bodies(Bodies::prepare(bodies, &scheme)?),
-            None => Moving::Planet(Planet::prepare(config.start, &scheme)?),
+            None => Moving::Planet(Planet::prepare(&config.start, &scheme)?),
         };
         Ok(Self { scheme, total_steps, moving })
     }

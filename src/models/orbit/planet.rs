@@ -8,6 +8,7 @@ use super::tables::Integrator;
 use super::track::{Lost, Scheme, Track, Turns};
 use super::{DOCUMENT_START, HELIOCENTRIC_START, forecast};
 use crate::model::Refusal;
+use crate::recorded_start;
 use kinetoscope_manifest::model::OrbitStart;
 use kinetoscope_recording::channels::{OrbitElements, OrbitEnergy};
 use kinetoscope_recording::frame::{Frame, Level};
@@ -36,6 +37,7 @@ enum Start {
     Document,
     Heliocentric,
     Given,
+    Recorded,
 }
 
 impl Turns<[f64; 3]> for Plane {
@@ -51,7 +53,7 @@ impl Turns<[f64; 3]> for Plane {
 }
 
 impl Planet {
-    pub(super) fn prepare(start: OrbitStart, scheme: &Scheme) -> Result<Self, Refusal> {
+    pub(super) fn prepare(start: &OrbitStart, scheme: &Scheme) -> Result<Self, Refusal> {
         let (start, state) = match start {
             OrbitStart::Document => (Start::Document, DOCUMENT_START),
             OrbitStart::Heliocentric => (Start::Heliocentric, HELIOCENTRIC_START),
@@ -59,6 +61,17 @@ impl Planet {
                 let position = position_au.map(|component| component.get());
                 let velocity = velocity_au_per_day.map(|component| component.get());
                 (Start::Given, State { position, velocity })
+            }
+            OrbitStart::Recorded(start) => {
+                let rows = recorded_start::rows(start, ["x", "y", "z", "vx", "vy", "vz"])?;
+                let [[x, y, z, vx, vy, vz]] = rows[..] else {
+                    return Err(Refusal(
+                        "The recording in start_from is one of several bodies: write them out as bodies."
+                            .to_owned(),
+                    ));
+                };
+                let state = State { position: [x, y, z], velocity: [vx, vy, vz] };
+                (Start::Recorded, state)
             }
         };
         check_start(state)?;
@@ -175,6 +188,7 @@ impl Planet {
             }
             Start::Heliocentric => "\"heliocentric\": the Earth relative to the Sun, 2013-01-01",
             Start::Given => "given in the manifest",
+            Start::Recorded => "where the recording ended",
         };
         frame.log(Level::Info, format!("start {origin}; {orbit}"));
         if let (Integrator::ExplicitEuler, Some(bound)) = (scheme.integrator, elements.bound) {

@@ -102,7 +102,9 @@ impl Model for Packing {
             wall_noise_rad: config.wall_noise_variance_rad2.get().sqrt(),
         };
         let rms_speed = match &config.placement {
-            PackingPlacement::Given(_) => moments.temperature().sqrt(),
+            PackingPlacement::Given(_) | PackingPlacement::Recorded(_) => {
+                moments.temperature().sqrt()
+            }
             PackingPlacement::Random | PackingPlacement::Lattice | PackingPlacement::Compressed => {
                 2.0_f64.sqrt() * start::velocity_deviation(config)
             }

@@ -9,8 +9,10 @@ use crate::placement::{
     Rectangle, periodic_random_sequential_addition, random_sequential_addition, square_lattice,
 };
 use crate::random::{Generator, Seed, Stream};
+use crate::recorded_start::rows;
 use kinetoscope_manifest::model::{
     Boundary, GivenState, InitialVelocities, PERIODIC_DIAMETERS, PackingConfig, PackingPlacement,
+    StartFrom,
 };
 
 /// Random placement is offered below this packing fraction (packing document, `NU`). Random sequential addition itself
@@ -60,6 +62,7 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
         PackingPlacement::Given(given) => {
             return given_start(config, given, radii);
         }
+        PackingPlacement::Recorded(start) => return recorded_start(config, start),
     };
     let velocities = random_velocities(config, seed.stream(Stream::Velocities));
     let momentum = if velocities.len() > 1 { ", mean velocity removed" } else { "" };
@@ -125,16 +128,59 @@ fn given_start(
     given: &GivenState,
     radii: Vec<f64>,
 ) -> Result<Start, Refusal> {
-    check_given(config, given, &radii)?;
+    let discs = config.discs.get() as usize;
+    if given.positions.len() != discs || given.velocities.len() != discs {
+        return Err(Refusal(format!(
+            "discs = {discs}, but the placement gives {} positions and {} velocities",
+            given.positions.len(),
+            given.velocities.len()
+        )));
+    }
+    let (positions, velocities) = (values(&given.positions), values(&given.velocities));
+    check_given(config, &positions, &velocities, &radii)?;
     Ok(Start {
-        positions: values(&given.positions),
-        velocities: values(&given.velocities),
+        positions,
+        velocities,
         account: format!(
             "start as given in the manifest, packing fraction {:.4}",
             packing_fraction(config, &radii)
         ),
         largest_radius: config.largest_radius(),
         radii: if is_equal(config) { Vec::new() } else { radii },
+    })
+}
+
+/// Discs where the run of a recording ended, with their radii. Their wall noise is that of this run's seed.
+fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<Start, Refusal> {
+    let rows = rows(start, ["x", "y", "vx", "vy", "radius"])?;
+    let radii: Vec<f64> = rows.iter().map(|row| row[4]).collect();
+    let fold = |first: f64, is_beyond: fn(f64, f64) -> bool| {
+        radii.iter().fold(first, |most, &next| if is_beyond(next, most) { next } else { most })
+    };
+    let smallest = fold(f64::INFINITY, |next, least| next < least);
+    let largest = fold(0.0, |next, most| next > most);
+    let spread = config.polydispersity.get();
+    let least = config.radius.get() * (1.0 - spread) * (1.0 - ROUNDING);
+    if smallest < least || largest > config.largest_radius() * (1.0 + ROUNDING) {
+        return Err(Refusal(format!(
+            "the discs of the recording in start_from have radii of {smallest} to {largest}: write radius = {} and \
+             polydispersity = {}",
+            0.5 * (smallest + largest),
+            (largest - smallest) / (largest + smallest)
+        )));
+    }
+    let positions: Vec<Vector> = rows.iter().map(|&[x, y, ..]| [x, y]).collect();
+    let velocities: Vec<Vector> = rows.iter().map(|&[_, _, vx, vy, _]| [vx, vy]).collect();
+    check_given(config, &positions, &velocities, &radii)?;
+    Ok(Start {
+        positions,
+        velocities,
+        account: format!(
+            "start where the recording ended, packing fraction {:.4}",
+            packing_fraction(config, &radii)
+        ),
+        largest_radius: largest,
+        radii: if smallest < largest { radii } else { Vec::new() },
     })
 }
 
@@ -244,17 +290,13 @@ pub(super) fn random_velocities(config: &PackingConfig, mut generator: Generator
     velocities
 }
 
-fn check_given(config: &PackingConfig, given: &GivenState, radii: &[f64]) -> Result<(), Refusal> {
-    let discs = config.discs.get() as usize;
-    if given.positions.len() != discs || given.velocities.len() != discs {
-        return Err(Refusal(format!(
-            "discs = {discs}, but the placement gives {} positions and {} velocities",
-            given.positions.len(),
-            given.velocities.len()
-        )));
-    }
+fn check_given(
+    config: &PackingConfig,
+    positions: &[Vector],
+    velocities: &[Vector],
+    radii: &[f64],
+) -> Result<(), Refusal> {
     let slack = ROUNDING * 2.0 * config.radius.get();
-    let positions = values(&given.positions);
     for (disc, ([x, y], radius)) in positions.iter().zip(radii).enumerate() {
         let kept_off = if config.boundary == Boundary::Walls { *radius } else { 0.0 };
         let reach = [0.5 * config.width.get() - kept_off, 0.5 * config.height.get() - kept_off];
@@ -265,18 +307,16 @@ fn check_given(config: &PackingConfig, given: &GivenState, radii: &[f64]) -> Res
             )));
         }
     }
-    for (disc, velocity) in given.velocities.iter().enumerate() {
-        let speed = motion::speed(velocity.map(|value| value.get()));
-        if velocity.iter().any(|value| value.get() != 0.0)
-            && !(SPEEDS[0] < speed && speed < SPEEDS[1])
-        {
+    for (disc, &velocity) in velocities.iter().enumerate() {
+        let speed = motion::speed(velocity);
+        if velocity != [0.0, 0.0] && !(SPEEDS[0] < speed && speed < SPEEDS[1]) {
             return Err(Refusal(format!(
                 "disc {disc} has the speed {speed}: it must be 0 or between {} and {}",
                 SPEEDS[0], SPEEDS[1]
             )));
         }
     }
-    check_apart(config, &positions, radii, slack)
+    check_apart(config, positions, radii, slack)
 }
 
 fn check_apart(

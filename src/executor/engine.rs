@@ -1,0 +1,105 @@
+//! Engines that do tasks on other machines, each through its own commands.
+
+use crate::executor::task::TaskCommand;
+use crate::executor::{hyperqueue, slurm};
+use crate::plan::PlannedRun;
+use std::collections::HashSet;
+use std::io;
+use std::path::Path;
+use std::process::Command;
+
+/// Jobs of this program are named so, and then by their submission.
+pub(super) const JOB_NAME: &str = "kinetoscope-";
+
+/// Who does tasks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// Slurm: a job array a submission.
+    Slurm,
+    /// HyperQueue: a job of tasks a submission.
+    HyperQueue,
+}
+
+/// What a task asks of the engine.
+#[derive(Clone, Copy, Debug)]
+pub struct Resources {
+    /// Processors.
+    pub processors: usize,
+    /// Memory.
+    pub memory_mib: u64,
+    /// Minutes; `None` is the site's default.
+    pub time_limit_min: Option<u64>,
+}
+
+/// The tasks that the engine has of one plan.
+#[derive(Debug, Default)]
+pub struct Live {
+    /// The content keys of their runs.
+    pub keys: HashSet<String>,
+    /// Tasks that run now.
+    pub running: usize,
+    /// Tasks that wait.
+    pub waiting: usize,
+}
+
+impl Live {
+    /// Adds a task: its line of content keys, and whether it runs.
+    pub(super) fn add(&mut self, keys: &str, runs: bool) {
+        self.keys.extend(keys.split(',').map(str::to_owned));
+        if runs { self.running += 1 } else { self.waiting += 1 }
+    }
+}
+
+impl Engine {
+    /// Asks which tasks the engine has of the plan that records into `folder`.
+    ///
+    /// # Errors
+    /// An engine that does not answer: then nothing is known, and nothing must be concluded.
+    pub fn live(self, folder: &Path) -> io::Result<Live> {
+        match self {
+            Self::Slurm => slurm::live(folder),
+            Self::HyperQueue => hyperqueue::live(folder),
+        }
+    }
+
+    /// The most tasks that one submission may have.
+    #[must_use]
+    pub fn most_tasks(self) -> usize {
+        match self {
+            Self::Slurm => slurm::most_tasks(),
+            Self::HyperQueue => hyperqueue::MOST_TASKS,
+        }
+    }
+
+    /// Submits tasks together.
+    ///
+    /// # Errors
+    /// A folder that can't be written, or what the engine says against it.
+    pub fn submit(
+        self,
+        folder: &Path,
+        tasks: &[Vec<&PlannedRun>],
+        command: &TaskCommand,
+        resources: Resources,
+    ) -> io::Result<()> {
+        match self {
+            Self::Slurm => slurm::submit(folder, tasks, command, resources),
+            Self::HyperQueue => hyperqueue::submit(folder, tasks, command, resources),
+        }
+    }
+}
+
+/// What a command prints; an error with its own words if it fails.
+pub(super) fn answer(command: &mut Command) -> io::Result<String> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let output = command
+        .output()
+        .map_err(|error| io::Error::new(error.kind(), format!("{name}: {error}")))?;
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    if !output.status.success() {
+        let words = String::from_utf8_lossy(&output.stderr);
+        let words = if words.trim().is_empty() { printed.as_str() } else { &words };
+        return Err(io::Error::other(format!("{name}: {}", words.trim())));
+    }
+    Ok(printed)
+}

@@ -1,0 +1,69 @@
+//! Discs that go on from where the run of a recording ended.
+//!
+//! Positions, radii, spins and the integrator's velocities are taken over bit for bit. Tangential and rolling springs are
+//! not in a recording and begin unstretched; discs are numbered anew, from 0 in their order.
+
+use super::discs::Discs;
+use super::parameters::{Parameters, mass_of};
+use super::start::TOUCHING;
+use crate::model::Refusal;
+use crate::recorded_start;
+use kinetoscope_manifest::model::{DemConfig, StartFrom};
+
+/// Share of its radius by which a disc may stand in a wall at the start. A resting bed stands in its floor by far less; a
+/// wall of the new run must not cut through discs.
+const DEEPEST_IN_WALL: f64 = 0.5;
+
+/// The discs of a recording's last frame.
+///
+/// # Errors
+/// Radii that `radius_m` does not know, or discs outside of the box or within a wall.
+pub(super) fn discs(
+    start: &StartFrom,
+    config: &DemConfig,
+    parameters: &Parameters,
+) -> Result<Discs, Refusal> {
+    let rows = recorded_start::rows(start, ["x", "y", "vx_step", "vy_step", "radius", "spin"])?;
+    check(&rows, config, parameters)?;
+    Ok(Discs {
+        ids: (0..rows.len() as u32).collect(),
+        states: rows.iter().map(|&[x, y, vx, vy, ..]| [x, y, vx, vy]).collect(),
+        spins: rows.iter().map(|row| row[5]).collect(),
+        radii: rows.iter().map(|row| row[4]).collect(),
+        masses: rows
+            .iter()
+            .map(|row| mass_of(row[4], parameters.radius, parameters.mass))
+            .collect(),
+    })
+}
+
+/// Centres and velocities of a recorded start; none where it was not read.
+pub(super) fn motions(start: &StartFrom) -> Vec<[f64; 4]> {
+    recorded_start::rows(start, ["x", "y", "vx", "vy"]).unwrap_or_default()
+}
+
+fn check(rows: &[[f64; 6]], config: &DemConfig, parameters: &Parameters) -> Result<(), Refusal> {
+    let (smallest, largest) = config.radius_m.range();
+    let walls = parameters.walls_at(0);
+    for (disc, &[x, y, _, _, radius, _]) in rows.iter().enumerate() {
+        if radius < smallest * (1.0 - TOUCHING) || radius > largest * (1.0 + TOUCHING) {
+            return Err(Refusal(format!(
+                "Disc {disc} (counted from 0) of the recording in start_from has the radius {radius:e} m, which radius_m \
+                 does not allow: write the radius_m of the recording's manifest."
+            )));
+        }
+        let is_inside =
+            (0.0..=parameters.sides[0]).contains(&x) && (0.0..=parameters.sides[1]).contains(&y);
+        let is_free = walls
+            .iter()
+            .all(|wall| wall.shape.footing([x, y]).distance >= radius * (1.0 - DEEPEST_IN_WALL));
+        if !is_inside || !is_free {
+            return Err(Refusal(format!(
+                "Disc {disc} (counted from 0) of the recording in start_from stands at [{x:e}, {y:e}] m, outside of this \
+                 run's box or within one of its walls: keep width_m, height_m and walls as they were, or move the walls \
+                 to where no disc stands."
+            )));
+        }
+    }
+    Ok(())
+}

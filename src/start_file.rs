@@ -1,0 +1,104 @@
+//! Recordings that other runs begin with: found by path or by what a canonical manifest says of them, and read once.
+
+use kinetoscope_manifest::model::RecordedState;
+use kinetoscope_recording::reader::{Outcome, Recording};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The recordings that the manifests of one folder may name.
+#[derive(Debug)]
+pub struct StartFiles {
+    folder: PathBuf,
+    found: RefCell<BTreeMap<String, Arc<RecordedState>>>,
+}
+
+impl StartFiles {
+    /// Paths are relative to `folder`. A recording named by its content key is looked for there and in the folders beside
+    /// and below it, by the part of the key that its file's name ends in.
+    #[must_use]
+    pub fn relative_to(folder: &Path) -> Self {
+        Self { folder: folder.to_owned(), found: RefCell::default() }
+    }
+
+    /// The last state of the recording of a name.
+    ///
+    /// # Errors
+    /// Why no run can begin with it: it is missing, damaged, or not finished, or it is not the recording that is meant.
+    pub fn read(&self, name: &str) -> Result<Arc<RecordedState>, String> {
+        if let Some(state) = self.found.borrow().get(name) {
+            return Ok(Arc::clone(state));
+        }
+        let state = Arc::new(match RecordedState::content_key_of(name) {
+            Some(content_key) => self.named_by_key(content_key, name)?,
+            None => last_state(&self.folder.join(name))?,
+        });
+        self.found.borrow_mut().insert(name.to_owned(), Arc::clone(&state));
+        Ok(state)
+    }
+
+    fn named_by_key(&self, content_key: &str, identity: &str) -> Result<RecordedState, String> {
+        let beside = self.folder.parent().map(Path::to_owned).unwrap_or_default();
+        let mut folders = vec![self.folder.clone()];
+        folders.extend(entries(&beside).into_iter().filter(|path| path.is_dir()));
+        folders.extend(entries(&self.folder).into_iter().filter(|path| path.is_dir()));
+        let short = content_key.get(..8).unwrap_or(content_key);
+        let endings = [format!("__{short}.mcap"), format!("__{content_key}.mcap")];
+        let candidates = folders.iter().flat_map(|folder| entries(folder)).filter(|path| {
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            endings.iter().any(|ending| name.ends_with(ending))
+        });
+        let mut other = None;
+        for path in candidates {
+            match last_state(&path) {
+                Ok(state) if state.identity() == identity => return Ok(state),
+                Ok(_) => other = Some(format!("{} ends in another state", path.display())),
+                Err(why) => other = Some(why),
+            }
+        }
+        Err(other.unwrap_or_else(|| {
+            format!(
+                "no recording with the content key {content_key} is in {} or a folder beside it: put it there",
+                self.folder.display()
+            )
+        }))
+    }
+}
+
+/// What is in a folder, in the order of the names; nothing where it can't be read.
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    paths.sort();
+    paths
+}
+
+/// The state in the last frame of a finished recording, which is read from end to end: damage anywhere is found.
+fn last_state(path: &Path) -> Result<RecordedState, String> {
+    let recording = Recording::open(path).map_err(|error| error.to_string())?;
+    let provenance = recording.provenance();
+    match &provenance.outcome {
+        Some(Outcome::Complete) => {}
+        Some(Outcome::Fault(fault)) => {
+            return Err(format!("{} ended in a fault: {fault}", path.display()));
+        }
+        Some(Outcome::Interrupted) | None => {
+            return Err(format!("{} is not finished: finish its run first", path.display()));
+        }
+    }
+    let mut last = None;
+    for frame in recording.frames().map_err(|error| error.to_string())? {
+        last = frame.map_err(|error| error.to_string())?.take_state();
+    }
+    let Some(table) = last else {
+        let path = path.display();
+        return Err(format!(
+            "{path} has no state: record it with \"state\" among [record] channels"
+        ));
+    };
+    let values = (0..table.rows()).flat_map(|row| table.row(row)).copied().collect();
+    RecordedState::new(&provenance.model, &provenance.content_key, table.columns().to_vec(), values)
+        .map_err(|why| format!("{}: {why}", path.display()))
+}
