@@ -15,11 +15,11 @@ use std::time::{Duration, Instant};
 const COST_RATIO: u32 = 50;
 
 /// A run between two frames or in the middle of one.
-pub struct Underway<M, W: Write = RecordingFile> {
+pub struct Underway<M: Model, W: Write = RecordingFile> {
     /// The model, somewhere on its way to frame `next`.
     pub model: M,
     /// The recorder, after frame `next - 1`.
-    pub recorder: FrameWriter<W>,
+    pub recorder: FrameWriter<W, M::Snapshot>,
     /// The frame that comes next.
     pub next: u64,
 }
@@ -59,7 +59,7 @@ impl Checkpointer {
 }
 
 /// How a run under way is kept safe.
-pub trait Safekeeping<M, W: Write> {
+pub trait Safekeeping<M: Model, W: Write> {
     /// Saves the run.
     ///
     /// # Errors
@@ -76,7 +76,7 @@ pub trait Safekeeping<M, W: Write> {
 /// For a run that is not to be gone on with.
 pub struct NeverSaved;
 
-impl<M, W: Write> Safekeeping<M, W> for NeverSaved {
+impl<M: Model, W: Write> Safekeeping<M, W> for NeverSaved {
     fn save(&mut self, _: &mut Underway<M, W>) -> Result<(), RecordError> {
         Ok(())
     }
