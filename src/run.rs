@@ -460,6 +460,7 @@ fn header<M: Model>(
         playback_rate: record.playback_rate.get(),
         compression: match record.compression {
             Compression::Zstd => recorder::Compression::Zstd,
+            Compression::Zstd3 => recorder::Compression::Zstd3,
             Compression::Lz4 => recorder::Compression::Lz4,
             Compression::None => recorder::Compression::None,
         },
