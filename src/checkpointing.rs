@@ -13,13 +13,16 @@ use std::time::{Duration, Instant};
 
 /// A run takes at least so many times a checkpoint's cost between two of them: at most 2 % of its time go to checkpoints.
 const COST_RATIO: u32 = 50;
+/// What a checkpoint is expected to cost before there was one: a slow machine encodes and a slow disk takes so many bytes a
+/// second.
+const FORESEEN_BYTES_PER_S: u64 = 200_000_000;
 
 /// A run between two frames or in the middle of one.
-pub struct Underway<M, W: Write = RecordingFile> {
+pub struct Underway<M: Model, W: Write = RecordingFile> {
     /// The model, somewhere on its way to frame `next`.
     pub model: M,
     /// The recorder, after frame `next - 1`.
-    pub recorder: FrameWriter<W>,
+    pub recorder: FrameWriter<W, M::Snapshot>,
     /// The frame that comes next.
     pub next: u64,
 }
@@ -45,7 +48,8 @@ pub struct Checkpointer {
     identity: String,
     every: Duration,
     last: Instant,
-    cost: Duration,
+    /// Of the last checkpoint; before there was one, as foreseen once the first could be due.
+    cost: Option<Duration>,
 }
 
 impl Checkpointer {
@@ -53,13 +57,17 @@ impl Checkpointer {
     #[must_use]
     pub fn new(folder: &Path, stem: &str, identity: String, every: Duration) -> Self {
         let (folder, stem) = (folder.to_owned(), stem.to_owned());
-        let (last, cost) = (Instant::now(), Duration::ZERO);
-        Self { folder, stem, identity, every, last, cost }
+        Self { folder, stem, identity, every, last: Instant::now(), cost: None }
+    }
+
+    /// Time between two checkpoints of such a cost. An interval of zero asks for all that can be had, whatever it costs.
+    fn pause(&self, cost: Duration) -> Duration {
+        if self.every.is_zero() { Duration::ZERO } else { self.every.max(cost * COST_RATIO) }
     }
 }
 
 /// How a run under way is kept safe.
-pub trait Safekeeping<M, W: Write> {
+pub trait Safekeeping<M: Model, W: Write> {
     /// Saves the run.
     ///
     /// # Errors
@@ -76,7 +84,7 @@ pub trait Safekeeping<M, W: Write> {
 /// For a run that is not to be gone on with.
 pub struct NeverSaved;
 
-impl<M, W: Write> Safekeeping<M, W> for NeverSaved {
+impl<M: Model, W: Write> Safekeeping<M, W> for NeverSaved {
     fn save(&mut self, _: &mut Underway<M, W>) -> Result<(), RecordError> {
         Ok(())
     }
@@ -93,16 +101,26 @@ impl<M: Model> Safekeeping<M, RecordingFile> for Checkpointer {
         let saved = Saved { next: underway.next, recorder, model: &underway.model };
         checkpoint::write(&self.folder, &self.stem, &self.identity, &saved)?;
         self.last = Instant::now();
-        self.cost = started.elapsed();
+        self.cost = Some(started.elapsed());
         Ok(())
     }
 
     fn save_if_due(&mut self, underway: &mut Underway<M>) -> Result<(), RecordError> {
-        let affordable = self.cost * COST_RATIO;
-        // Zero asks for all that can be had, whatever it costs.
-        let pause = if self.every.is_zero() { self.every } else { self.every.max(affordable) };
-        if self.last.elapsed() < pause { Ok(()) } else { self.save(underway) }
+        let waited = self.last.elapsed();
+        if waited < self.every {
+            return Ok(());
+        }
+        let cost = match self.cost {
+            Some(cost) => cost,
+            None => *self.cost.insert(foreseen_cost(checkpoint::size(&underway.model)?)),
+        };
+        if waited < self.pause(cost) { Ok(()) } else { self.save(underway) }
     }
+}
+
+/// What a checkpoint of so many bytes is expected to cost.
+fn foreseen_cost(bytes: u64) -> Duration {
+    Duration::from_nanos(bytes.saturating_mul(1_000_000_000 / FORESEEN_BYTES_PER_S))
 }
 
 /// Goes on from the last checkpoint; `None` where there is none. `header` makes the recording's header from the model.
@@ -121,4 +139,26 @@ pub fn go_on<M: Model>(
     let Restored { next, recorder, model } = restored;
     let recorder = Recorder::resume(folder, stem, &header(&model), recorder)?;
     Ok(Some(Underway { model, recorder: FrameWriter::start(recorder), next }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 1e6 discs take some 93 MB: a first checkpoint after the shortest interval, 5 s, would cost a short run far more than 2 %.
+    #[test]
+    fn no_checkpoint_costs_more_than_two_per_cent_of_the_time_before_it() {
+        let every = Duration::from_secs(5);
+        let checkpointer = |every| Checkpointer::new(Path::new("."), "a run", String::new(), every);
+        for bytes in [0, 1_000, 1_000_000, 93_000_000, 10_000_000_000] {
+            let cost = foreseen_cost(bytes);
+            let pause = checkpointer(every).pause(cost);
+            assert!(pause >= every && cost.as_secs_f64() <= 0.02 * pause.as_secs_f64(), "{bytes}");
+            assert_eq!(checkpointer(Duration::ZERO).pause(cost), Duration::ZERO);
+        }
+        assert_eq!(
+            checkpointer(every).pause(foreseen_cost(93_000_000)),
+            Duration::from_millis(23_250)
+        );
+    }
 }

@@ -328,10 +328,10 @@ fn begin<M: Model>(
 
 fn record_start<M: Model, W: Write>(
     model: M,
-    mut recorder: FrameWriter<W>,
+    mut recorder: FrameWriter<W, M::Snapshot>,
 ) -> Result<Underway<M, W>, RecordError> {
-    let mut start = Frame::new();
-    model.observe(&mut start);
+    let mut start = M::Snapshot::default();
+    model.capture(&mut start);
     recorder.write(clock(&model), &mut start)?;
     Ok(Underway { model, recorder, next: 1 })
 }
@@ -343,7 +343,7 @@ fn record_frames<M: Model, W: Write>(
     interrupt: &Interrupt,
     on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Outcome, RecordError> {
-    let mut frame = Frame::new();
+    let mut snapshot = M::Snapshot::default();
     let mut budget = Budget::default();
     while underway.next <= schedule.frames() {
         let target = schedule.target(underway.next);
@@ -359,8 +359,8 @@ fn record_frames<M: Model, W: Write>(
                 return Ok(Outcome::Fault(fault.0));
             }
         }
-        underway.model.observe(&mut frame);
-        underway.recorder.write(clock(&underway.model), &mut frame)?;
+        underway.model.capture(&mut snapshot);
+        underway.recorder.write(clock(&underway.model), &mut snapshot)?;
         on_frame(underway.next, schedule.frames());
         underway.next += 1;
         safekeeping.save_if_due(underway)?;
@@ -460,6 +460,7 @@ fn header<M: Model>(
         playback_rate: record.playback_rate.get(),
         compression: match record.compression {
             Compression::Zstd => recorder::Compression::Zstd,
+            Compression::Zstd3 => recorder::Compression::Zstd3,
             Compression::Lz4 => recorder::Compression::Lz4,
             Compression::None => recorder::Compression::None,
         },

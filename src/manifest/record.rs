@@ -39,13 +39,15 @@ pub enum RecordInterval {
 pub enum Compression {
     /// zstd, level 1.
     Zstd,
+    /// zstd, level 3: a little smaller, and slower to write.
+    Zstd3,
     /// lz4.
     Lz4,
     /// None.
     None,
 }
 
-words!(pub Compression { Zstd = "zstd", Lz4 = "lz4", None = "none" });
+words!(pub Compression { Zstd = "zstd", Zstd3 = "zstd-3", Lz4 = "lz4", None = "none" });
 
 /// The channels that each model can be asked for, without the leading slash; `/frame` is always recorded.
 pub const CHANNELS: [(&str, &[&str]); 4] = [

@@ -1,20 +1,20 @@
-//! A recorder on a thread of its own: the model goes on while frames are encoded, compressed and written. The frames come
-//! in the same order, hence the bytes are the same.
+//! A recorder on a thread of its own: the model goes on while frames are filled from snapshots, encoded, compressed and
+//! written. They come in the same order, hence the bytes are the same.
 
 use crate::error::RecordError;
 use crate::file::RecordingFile;
-use crate::frame::{Frame, LogLine};
+use crate::frame::{Frame, LogLine, Snapshot};
 use crate::recorder::{Clock, Outcome, Recorder, RecorderState};
 use std::io::Write;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
-/// Frames on their way: one that is written and one that waits.
-const FRAMES_UNDER_WAY: usize = 2;
+/// Snapshots on their way: one that is written and one that waits.
+const UNDER_WAY: usize = 2;
 
 /// What the thread is asked for.
-enum Task<W: Write> {
-    Write(Clock, Frame),
+enum Task<W: Write, S> {
+    Write(Clock, S),
     Remark(LogLine),
     /// Anything that needs the recorder itself, after all that was asked before.
     With(Action<W>),
@@ -23,35 +23,35 @@ enum Task<W: Write> {
 type Action<W> = Box<dyn FnOnce(&Recorder<W>) + Send>;
 
 /// Writes one recording beside the caller's work, on a thread of its own.
-pub struct FrameWriter<W: Write> {
-    tasks: SyncSender<Task<W>>,
-    used_frames: Receiver<Frame>,
+pub struct FrameWriter<W: Write, S> {
+    tasks: SyncSender<Task<W, S>>,
+    used: Receiver<S>,
     // Gone once it has been asked why it ended.
     thread: Option<JoinHandle<Result<Recorder<W>, RecordError>>>,
     frames: u64,
 }
 
-impl<W: Write + Send + 'static> FrameWriter<W> {
+impl<W: Write + Send + 'static, S: Snapshot> FrameWriter<W, S> {
     /// Gives a recorder a thread of its own.
     #[must_use]
     pub fn start(recorder: Recorder<W>) -> Self {
-        let (tasks, to_do) = sync_channel(FRAMES_UNDER_WAY);
-        // One frame more than can be under way: giving one back never waits.
-        let (give_back, used_frames) = sync_channel(FRAMES_UNDER_WAY + 2);
+        let (tasks, to_do) = sync_channel(UNDER_WAY);
+        // One snapshot more than can be under way: giving one back never waits.
+        let (give_back, used) = sync_channel(UNDER_WAY + 2);
         let frames = recorder.frames_written();
         let thread = Some(thread::spawn(move || work(recorder, &to_do, &give_back)));
-        Self { tasks, used_frames, thread, frames }
+        Self { tasks, used, thread, frames }
     }
 }
 
-impl<W: Write> FrameWriter<W> {
-    /// Writes the next frame after all that was handed over before; the frame comes back empty, perhaps as another one.
+impl<W: Write, S: Snapshot> FrameWriter<W, S> {
+    /// Writes the next frame after all that was handed over before; the snapshot comes back used, perhaps as another one.
     ///
     /// # Errors
     /// As [`Recorder::write`], of this frame or of one handed over before.
-    pub fn write(&mut self, clock: Clock, frame: &mut Frame) -> Result<(), RecordError> {
-        let empty = self.used_frames.try_recv().unwrap_or_default();
-        self.ask(Task::Write(clock, std::mem::replace(frame, empty)))?;
+    pub fn write(&mut self, clock: Clock, snapshot: &mut S) -> Result<(), RecordError> {
+        let used = self.used.try_recv().unwrap_or_default();
+        self.ask(Task::Write(clock, std::mem::replace(snapshot, used)))?;
         self.frames += 1;
         Ok(())
     }
@@ -78,7 +78,7 @@ impl<W: Write> FrameWriter<W> {
         self.join()?.finish(outcome)
     }
 
-    fn ask(&mut self, task: Task<W>) -> Result<(), RecordError> {
+    fn ask(&mut self, task: Task<W, S>) -> Result<(), RecordError> {
         self.tasks.send(task).map_err(|_| self.failure())
     }
 
@@ -100,7 +100,7 @@ impl<W: Write> FrameWriter<W> {
     }
 }
 
-impl FrameWriter<RecordingFile> {
+impl<S: Snapshot> FrameWriter<RecordingFile, S> {
     /// As [`Recorder::save_point`], after all frames handed over so far.
     ///
     /// # Errors
@@ -116,18 +116,20 @@ impl FrameWriter<RecordingFile> {
     }
 }
 
-fn work<W: Write>(
+fn work<W: Write, S: Snapshot>(
     mut recorder: Recorder<W>,
-    tasks: &Receiver<Task<W>>,
-    give_back: &SyncSender<Frame>,
+    tasks: &Receiver<Task<W, S>>,
+    give_back: &SyncSender<S>,
 ) -> Result<Recorder<W>, RecordError> {
+    let mut frame = Frame::new();
     for task in tasks {
         match task {
-            Task::Write(clock, mut frame) => {
+            Task::Write(clock, mut snapshot) => {
+                snapshot.fill(&mut frame);
                 recorder.write(clock, &frame)?;
                 frame.clear();
-                // A full channel means that there are frames enough.
-                let _ = give_back.try_send(frame);
+                // A full channel means that there are snapshots enough.
+                let _ = give_back.try_send(snapshot);
             }
             Task::Remark(line) => recorder.remark(line)?,
             Task::With(action) => action(&recorder),

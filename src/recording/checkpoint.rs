@@ -82,12 +82,19 @@ pub fn remove(folder: &Path, stem: &str) -> Result<(), RecordError> {
     Ok(())
 }
 
+/// How many bytes a content takes in a checkpoint, counted without writing them.
+///
+/// # Errors
+/// Content that can't be encoded: a defect of the program.
+pub fn size(content: &impl Serialize) -> Result<u64, RecordError> {
+    postcard::experimental::serialized_size(content).map(|size| size as u64).map_err(defect)
+}
+
 /// The bytes of a checkpoint.
 ///
 /// # Errors
 /// Content that can't be encoded: a defect of the program.
 pub fn encode(identity: &str, content: &impl Serialize) -> Result<Vec<u8>, RecordError> {
-    let defect = |error: postcard::Error| RecordError::Container(format!("a checkpoint: {error}"));
     let content = postcard::to_stdvec(content).map_err(defect)?;
     let mut bytes = Vec::with_capacity(content.len() + identity.len() + 32);
     bytes.extend(MAGIC);
@@ -98,6 +105,10 @@ pub fn encode(identity: &str, content: &impl Serialize) -> Result<Vec<u8>, Recor
     bytes.extend(content);
     bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
     Ok(bytes)
+}
+
+fn defect(error: postcard::Error) -> RecordError {
+    RecordError::Container(format!("a checkpoint: {error}"))
 }
 
 /// The content of a checkpoint's bytes. Nothing is allocated that the bytes do not justify.

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 /// Tries to take a file that another process may be renaming under our hands.
 const LOCK_TRIALS: u32 = 8;
+/// Bytes after which the disk is asked to catch up: what is left for the run's end to wait for is short.
+const SYNCED_EVERY: u64 = 16 << 20;
 /// Bytes of two files that are compared at once.
 const COMPARED_AT_ONCE: u64 = 1 << 20;
 
@@ -22,6 +24,8 @@ pub struct RecordingFile {
     /// Bytes that were there before: what is written up to here is compared with them, and only then the file grows.
     kept: u64,
     compared: Vec<u8>,
+    /// Bytes written since the disk was last asked to catch up.
+    unsynced: u64,
 }
 
 /// Whether the final name was free.
@@ -68,6 +72,7 @@ impl RecordingFile {
             position: 0,
             kept,
             compared: Vec::new(),
+            unsynced: 0,
         })
     }
 
@@ -129,6 +134,18 @@ impl RecordingFile {
         self.file.sync_all().map_err(|error| at(&self.partial, &error))
     }
 
+    /// Appends bytes; how many of them were taken.
+    fn append(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.file.write(bytes)?;
+        self.position += count as u64;
+        self.unsynced += count as u64;
+        if self.unsynced >= SYNCED_EVERY {
+            self.unsynced = 0;
+            self.file.sync_data()?;
+        }
+        Ok(count)
+    }
+
     /// Compares bytes with those that are there; how many of them were compared.
     fn compare(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let left = self.kept - self.position;
@@ -149,11 +166,8 @@ impl RecordingFile {
 
 impl Write for RecordingFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = if self.position < self.kept {
-            self.compare(bytes)
-        } else {
-            self.file.write(bytes).inspect(|&count| self.position += count as u64)
-        };
+        let written =
+            if self.position < self.kept { self.compare(bytes) } else { self.append(bytes) };
         written.map_err(|error| named(&self.partial, &error))
     }
 

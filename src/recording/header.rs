@@ -12,6 +12,8 @@ use crate::scenery::Scenery;
 pub enum Compression {
     /// zstd, level 1.
     Zstd,
+    /// zstd, level 3.
+    Zstd3,
     /// lz4.
     Lz4,
     /// None.

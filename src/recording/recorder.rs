@@ -471,11 +471,11 @@ fn write_options(compression: Compression) -> mcap::WriteOptions {
         .profile("")
         .library("kinetoscope")
         .compression(match compression {
-            Compression::Zstd => Some(mcap::Compression::Zstd),
+            Compression::Zstd | Compression::Zstd3 => Some(mcap::Compression::Zstd),
             Compression::Lz4 => Some(mcap::Compression::Lz4),
             Compression::None => None,
         })
-        .compression_level(1)
+        .compression_level(if compression == Compression::Zstd3 { 3 } else { 1 })
         .compression_threads(0)
         .chunk_size(None)
         .use_chunks(true)

@@ -227,8 +227,12 @@ impl Numbers {
                     [self.below(3) as usize]
                     .clone(),
                 playback_rate: Positive::new(50.0 * self.share().get()).unwrap(),
-                compression: [Compression::Zstd, Compression::Lz4, Compression::None]
-                    [self.below(3) as usize],
+                compression: [
+                    Compression::Zstd,
+                    Compression::Zstd3,
+                    Compression::Lz4,
+                    Compression::None,
+                ][self.below(4) as usize],
             },
         }
     }

@@ -20,6 +20,7 @@ mod parameters;
 mod recorded;
 mod remedies;
 mod report;
+mod snapshot;
 mod stability;
 mod start;
 mod step;
@@ -34,11 +35,12 @@ use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement, Stability
 use kinetoscope_recording::channels::{
     ChannelDeclaration, DemContacts, DemEnergy, DemEnergyShare, DemTemperature, DemWalls,
 };
-use kinetoscope_recording::frame::{Frame, StateColumn};
+use kinetoscope_recording::frame::StateColumn;
 use kinetoscope_recording::scenery::Scenery;
 use neighbours::{Neighbours, Surroundings};
 use parameters::Parameters;
 use serde::{Deserialize, Serialize};
+pub use snapshot::DemSnapshot;
 use stability::Diagnosis;
 use step::{BlowUp, Evaluation, Moved, Workspace};
 use walls::PlacedWall;
@@ -94,6 +96,7 @@ struct Window {
 
 impl Model for Dem {
     type Config = DemConfig;
+    type Snapshot = DemSnapshot;
     const NAME: &'static str = "dem";
     const PHYSICS_VERSION: u32 = 2;
     const TIME_UNIT: &'static str = "s";
@@ -193,8 +196,8 @@ impl Model for Dem {
         self.count as f64 * self.parameters.time_step
     }
 
-    fn observe(&self, frame: &mut Frame) {
-        self.fill(frame);
+    fn capture(&self, snapshot: &mut DemSnapshot) {
+        snapshot.take(self);
     }
 
     fn scenery(&self) -> Scenery {
@@ -326,10 +329,16 @@ impl Dem {
 
     /// Forces at the present state, found without touching it.
     fn evaluate(&self) -> Evaluation {
+        // The springs of a copy move on.
+        self.evaluate_with(&mut self.neighbours.clone(), &mut Workspace::default())
+    }
+
+    /// Forces at the present state. The springs of `neighbours`, which are those of the run or a copy, move on.
+    fn evaluate_with(&self, neighbours: &mut Neighbours, workspace: &mut Workspace) -> Evaluation {
         let walls = self.parameters.walls_at(self.count);
         let scene =
             scene(&self.discs, &self.parameters, &walls, &Window::default(), self.use_lanes);
-        Evaluation::of(&self.neighbours, &scene, &self.parameters)
+        Evaluation::of(neighbours, workspace, &scene, &self.parameters)
     }
 
     fn energies(&self, evaluation: &Evaluation) -> Energies {

@@ -1,4 +1,4 @@
-//! What a frame shows of the discs. Looking computes forces anew and changes nothing.
+//! What a frame shows of the discs, with forces that are found anew.
 
 use super::Dem;
 use super::contacts::{Contact, Partner};
@@ -18,8 +18,7 @@ const MOST_ARROWS: usize = 100;
 const SPEED_RANGE: f64 = 0.75;
 
 impl Dem {
-    pub(super) fn fill(&self, frame: &mut Frame) {
-        let evaluation = self.evaluate();
+    pub(super) fn fill(&self, evaluation: &Evaluation, frame: &mut Frame) {
         if self.count == 0 {
             for fact in &self.facts {
                 frame.log(Level::Info, fact.as_str());
@@ -37,8 +36,8 @@ impl Dem {
             let id = f64::from(self.discs.ids[disc]);
             frame.push_state(&[x, y, vx, vy, vx_step, vy_step, radius, spin, id]);
         }
-        self.push_energy(frame, &evaluation);
-        self.push_contacts(frame, &evaluation);
+        self.push_energy(frame, evaluation);
+        self.push_contacts(frame, evaluation);
         frame.push(&temperature(&evaluation.velocities));
     }
 

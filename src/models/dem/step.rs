@@ -30,6 +30,8 @@ pub(super) struct Workspace {
     moves: Vec<Moved>,
     states: Vec<[f64; 4]>,
     spins: Vec<f64>,
+    /// Blocks are done one after the other: on a thread beside those of the run.
+    is_alone: bool,
 }
 
 /// What a step, or the discs of one block in it, did.
@@ -90,6 +92,11 @@ impl ContactSums {
 }
 
 impl Workspace {
+    /// One that leaves the run's threads alone.
+    pub(super) fn on_one_thread() -> Self {
+        Self { is_alone: true, ..Self::default() }
+    }
+
     /// Finds the forces, and the state one step later.
     pub(super) fn advance(
         &mut self,
@@ -118,9 +125,16 @@ impl Workspace {
             moved.contacts.clone_from(&forces.sums);
         };
         let blocks = &mut neighbours.blocks;
-        if let [block] = blocks.as_mut_slice() {
-            let (forces, moved) = (&mut self.forces[0], &mut self.moves[0]);
-            work(block, forces, moved, &mut self.states, &mut self.spins);
+        if self.is_alone || blocks.len() == 1 {
+            blocks
+                .iter_mut()
+                .zip(&mut self.forces)
+                .zip(&mut self.moves)
+                .zip(self.states.chunks_mut(BLOCK))
+                .zip(self.spins.chunks_mut(BLOCK))
+                .for_each(|((((block, forces), moved), states), spins)| {
+                    work(block, forces, moved, states, spins);
+                });
         } else {
             blocks
                 .par_iter_mut()
@@ -226,12 +240,14 @@ pub(super) struct Evaluation {
 }
 
 impl Evaluation {
-    /// Looks at the state, which stays as it is.
-    pub(super) fn of(neighbours: &Neighbours, scene: &Scene<'_>, parameters: &Parameters) -> Self {
-        let mut workspace = Workspace::default();
-        // The springs of a copy move on.
-        let mut copy = neighbours.clone();
-        let moved = workspace.advance(&mut copy, scene, parameters);
+    /// Looks at the state, which stays as it is; the springs of `neighbours` move on.
+    pub(super) fn of(
+        neighbours: &mut Neighbours,
+        workspace: &mut Workspace,
+        scene: &Scene<'_>,
+        parameters: &Parameters,
+    ) -> Self {
+        let moved = workspace.advance(neighbours, scene, parameters);
         let mut found = Vec::new();
         contacts::find(scene.discs, scene.law, scene.walls, neighbours, &mut found);
         if scene.law.is_implicit {

@@ -143,6 +143,7 @@ impl StepClock {
 
 impl Model for Gas {
     type Config = GasConfig;
+    type Snapshot = Frame;
     const NAME: &'static str = "gas";
     const PHYSICS_VERSION: u32 = 2;
     const TIME_UNIT: &'static str = "s";
@@ -254,7 +255,7 @@ impl Model for Gas {
         }
     }
 
-    fn observe(&self, frame: &mut Frame) {
+    fn capture(&self, frame: &mut Frame) {
         self.fill(frame);
     }
 

@@ -41,7 +41,8 @@ fn main() {
     let written = folder.path().join("written.mcap");
     let frames = random_frames();
     println!("{:<24}{:>10}{:>10}{:>9}", "MB/s of state", "ours", "bare mcap", "ratio");
-    for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
+    for compression in [Compression::None, Compression::Lz4, Compression::Zstd, Compression::Zstd3]
+    {
         let header = header(compression);
         std::fs::write(&path, record(Vec::new(), &header, &frames)).unwrap();
         let messages = messages(&path);
@@ -164,11 +165,11 @@ fn messages(path: &Path) -> Vec<BareMessage> {
 fn write_bare(sink: Box<dyn Write>, compression: Compression, messages: &[BareMessage]) {
     let options = mcap::WriteOptions::new()
         .compression(match compression {
-            Compression::Zstd => Some(mcap::Compression::Zstd),
+            Compression::Zstd | Compression::Zstd3 => Some(mcap::Compression::Zstd),
             Compression::Lz4 => Some(mcap::Compression::Lz4),
             Compression::None => None,
         })
-        .compression_level(1)
+        .compression_level(if compression == Compression::Zstd3 { 3 } else { 1 })
         .compression_threads(0)
         .chunk_size(None)
         .disable_seeking(true);

@@ -10,7 +10,8 @@ use sample::{fill, header, read, record, record_with_outcome, time_of};
 
 #[test]
 fn equal_frames_give_equal_bytes() {
-    for compression in [Compression::Zstd, Compression::Lz4, Compression::None] {
+    for compression in [Compression::Zstd, Compression::Zstd3, Compression::Lz4, Compression::None]
+    {
         let header = header(compression);
         let first = record(&header, 30, 500);
         let second = std::thread::spawn(move || record(&header, 30, 500)).join().unwrap();
@@ -21,7 +22,8 @@ fn equal_frames_give_equal_bytes() {
 #[test]
 fn recorded_frames_come_back_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
-    for compression in [Compression::Zstd, Compression::Lz4, Compression::None] {
+    for compression in [Compression::Zstd, Compression::Zstd3, Compression::Lz4, Compression::None]
+    {
         // 500 particles x 5 columns x 8 bytes x 120 frames: several chunks.
         let bytes = record(&header(compression), 120, 500);
         let (frames, error) = read(&bytes, &folder.path().join("sample.mcap"));
@@ -151,4 +153,5 @@ fn the_bytes_are_those_of_earlier_builds() {
     assert_eq!(checksum(Compression::None), 0x0d8f_dde9);
     assert_eq!(checksum(Compression::Lz4), 0x39aa_020f);
     assert_eq!(checksum(Compression::Zstd), 0x6e69_5b22);
+    assert_eq!(checksum(Compression::Zstd3), 0x1711_c483);
 }

@@ -19,6 +19,7 @@ fn recordings(folder: &Path) -> Vec<PathBuf> {
         paths.push(path);
     };
     put("zstd.mcap", record(&header(Compression::Zstd), 60, 500));
+    put("zstd_3.mcap", record(&header(Compression::Zstd3), 60, 500));
     put("lz4.mcap", record(&header(Compression::Lz4), 60, 500));
     put("none.mcap", record(&header(Compression::None), 60, 500));
     put("one_frame.mcap", record(&header(Compression::Zstd), 1, 1));
