@@ -14,6 +14,7 @@ pub mod provenance;
 pub mod reader;
 pub mod recorder;
 pub mod scenery;
+pub mod spectator;
 
 mod colour;
 mod container;
