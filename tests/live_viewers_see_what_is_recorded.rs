@@ -240,3 +240,22 @@ fn a_port_in_use_is_named_and_nothing_is_run() {
     assert!(complaint.contains(&occupied.local_addr().unwrap().to_string()), "{complaint}");
     assert!(experiment.recordings("watched").is_empty());
 }
+
+#[test]
+#[ignore = "needs python3 with the packages of tests/interop/requirements.txt"]
+fn a_foreign_client_receives_the_recorded_frames() {
+    let run = "seed = 3\n[model.dem]\ndiscs = 200\nduration_s = 0.2\n[record]\nframes = 50\n";
+    let experiment = Experiment::new(run);
+    let (mut program, address) = experiment.start("watched", &["--live-speed", "1"]);
+    let output = Command::new("python3")
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/interop/live_viewer.py"))
+        .arg(address)
+        .arg(experiment.folder.path().join("watched/watched"))
+        .output()
+        .expect("python3 can be started");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(program.wait().unwrap().success());
+    assert!(bytes(&experiment.recordings("watched")) == experiment.unwatched());
+    println!("{said}");
+}
