@@ -5,6 +5,7 @@
 pub mod background;
 pub mod channels;
 pub mod checkpoint;
+pub mod drawing;
 pub mod error;
 pub mod fields;
 pub mod file;
