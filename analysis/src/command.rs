@@ -166,14 +166,13 @@ fn draw(
     paths: &[PathBuf],
 ) -> Result<Exit, (Exit, String)> {
     let usage = |message: &str| (Exit::Usage, message.to_owned());
-    let form =
-        PictureForm::of(file).ok_or_else(|| usage("a thumbnail's name ends in .png or .svg"))?;
+    let form = PictureForm::of(file, picture.thumbnail_frames).map_err(usage)?;
     let sources = input::sources(paths).map_err(|input::BadPath(why)| (Exit::Usage, why))?;
     let recordings: Vec<&PathBuf> = sources.iter().flat_map(|source| &source.files).collect();
     let [recording] = recordings.as_slice() else {
         return Err(usage("a thumbnail is of one recording: name its file"));
     };
-    let wish = Wish { form, frames: picture.thumbnail_frames, width: picture.thumbnail_width };
+    let wish = Wish { form, width: picture.thumbnail_width };
     let drawn =
         thumbnail(recording, wish).map_err(|error| (Exit::Unreadable, error.to_string()))?;
     let size = drawn.len().div_ceil(1000);

@@ -24,21 +24,28 @@ type Drawing = [Vec<Shape>; LAYERS.len()];
 /// The form of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureForm {
-    /// Lines and discs, to any scale.
+    /// The last frame as lines and discs, to any scale.
     Svg,
-    /// Pixels; with several frames an APNG, which browsers play.
-    Png,
+    /// Pixels.
+    Png {
+        /// How many frames, evenly spread over the recording and played as fast as it, as an APNG that browsers play; 1 is
+        /// the last frame.
+        frames: NonZeroU32,
+    },
 }
 
 impl PictureForm {
-    /// By the end of a file's name.
-    #[must_use]
-    pub fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-        match ending.as_str() {
-            "svg" => Some(Self::Svg),
-            "png" | "apng" => Some(Self::Png),
-            _ => None,
+    /// By the end of a file's name, and for so many frames.
+    ///
+    /// # Errors
+    /// What can't be, in words.
+    pub fn of(path: &Path, frames: NonZeroU32) -> Result<Self, &'static str> {
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+        match ending.to_ascii_lowercase().as_str() {
+            "svg" if frames == NonZeroU32::MIN => Ok(Self::Svg),
+            "svg" => Err("an SVG does not move: write a .png, or ask for one frame"),
+            "png" | "apng" => Ok(Self::Png { frames }),
+            _ => Err("a thumbnail's name ends in .png or .svg"),
         }
     }
 }
@@ -48,8 +55,6 @@ impl PictureForm {
 pub struct Wish {
     /// Its form.
     pub form: PictureForm,
-    /// How many frames, evenly spread over the recording and played as fast as it; 1 is the last frame.
-    pub frames: NonZeroU32,
     /// Width, px.
     pub width: NonZeroU32,
 }
@@ -92,19 +97,20 @@ pub fn thumbnail(recording: &Path, wish: Wish) -> Result<Vec<u8>, ThumbnailError
         frame?;
         frames += 1;
     }
-    let chosen = chosen(frames, u64::from(wish.frames.get()));
-    let drawings = drawings(&recording, &chosen)?;
-    let undrawn = |why: &str| ThumbnailError::Undrawn(why.to_owned());
-    let sheet = Sheet::new(&drawings, wish.width.get());
-    let sheet = sheet.ok_or_else(|| {
-        undrawn("the recording has no drawing: record the channel \"discs\" as well")
-    })?;
+    let wanted = match wish.form {
+        PictureForm::Svg => NonZeroU32::MIN,
+        PictureForm::Png { frames } => frames,
+    };
+    let drawings = drawings(&recording, &chosen(frames, u64::from(wanted.get())))?;
+    let undrawn =
+        || ThumbnailError::Undrawn("the recording has no drawing: record \"discs\" too".to_owned());
+    let sheet = Sheet::new(&drawings, wish.width.get()).ok_or_else(undrawn)?;
     match wish.form {
-        PictureForm::Svg => match drawings.as_slice() {
-            [drawing] => Ok(svg::document(&sheet, drawing).into_bytes()),
-            _ => Err(undrawn("an SVG does not move: write a .png, or ask for one frame")),
-        },
-        PictureForm::Png => {
+        PictureForm::Svg => {
+            let last = drawings.last().ok_or_else(undrawn)?;
+            Ok(svg::document(&sheet, last).into_bytes())
+        }
+        PictureForm::Png { .. } => {
             let rasters: Vec<Raster> =
                 drawings.iter().map(|drawing| Raster::of(&sheet, drawing)).collect();
             let seconds = frames as f64 / playback_rate / rasters.len() as f64;

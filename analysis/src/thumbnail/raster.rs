@@ -8,6 +8,9 @@ use kinetoscope_recording::drawing::{Rgb, Shape};
 /// Dark grey, for text.
 const INK: Rgb = [0x20, 0x20, 0x20];
 
+/// Shares of a pixel that are told apart: few, so that the colours of a drawing fit a palette.
+const RIM_STEPS: f64 = 8.0;
+
 /// A picture, row by row from its upper left corner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Raster {
@@ -44,7 +47,9 @@ impl Raster {
             }
             Shape::Rectangle { centre, size, colour } => {
                 let centre = sheet.place(*centre);
-                let half = size.map(|length| sheet.length(length) / 2.0);
+                let [width, height] = size.map(|length| sheet.length(length) / 2.0);
+                // Neighbours overlap a little, so that no seam shows.
+                let half = [width + 0.5, height];
                 let reach = half[0].max(half[1]);
                 self.fill(*colour, [centre, centre], reach, |point| {
                     let inside = |axis: usize| half[axis] - (point[axis] - centre[axis]).abs();
@@ -93,6 +98,7 @@ impl Raster {
         for y in span(1, self.height) {
             for x in span(0, self.width) {
                 let share = (depth([f64::from(x) + 0.5, f64::from(y) + 0.5]) + 0.5).clamp(0.0, 1.0);
+                let share = (share * RIM_STEPS).round() / RIM_STEPS;
                 if share > 0.0 {
                     let pixel = &mut self.pixels[(y * self.width + x) as usize];
                     *pixel = mixed(*pixel, colour, share);

@@ -7,6 +7,10 @@ use kinetoscope_recording::drawing::Shape;
 const MARGIN: f64 = 0.03;
 /// Height of a picture over its width, at most: a chimney is cut off at its top.
 const HIGHEST: f64 = 2.0;
+/// Height of letters over the picture's width.
+const TEXT_HEIGHT: f64 = 0.019;
+/// Room for a letter over the height of letters.
+const LETTER: f64 = 1.0;
 /// Width of the viewers' panels for which the lines' widths are meant, px.
 const PANEL_WIDTH: f64 = 800.0;
 
@@ -33,6 +37,12 @@ impl Sheet {
             let enclosed = walls.iter().any(is_line);
             let beyond = trail.iter().chain(discs).filter(|_| !enclosed);
             walls.iter().chain(legend).chain(beyond).for_each(|shape| bounds.include(shape));
+        }
+        let letter = LETTER * TEXT_HEIGHT * (bounds.high[0] - bounds.low[0]);
+        for shape in drawings.iter().flatten().flatten() {
+            if let Shape::Text { centre, text } = shape {
+                bounds.include_box(*centre, [text.chars().count() as f64 * letter / 2.0, 0.0]);
+            }
         }
         let [low, high] = [bounds.low, bounds.high];
         let [across, up] = [high[0] - low[0], high[1] - low[1]];
@@ -69,7 +79,7 @@ impl Sheet {
 
     /// Height of letters, px.
     pub(super) fn text_height(&self) -> f64 {
-        (f64::from(self.width) / 40.0).max(9.0)
+        TEXT_HEIGHT * f64::from(self.width)
     }
 }
 
