@@ -257,3 +257,57 @@ impl State {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(index: u64) -> Vec<ShownMessage> {
+        let message = |channel: usize| ShownMessage {
+            channel,
+            log_time_ns: index,
+            payload: vec![index as u8, channel as u8],
+        };
+        vec![message(0), message(1), message(2)]
+    }
+
+    #[test]
+    fn a_slow_viewer_misses_whole_frames_and_the_oldest() {
+        let stage = Stage::new(None, &Interrupt::default());
+        let viewer = stage.enter().unwrap();
+        (0..10).for_each(|index| stage.show(frame(index)));
+        let waiting = stage.take(viewer);
+        let times: Vec<u64> = waiting.iter().map(|frame| frame.log_time_ns).collect();
+        assert_eq!(times, [6, 7, 8, 9]);
+        for shown in waiting {
+            let whole = frame(shown.log_time_ns);
+            assert_eq!(shown.messages.len(), whole.len());
+            for (shown, recorded) in shown.messages.iter().zip(whole) {
+                assert_eq!((shown.channel, &shown.payload), (recorded.channel, &recorded.payload));
+            }
+        }
+        assert!(stage.take(viewer).is_empty());
+    }
+
+    #[test]
+    fn a_late_viewer_has_the_last_frame_once() {
+        let stage = Stage::new(None, &Interrupt::default());
+        (0..3).for_each(|index| stage.show(frame(index)));
+        let (latest, seen) = stage.watch(&[0, 2]);
+        let latest: Vec<&[u8]> = latest.iter().map(|message| message.payload.as_slice()).collect();
+        assert_eq!(latest, [[2, 0], [2, 2]]);
+        let viewer = stage.enter().unwrap();
+        stage.show(frame(3));
+        let next: Vec<u64> = stage.take(viewer).iter().map(|frame| frame.number).collect();
+        assert_eq!(next, [seen + 1]);
+    }
+
+    #[test]
+    fn there_is_an_end_to_viewers() {
+        let stage = Stage::new(None, &Interrupt::default());
+        let viewers: Vec<u64> = (0..MOST_VIEWERS).map(|_| stage.enter().unwrap()).collect();
+        assert_eq!(stage.enter(), None);
+        stage.leave(viewers[3]);
+        assert!(stage.enter().is_some());
+    }
+}
