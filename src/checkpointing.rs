@@ -6,6 +6,7 @@ use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::recorder::{Header, Recorder, RecorderState};
+use kinetoscope_recording::spectator::Spectator;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -123,7 +124,8 @@ fn foreseen_cost(bytes: u64) -> Duration {
     Duration::from_nanos(bytes.saturating_mul(1_000_000_000 / FORESEEN_BYTES_PER_S))
 }
 
-/// Goes on from the last checkpoint; `None` where there is none. `header` makes the recording's header from the model.
+/// Goes on from the last checkpoint; `None` where there is none. `header` makes the recording's header from the model, and
+/// `spectator` watches what comes.
 ///
 /// # Errors
 /// A checkpoint or a partial file that can't be gone on with, or a disk that fails.
@@ -132,12 +134,16 @@ pub fn go_on<M: Model>(
     stem: &str,
     identity: &str,
     header: impl FnOnce(&M) -> Header,
+    spectator: impl FnOnce() -> Option<Box<dyn Spectator>>,
 ) -> Result<Option<Underway<M>>, RecordError> {
     let Some(restored) = checkpoint::read::<Restored<M>>(folder, stem, identity)? else {
         return Ok(None);
     };
     let Restored { next, recorder, model } = restored;
-    let recorder = Recorder::resume(folder, stem, &header(&model), recorder)?;
+    let mut recorder = Recorder::resume(folder, stem, &header(&model), recorder)?;
+    if let Some(spectator) = spectator() {
+        recorder.show_to(spectator)?;
+    }
     Ok(Some(Underway { model, recorder: FrameWriter::start(recorder), next }))
 }
 

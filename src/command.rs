@@ -15,6 +15,7 @@ use crate::side_files;
 use crate::stale;
 use crate::start_file::StartFiles;
 use crate::timing::{TimingError, time_table};
+use crate::watching::Watching;
 use crate::why::Earlier;
 use clap::Parser;
 use kinetoscope_manifest::{Experiment, Override};
@@ -63,6 +64,8 @@ pub struct Arguments {
     /// Time the engine on every run, one at a time, and print a table; nothing is recorded
     #[arg(long, conflicts_with_all = ["force", "dry_run", "why", "jobs", "output"])]
     time: bool,
+    #[command(flatten)]
+    watching: Watching,
     #[command(flatten)]
     distribution: Distribution,
     #[command(flatten)]
@@ -238,6 +241,16 @@ impl Arguments {
         if let Some(engine) = self.distribution.executor.engine() {
             return self.execute_on_cluster(engine, manifest, plan, &interrupt, &progress);
         }
+        let live = match self.watching.open(&interrupt) {
+            Ok(live) => live,
+            Err((exit, message)) => {
+                progress.close();
+                return fail(exit, &message);
+            }
+        };
+        if let Some(live) = &live {
+            self.say(&self.watching.invitation(live, plan));
+        }
         let results = local::run_all(
             &runs,
             &plan.folder,
@@ -246,10 +259,12 @@ impl Arguments {
                 interrupt: &interrupt,
                 checkpoint_every: self.checkpoint_every,
                 on_frame: &|_, _| {},
+                live: live.as_ref(),
             },
             &progress,
         );
         progress.close();
+        drop(live);
         if self.distribution.analyze
             && !interrupt.is_raised()
             && let Err(why) = analysing::remember(plan)

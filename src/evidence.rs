@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 #[group(
     id = "evidence",
     multiple = false,
-    conflicts_with_all = ["manifest", "output", "jobs", "overrides", "force", "dry_run", "why", "time"]
+    conflicts_with_all = ["manifest", "output", "jobs", "overrides", "force", "dry_run", "why", "time", "live"]
 )]
 pub struct Evidence {
     /// Do the run of a recording again and compare

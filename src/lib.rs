@@ -1,6 +1,6 @@
 //! Kinetoscope: reproducible particle experiments. A model moves, a recording testifies, a law judges.
 //!
-//! In reading order: what may be random, where a model meets the rest, the models, when frames are taken, one run, the plan
+//! In reading order: what may be random, where a model meets the rest, the models, when frames are taken, who watches, one run, the plan
 //! of all runs, who executes it, what proves a recording, and the command line on top.
 
 pub mod constants;
@@ -14,6 +14,8 @@ pub mod model;
 pub mod models;
 
 pub mod schedule;
+
+pub mod live;
 
 pub mod checkpointing;
 pub mod run;
@@ -41,6 +43,7 @@ pub mod evidence;
 
 pub mod disk_space;
 pub mod distribution;
+pub mod watching;
 
 pub mod exit;
 

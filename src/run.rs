@@ -2,6 +2,7 @@
 
 use crate::checkpointing::{self, Checkpointer, NeverSaved, Safekeeping, Underway};
 use crate::interrupt::Interrupt;
+use crate::live::Live;
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::models::{ForModel, with_model};
 use crate::random::Seed;
@@ -80,6 +81,8 @@ pub struct Conduct<'a> {
     pub checkpoint_every: Duration,
     /// Hears how many frames after the start are done and how many there will be.
     pub on_frame: &'a (dyn Fn(u64, u64) + Sync),
+    /// Where viewers watch one run at a time, if anywhere.
+    pub live: Option<&'a Live>,
 }
 
 /// Why a run left no usable recording.
@@ -271,7 +274,7 @@ fn drive<M: Model>(
         M::NAME,
         M::PHYSICS_VERSION
     );
-    let (mut underway, beginning) = begin::<M>(config, assignment, &identity)?;
+    let (mut underway, beginning) = begin::<M>(config, assignment, &identity, conduct.live)?;
     let schedule = Schedule::new(manifest.record.interval, underway.model.extent())?;
     let every = conduct.checkpoint_every;
     let mut checkpointer = Checkpointer::new(folder, stem, identity, every);
@@ -305,10 +308,12 @@ fn begin<M: Model>(
     config: &M::Config,
     assignment: Assignment<'_>,
     identity: &str,
+    live: Option<&Live>,
 ) -> Result<(Underway<M>, Beginning), RunError> {
     let Assignment { manifest, canonical, content_key, folder, stem } = assignment;
     let header = |model: &M| header(model, manifest, canonical.to_owned(), content_key.to_owned());
-    let beginning = match checkpointing::go_on(folder, stem, identity, header) {
+    let spectator = || live.and_then(|live| live.spectator(stem));
+    let beginning = match checkpointing::go_on(folder, stem, identity, header, spectator) {
         Ok(Some(underway)) => {
             let beginning = Beginning::WentOn { frame: underway.next };
             return Ok((underway, beginning));
@@ -322,7 +327,10 @@ fn begin<M: Model>(
     let file = RecordingFile::create(folder, stem)?;
     // From here on an older checkpoint would count on bytes that are gone.
     checkpoint::remove(folder, stem)?;
-    let recorder = Recorder::create_resumable(file, &header(&model))?;
+    let mut recorder = Recorder::create_resumable(file, &header(&model))?;
+    if let Some(spectator) = spectator() {
+        recorder.show_to(spectator)?;
+    }
     Ok((record_start(model, FrameWriter::start(recorder))?, beginning))
 }
 

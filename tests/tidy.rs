@@ -99,7 +99,9 @@ fn given_packages_have_one_home() {
         ("mcap::", "src/recording"),
         ("rand_chacha::", "src/random.rs"),
         ("indicatif::", "src/progress.rs"),
+        ("tungstenite::", "src/live"),
         ("csv::", "analysis"),
+        ("png::", "analysis"),
     ];
     let mut files = Vec::new();
     sources(&root().join("src"), &mut files);

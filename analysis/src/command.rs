@@ -7,10 +7,12 @@ use crate::input::Source;
 use crate::memory::Memory;
 use crate::report::{self, Report, Wishes, analyse};
 use crate::table::{Terminal, Tone};
+use crate::thumbnail::{PictureForm, Wish, thumbnail};
 use crate::{catalogue, ci, input};
 use clap::Parser;
 use kinetoscope_manifest::{Check, parse_checks};
 use std::io::{IsTerminal, Write};
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 /// Derives numbers with errors, plots and verdicts from recordings alone.
@@ -55,12 +57,29 @@ struct Arguments {
     /// Prints what failed as annotations of a GitHub workflow.
     #[arg(long)]
     github: bool,
+    #[command(flatten)]
+    picture: PictureArguments,
     /// Prints the reference of all metrics (Markdown) and stops.
     #[arg(long, exclusive = true)]
     metrics: bool,
     /// Recordings, and folders of recordings.
     #[arg(required_unless_present = "metrics", value_name = "PATH")]
     paths: Vec<PathBuf>,
+}
+
+/// A picture of one recording, in the place of an analysis.
+#[derive(Debug, clap::Args)]
+struct PictureArguments {
+    /// Draws the one recording that is named as a small picture, a .png or .svg, and stops.
+    #[arg(long, value_name = "FILE",
+          conflicts_with_all = ["checks", "output", "pictures_at", "export", "fresh", "baseline", "junit", "github"])]
+    thumbnail: Option<PathBuf>,
+    /// Pictures of a thumbnail that moves (.png as APNG), evenly spread over the recording; 1 is its last frame.
+    #[arg(long, value_name = "N", default_value = "1", requires = "thumbnail")]
+    thumbnail_frames: NonZeroU32,
+    /// Width of a thumbnail in pixels.
+    #[arg(long, value_name = "PIXELS", default_value = "480", requires = "thumbnail", value_parser = width)]
+    thumbnail_width: NonZeroU32,
 }
 
 /// How the command ended.
@@ -106,6 +125,9 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
     if arguments.metrics {
         print(&catalogue::reference());
         return Ok(Exit::Done);
+    }
+    if let Some(file) = &arguments.picture.thumbnail {
+        return draw(&arguments.picture, file, &arguments.paths);
     }
     let usage = |message| (Exit::Usage, message);
     let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks);
@@ -170,6 +192,28 @@ fn remember(sources: Vec<Source>, arguments: &Arguments) -> Exit {
         }
     }
     exit
+}
+
+/// Draws the one recording among the paths.
+fn draw(
+    picture: &PictureArguments,
+    file: &Path,
+    paths: &[PathBuf],
+) -> Result<Exit, (Exit, String)> {
+    let usage = |message: &str| (Exit::Usage, message.to_owned());
+    let form = PictureForm::of(file, picture.thumbnail_frames).map_err(usage)?;
+    let sources = input::sources(paths).map_err(|input::BadPath(why)| (Exit::Usage, why))?;
+    let recordings: Vec<&PathBuf> = sources.iter().flat_map(|source| &source.files).collect();
+    let [recording] = recordings.as_slice() else {
+        return Err(usage("a thumbnail is of one recording: name its file"));
+    };
+    let wish = Wish { form, width: picture.thumbnail_width };
+    let drawn =
+        thumbnail(recording, wish).map_err(|error| (Exit::Unreadable, error.to_string()))?;
+    let size = drawn.len().div_ceil(1000);
+    files::replace(file, drawn).map_err(|error| (Exit::Retry, error.to_string()))?;
+    print(&format!("written: {} ({size} kB)\n", file.display()));
+    Ok(Exit::Done)
 }
 
 /// Exports the recordings in all forms that were asked for.
@@ -255,6 +299,12 @@ fn read_baseline(path: &Path) -> Result<Baseline, String> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| format!("the baseline {} can't be read: {error}", path.display()))?;
     Baseline::read(&text).map_err(|why| format!("{} {why}", path.display()))
+}
+
+/// A picture's width that programs can show.
+fn width(text: &str) -> Result<NonZeroU32, String> {
+    let width = text.parse().ok().filter(|width: &NonZeroU32| (64..=4096).contains(&width.get()));
+    width.ok_or_else(|| "must be a number from 64 to 4096".to_owned())
 }
 
 /// A finite number.

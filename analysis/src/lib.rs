@@ -24,6 +24,7 @@ pub mod metrics;
 
 pub mod figures;
 pub mod plot;
+pub mod thumbnail;
 
 pub mod report;
 pub mod table;

@@ -143,7 +143,7 @@ fn an_unchanged_recording_is_not_read_again() {
 fn what_tasks_remembered_is_put_together_without_the_frames() {
     let quiet = MANIFEST.split("[[checks]]").next().unwrap();
     let read = Folder::write(quiet, frames(10.0));
-    assert_eq!(analyze(&[path(&read)]).code, 0);
+    assert_eq!(analyze(&[read.name()]).code, 0);
     let folder = Folder::write(quiet, frames(10.0));
     for index in 0..folder.files.len() {
         let file = folder.file(index);
@@ -157,12 +157,12 @@ fn what_tasks_remembered_is_put_together_without_the_frames() {
         fs::File::options().write(true).open(&file).unwrap().set_modified(changed).unwrap();
     }
     assert!(!folder.path().join("metrics.json").exists());
-    assert_eq!(analyze(&[path(&folder)]).code, 0);
+    assert_eq!(analyze(&[folder.name()]).code, 0);
     for file in ["metrics.json", "metrics.csv", "report.html"] {
         let of = |folder: &Folder| fs::read(folder.path().join(file)).unwrap();
         assert!(of(&folder) == of(&read), "{file}");
     }
-    assert_eq!(analyze(&["--fresh", path(&folder)]).code, 5);
+    assert_eq!(analyze(&["--fresh", folder.name()]).code, 5);
 }
 
 /// The commands of the workflow's steps, in order.

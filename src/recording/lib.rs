@@ -5,6 +5,7 @@
 pub mod background;
 pub mod channels;
 pub mod checkpoint;
+pub mod drawing;
 pub mod error;
 pub mod fields;
 pub mod file;
@@ -14,6 +15,7 @@ pub mod provenance;
 pub mod reader;
 pub mod recorder;
 pub mod scenery;
+pub mod spectator;
 
 mod colour;
 mod container;

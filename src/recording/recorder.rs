@@ -14,6 +14,7 @@ use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
 use crate::reader::{RecordedFrame, Recording};
 use crate::scene::Stage;
 use crate::sink::CountingSink;
+use crate::spectator::{Programme, Spectator};
 use crate::table::encode_state;
 use crate::trail::Trail;
 use foxglove::Encode as _;
@@ -55,6 +56,7 @@ pub struct Recorder<W: Write> {
     // Frames in closed chunks.
     closed_frames: u64,
     resumable: Option<Resumable>,
+    spectator: Option<Box<dyn Spectator>>,
     buffer: Vec<u8>,
     state_buffer: Vec<u8>,
     written: Arc<AtomicU64>,
@@ -109,6 +111,7 @@ impl<W: Write> Recorder<W> {
             payload_in_chunk: 0,
             closed_frames: 0,
             resumable: None,
+            spectator: None,
             buffer: Vec::new(),
             state_buffer: Vec::new(),
             written,
@@ -119,6 +122,27 @@ impl<W: Write> Recorder<W> {
     #[must_use]
     pub fn wants(&self, topic: &str) -> bool {
         self.recorded.contains(&topic)
+    }
+
+    /// Shows all that is recorded from here on to a spectator; what was drawn once, at the start, is shown again.
+    ///
+    /// # Errors
+    /// A channel without a schema: a defect of the program.
+    pub fn show_to(&mut self, mut spectator: Box<dyn Spectator>) -> Result<(), RecordError> {
+        spectator.begin(Programme::of(&self.header, &self.recorded)?);
+        if self.frames > 0 {
+            let start = Timestamp::new(0, 0);
+            for (topic, drawn) in [
+                (channels::WALLS, self.stage.walls(start)),
+                (channels::LEGEND, self.stage.legend(start)),
+            ] {
+                if self.wants(topic) {
+                    spectator.message(topic, 0, &drawn.encode_to_vec());
+                }
+            }
+        }
+        self.spectator = Some(spectator);
+        Ok(())
     }
 
     /// Frames written so far.
@@ -166,7 +190,11 @@ impl<W: Write> Recorder<W> {
         }
         self.draw(frame, log_time, time)?;
         self.write_log(frame.log_lines(), log_time, time)?;
-        self.end_frame()
+        self.end_frame()?;
+        if let Some(spectator) = &mut self.spectator {
+            spectator.end_of_frame();
+        }
+        Ok(())
     }
 
     fn end_frame(&mut self) -> Result<(), RecordError> {
@@ -357,6 +385,9 @@ impl<W: Write> Recorder<W> {
         if let Some(Resumable { open, .. }) = &mut self.resumable {
             open.push(channel_id, self.frames, log_time, payload);
         }
+        if let Some(spectator) = &mut self.spectator {
+            spectator.message(topic, log_time, payload);
+        }
         Ok(())
     }
 }
@@ -490,7 +521,7 @@ fn write_options(compression: Compression) -> mcap::WriteOptions {
         .calculate_attachment_crcs(true)
 }
 
-fn schema_of(
+pub(crate) fn schema_of(
     topic: &str,
     declared: &[ChannelDeclaration],
 ) -> Result<foxglove::Schema, RecordError> {

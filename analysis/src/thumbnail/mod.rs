@@ -1,0 +1,173 @@
+//! A small picture of a recording, still or moving, for a page or a slide: drawn from the recording's own scenes, with their
+//! colours, without a viewer.
+
+mod glyphs;
+mod png_file;
+mod raster;
+mod sheet;
+mod svg;
+
+use kinetoscope_recording::drawing::{Shape, read_shapes};
+use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::reader::{RecordedFrame, Recording};
+use raster::Raster;
+use sheet::Sheet;
+use std::num::NonZeroU32;
+use std::path::Path;
+
+/// Topics in the order in which they are drawn, the lowest first. Arrows and force chains would hide a small picture.
+const LAYERS: [&str; 4] = ["/trail", "/walls", "/discs", "/legend"];
+
+/// The shapes of a frame, layer by layer.
+type Drawing = [Vec<Shape>; LAYERS.len()];
+
+/// The form of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PictureForm {
+    /// The last frame as lines and discs, to any scale.
+    Svg,
+    /// Pixels.
+    Png {
+        /// How many frames, evenly spread over the recording and played as fast as it, as an APNG that browsers play; 1 is
+        /// the last frame.
+        frames: NonZeroU32,
+    },
+}
+
+impl PictureForm {
+    /// By the end of a file's name, and for so many frames.
+    ///
+    /// # Errors
+    /// What can't be, in words.
+    pub fn of(path: &Path, frames: NonZeroU32) -> Result<Self, &'static str> {
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+        match ending.to_ascii_lowercase().as_str() {
+            "svg" if frames == NonZeroU32::MIN => Ok(Self::Svg),
+            "svg" => Err("an SVG does not move: write a .png, or ask for one frame"),
+            "png" | "apng" => Ok(Self::Png { frames }),
+            _ => Err("a thumbnail's name ends in .png or .svg"),
+        }
+    }
+}
+
+/// What a picture shall be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wish {
+    /// Its form.
+    pub form: PictureForm,
+    /// Width, px.
+    pub width: NonZeroU32,
+}
+
+/// Why there is no picture.
+#[derive(Debug)]
+pub enum ThumbnailError {
+    /// The recording can't be read.
+    Read(ReadError),
+    /// It can't be drawn, in words.
+    Undrawn(String),
+}
+
+impl From<ReadError> for ThumbnailError {
+    fn from(error: ReadError) -> Self {
+        Self::Read(error)
+    }
+}
+
+impl std::fmt::Display for ThumbnailError {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Read(error) => error.fmt(formatter),
+            Self::Undrawn(why) => formatter.write_str(why),
+        }
+    }
+}
+
+impl std::error::Error for ThumbnailError {}
+
+/// Draws a recording and returns the file's bytes, the same for the same recording and wish.
+///
+/// # Errors
+/// A recording that is not whole, or that has no drawing.
+pub fn thumbnail(recording: &Path, wish: Wish) -> Result<Vec<u8>, ThumbnailError> {
+    let recording = Recording::open(recording)?;
+    let playback_rate = recording.provenance().playback_rate;
+    let mut frames = 0;
+    for frame in recording.frames()? {
+        frame?;
+        frames += 1;
+    }
+    let wanted = match wish.form {
+        PictureForm::Svg => NonZeroU32::MIN,
+        PictureForm::Png { frames } => frames,
+    };
+    let drawings = drawings(&recording, &chosen(frames, u64::from(wanted.get())))?;
+    let undrawn =
+        || ThumbnailError::Undrawn("the recording has no drawing: record \"discs\" too".to_owned());
+    let sheet = Sheet::new(&drawings, wish.width.get()).ok_or_else(undrawn)?;
+    match wish.form {
+        PictureForm::Svg => {
+            let last = drawings.last().ok_or_else(undrawn)?;
+            Ok(svg::document(&sheet, last).into_bytes())
+        }
+        PictureForm::Png { .. } => {
+            let rasters: Vec<Raster> =
+                drawings.iter().map(|drawing| Raster::of(&sheet, drawing)).collect();
+            let seconds = frames as f64 / playback_rate / rasters.len() as f64;
+            png_file::file(&rasters, seconds).map_err(ThumbnailError::Undrawn)
+        }
+    }
+}
+
+/// Which of so many frames are drawn: evenly spread from the first to the last, or the last alone.
+fn chosen(frames: u64, wanted: u64) -> Vec<u64> {
+    let Some(last) = frames.checked_sub(1) else { return Vec::new() };
+    let wanted = wanted.min(frames);
+    if wanted == 1 {
+        return vec![last];
+    }
+    (0..wanted).map(|picture| picture * last / (wanted - 1)).collect()
+}
+
+/// What is drawn in each chosen frame. What is drawn once belongs to all that follow.
+fn drawings(recording: &Recording, chosen: &[u64]) -> Result<Vec<Drawing>, ThumbnailError> {
+    let mut layers = Drawing::default();
+    let mut drawings = Vec::with_capacity(chosen.len());
+    for frame in recording.frames()? {
+        let frame = frame?;
+        let wanted = chosen.contains(&frame.clock.frame);
+        if wanted || frame.clock.frame == 0 {
+            draw(&frame, &mut layers)?;
+        }
+        if wanted {
+            drawings.push(layers.clone());
+        }
+    }
+    Ok(drawings)
+}
+
+fn draw(frame: &RecordedFrame, layers: &mut Drawing) -> Result<(), ThumbnailError> {
+    for (topic, layer) in LAYERS.iter().zip(layers) {
+        let message = frame.messages().iter().find(|message| message.topic() == *topic);
+        if let Some(message) = message {
+            *layer = read_shapes(message.payload()).ok_or_else(|| {
+                let frame = frame.clock.frame;
+                ThumbnailError::Undrawn(format!("{topic} of frame {frame} is no drawing"))
+            })?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_evenly_spread_from_the_first_to_the_last() {
+        assert_eq!(chosen(301, 1), [300]);
+        assert_eq!(chosen(301, 4), [0, 100, 200, 300]);
+        assert_eq!(chosen(3, 60), [0, 1, 2]);
+        assert!(chosen(0, 5).is_empty());
+    }
+}

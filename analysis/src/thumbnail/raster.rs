@@ -1,0 +1,142 @@
+//! A drawing as pixels. How much of a pixel a shape covers follows from the distance of the pixel's centre to its edge.
+
+use super::Drawing;
+use super::glyphs;
+use super::sheet::Sheet;
+use kinetoscope_recording::drawing::{Rgb, Shape};
+
+/// Dark grey, for text.
+const INK: Rgb = [0x20, 0x20, 0x20];
+
+/// Shares of a pixel that are told apart: few, so that the colours of a drawing fit a palette.
+const RIM_STEPS: f64 = 8.0;
+
+/// A picture, row by row from its upper left corner.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Raster {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) pixels: Vec<Rgb>,
+}
+
+impl Raster {
+    /// Draws on white.
+    pub(super) fn of(sheet: &Sheet, drawing: &Drawing) -> Self {
+        let (width, height) = (sheet.width, sheet.height);
+        let pixels = vec![[0xff; 3]; width as usize * height as usize];
+        let mut raster = Self { width, height, pixels };
+        for shape in drawing.iter().flatten() {
+            raster.draw(sheet, shape);
+        }
+        raster
+    }
+
+    fn draw(&mut self, sheet: &Sheet, shape: &Shape) {
+        match shape {
+            Shape::Disc { centre, radius, colour } => {
+                let (centre, radius) = (sheet.place(*centre), sheet.length(*radius));
+                self.fill(*colour, [centre, centre], radius, |point| {
+                    radius - (point[0] - centre[0]).hypot(point[1] - centre[1])
+                });
+            }
+            Shape::Segments { segments, width_px, colour } => {
+                let half_width = sheet.line_width(*width_px) / 2.0;
+                for [from, to] in segments {
+                    self.segment([sheet.place(*from), sheet.place(*to)], half_width, *colour);
+                }
+            }
+            Shape::Rectangle { centre, size, colour } => {
+                let centre = sheet.place(*centre);
+                let [width, height] = size.map(|length| sheet.length(length) / 2.0);
+                // Neighbours overlap a little, so that no seam shows.
+                let half = [width + 0.5, height];
+                let reach = half[0].max(half[1]);
+                self.fill(*colour, [centre, centre], reach, |point| {
+                    let inside = |axis: usize| half[axis] - (point[axis] - centre[axis]).abs();
+                    inside(0).min(inside(1))
+                });
+            }
+            Shape::Text { centre, text } => {
+                let height = sheet.text_height();
+                for segment in glyphs::strokes(text, sheet.place(*centre), height) {
+                    self.segment(segment, (height / 14.0).max(0.55), INK);
+                }
+            }
+        }
+    }
+
+    /// A line with round ends.
+    fn segment(&mut self, [from, to]: [[f64; 2]; 2], half_width: f64, colour: Rgb) {
+        let along = [to[0] - from[0], to[1] - from[1]];
+        let length_squared = along[0] * along[0] + along[1] * along[1];
+        self.fill(colour, [from, to], half_width, |point| {
+            let off = [point[0] - from[0], point[1] - from[1]];
+            let share = if length_squared > 0.0 {
+                ((off[0] * along[0] + off[1] * along[1]) / length_squared).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            half_width - (off[0] - share * along[0]).hypot(off[1] - share * along[1])
+        });
+    }
+
+    /// Mixes a colour into the pixels of a box around two points. `depth` is how deep a point lies inside of the shape, px,
+    /// negative outside.
+    fn fill(
+        &mut self,
+        colour: Rgb,
+        around: [[f64; 2]; 2],
+        reach: f64,
+        depth: impl Fn([f64; 2]) -> f64,
+    ) {
+        // A cast from float saturates: what lies beyond the edges, or is no number, is not drawn.
+        let span = |axis: usize, end: u32| {
+            let low = around[0][axis].min(around[1][axis]) - reach - 1.0;
+            let high = around[0][axis].max(around[1][axis]) + reach + 1.0;
+            (low.floor() as u32).min(end)..(high.ceil() as u32).min(end)
+        };
+        for y in span(1, self.height) {
+            for x in span(0, self.width) {
+                let share = (depth([f64::from(x) + 0.5, f64::from(y) + 0.5]) + 0.5).clamp(0.0, 1.0);
+                let share = (share * RIM_STEPS).round() / RIM_STEPS;
+                if share > 0.0 {
+                    let pixel = &mut self.pixels[(y * self.width + x) as usize];
+                    *pixel = mixed(*pixel, colour, share);
+                }
+            }
+        }
+    }
+}
+
+fn mixed(under: Rgb, over: Rgb, share: f64) -> Rgb {
+    std::array::from_fn(|part| {
+        let (under, over) = (f64::from(under[part]), f64::from(over[part]));
+        (under + share * (over - under)).round() as u8
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disc covers its area: the sum of what is covered of all pixels is pi r^2, within what a straight edge through each
+    /// pixel of the rim neglects, below 1 % for a radius of 20 px.
+    #[test]
+    fn a_disc_covers_its_area() {
+        let container = Shape::Segments {
+            segments: vec![[[0.0, 0.0], [1.0, 1.0]]],
+            width_px: 1.0,
+            colour: [0xff; 3],
+        };
+        let black = [0; 3];
+        let disc = Shape::Disc { centre: [0.43, 0.52], radius: 0.2, colour: black };
+        let drawing = [Vec::new(), vec![container], vec![disc], Vec::new()];
+        let sheet = Sheet::new(std::slice::from_ref(&drawing), 106).unwrap();
+        let raster = Raster::of(&sheet, &drawing);
+        let covered: f64 =
+            raster.pixels.iter().map(|pixel| 1.0 - f64::from(pixel[0]) / 255.0).sum();
+        let radius = sheet.length(0.2);
+        let area = std::f64::consts::PI * radius * radius;
+        assert!((covered / area - 1.0).abs() < 0.01, "{covered} px of {area}");
+    }
+}

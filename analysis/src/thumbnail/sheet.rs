@@ -1,0 +1,115 @@
+//! Where lengths lie on a picture.
+
+use super::Drawing;
+use kinetoscope_recording::drawing::Shape;
+
+/// Space around what is drawn, over its width.
+const MARGIN: f64 = 0.03;
+/// Height of a picture over its width, at most: a chimney is cut off at its top.
+const HIGHEST: f64 = 2.0;
+/// Height of letters over the picture's width.
+const TEXT_HEIGHT: f64 = 0.019;
+/// Room for a letter over the height of letters.
+const LETTER: f64 = 1.0;
+/// Width of the viewers' panels for which the lines' widths are meant, px.
+const PANEL_WIDTH: f64 = 800.0;
+
+/// The sheet of paper of a picture, or of all pictures of an animation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sheet {
+    /// Width, px.
+    pub(super) width: u32,
+    /// Height, px.
+    pub(super) height: u32,
+    /// Pixels a length unit.
+    scale: f64,
+    left: f64,
+    top: f64,
+}
+
+impl Sheet {
+    /// A sheet for the walls and the colour bar; where no wall is a line, for all that these drawings show. `None` where
+    /// nothing is drawn.
+    pub(super) fn new(drawings: &[Drawing], width: u32) -> Option<Self> {
+        let is_line = |shape: &Shape| matches!(shape, Shape::Segments { .. });
+        let mut bounds = Bounds::NOTHING;
+        for [trail, walls, discs, legend] in drawings {
+            let enclosed = walls.iter().any(is_line);
+            let beyond = trail.iter().chain(discs).filter(|_| !enclosed);
+            walls.iter().chain(legend).chain(beyond).for_each(|shape| bounds.include(shape));
+        }
+        let letter = LETTER * TEXT_HEIGHT * (bounds.high[0] - bounds.low[0]);
+        for shape in drawings.iter().flatten().flatten() {
+            if let Shape::Text { centre, text } = shape {
+                bounds.include_box(*centre, [text.chars().count() as f64 * letter / 2.0, 0.0]);
+            }
+        }
+        let [low, high] = [bounds.low, bounds.high];
+        let [across, up] = [high[0] - low[0], high[1] - low[1]];
+        if !(across > 0.0 && up > 0.0 && across.is_finite() && up.is_finite()) {
+            return None;
+        }
+        let margin = MARGIN * across;
+        let scale = f64::from(width) / (across + 2.0 * margin);
+        let height = (scale * (up + 2.0 * margin)).ceil().min(HIGHEST * f64::from(width));
+        Some(Self {
+            width,
+            height: height as u32,
+            scale,
+            left: low[0] - margin,
+            // The lower edge is kept where the top is cut off.
+            top: low[1] - margin + height / scale,
+        })
+    }
+
+    /// From the upper left corner, px.
+    pub(super) fn place(&self, point: [f64; 2]) -> [f64; 2] {
+        [(point[0] - self.left) * self.scale, (self.top - point[1]) * self.scale]
+    }
+
+    /// A length in px.
+    pub(super) fn length(&self, length: f64) -> f64 {
+        length * self.scale
+    }
+
+    /// A line's width in px.
+    pub(super) fn line_width(&self, width_px: f64) -> f64 {
+        (width_px * f64::from(self.width) / PANEL_WIDTH).max(1.0)
+    }
+
+    /// Height of letters, px.
+    pub(super) fn text_height(&self) -> f64 {
+        TEXT_HEIGHT * f64::from(self.width)
+    }
+}
+
+struct Bounds {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Bounds {
+    const NOTHING: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+
+    fn include(&mut self, shape: &Shape) {
+        match shape {
+            Shape::Disc { centre, radius, .. } => self.include_box(*centre, [*radius; 2]),
+            Shape::Rectangle { centre, size, .. } => {
+                self.include_box(*centre, size.map(|length| length / 2.0));
+            }
+            Shape::Text { centre, .. } => self.include_box(*centre, [0.0; 2]),
+            Shape::Segments { segments, .. } => {
+                for point in segments.iter().flatten() {
+                    self.include_box(*point, [0.0; 2]);
+                }
+            }
+        }
+    }
+
+    fn include_box(&mut self, centre: [f64; 2], reach: [f64; 2]) {
+        for axis in 0..2 {
+            self.low[axis] = self.low[axis].min(centre[axis] - reach[axis]);
+            self.high[axis] = self.high[axis].max(centre[axis] + reach[axis]);
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! What is said over the WebSocket: subprotocol `foxglove.sdk.v1` (<https://github.com/foxglove/ws-protocol>, and the
+//! Foxglove SDK 0.30 for its playback control), as far as a run that is watched needs it.
+
+use data_encoding::BASE64;
+use kinetoscope_recording::spectator::ShownChannel;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+/// The name that client and server agree on while they shake hands.
+pub(super) const SUBPROTOCOL: &str = "foxglove.sdk.v1";
+
+/// Operation codes of binary messages: of the server, and of the client.
+const MESSAGE_DATA: u8 = 1;
+const TIME: u8 = 2;
+const PLAYBACK_STATE: u8 = 5;
+const PLAYBACK_CONTROL_REQUEST: u8 = 3;
+
+/// Who serves, and what can be asked for. `range_ns`, from 0 to this log time, offers playback control.
+pub(super) fn server_info(name: &str, session: &str, range_ns: Option<u64>) -> String {
+    let mut info = json!({
+        "op": "serverInfo",
+        "name": name,
+        // The viewer's clock is the playback's, not the wall's.
+        "capabilities": ["time"],
+        "sessionId": session,
+    });
+    if let Some(end) = range_ns {
+        info["capabilities"] = json!(["time", "playbackControl"]);
+        info["dataStartTime"] = json!({ "sec": 0, "nsec": 0 });
+        info["dataEndTime"] = json!({ "sec": end / 1_000_000_000, "nsec": end % 1_000_000_000 });
+    }
+    info.to_string()
+}
+
+/// The channels, whose ids count up from `first_id`.
+pub(super) fn advertise(channels: &[ShownChannel], first_id: u64) -> String {
+    let channels: Vec<serde_json::Value> = (first_id..)
+        .zip(channels)
+        .map(|(id, channel)| {
+            json!({
+                "id": id,
+                "topic": channel.topic,
+                "encoding": "protobuf",
+                "schemaName": channel.schema_name,
+                "schemaEncoding": "protobuf",
+                "schema": BASE64.encode(&channel.schema),
+            })
+        })
+        .collect();
+    json!({ "op": "advertise", "channels": channels }).to_string()
+}
+
+/// So many channels, from `first_id` on, are no more.
+pub(super) fn unadvertise(first_id: u64, count: u64) -> String {
+    let ids: Vec<u64> = (first_id..).take(count as usize).collect();
+    json!({ "op": "unadvertise", "channelIds": ids }).to_string()
+}
+
+/// A warning that the viewer shows.
+pub(super) fn warning(text: &str) -> String {
+    json!({ "op": "status", "level": 1, "message": text }).to_string()
+}
+
+/// One message of a channel, for a subscription.
+pub(super) fn message_data(subscription: u32, log_time_ns: u64, payload: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(13 + payload.len());
+    bytes.push(MESSAGE_DATA);
+    bytes.extend(subscription.to_le_bytes());
+    bytes.extend(log_time_ns.to_le_bytes());
+    bytes.extend(payload);
+    bytes
+}
+
+/// The viewer's clock.
+pub(super) fn time(log_time_ns: u64) -> Vec<u8> {
+    let mut bytes = vec![TIME];
+    bytes.extend(log_time_ns.to_le_bytes());
+    bytes
+}
+
+/// Where playback is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PlaybackState {
+    /// Whether the run is held.
+    pub(super) paused: bool,
+    /// Log time of the last frame that was shown, ns.
+    pub(super) time_ns: u64,
+    /// Seconds of playback a second.
+    pub(super) speed: f64,
+    /// Whether a viewer's jump brought it there.
+    pub(super) jumped: bool,
+}
+
+impl PlaybackState {
+    /// As the answer to a request, or, without one, as news.
+    pub(super) fn encode(self, request_id: &str) -> Vec<u8> {
+        let mut bytes = vec![PLAYBACK_STATE, u8::from(self.paused)];
+        bytes.extend(self.time_ns.to_le_bytes());
+        bytes.extend((self.speed as f32).to_le_bytes());
+        bytes.push(u8::from(self.jumped));
+        bytes.extend((request_id.len() as u32).to_le_bytes());
+        bytes.extend(request_id.as_bytes());
+        bytes
+    }
+}
+
+/// What a viewer wants.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Request {
+    Subscribe(Vec<Subscription>),
+    /// Subscriptions by their ids.
+    Unsubscribe(Vec<u32>),
+    Playback(PlaybackRequest),
+    /// What this server does not offer, such as parameters.
+    Other,
+}
+
+/// A viewer's wish to receive a channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Subscription {
+    /// The viewer's name for it.
+    pub(super) id: u32,
+    pub(super) channel_id: u64,
+}
+
+/// A viewer's wish to play, pause, or jump.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PlaybackRequest {
+    pub(super) pause: bool,
+    pub(super) speed: f32,
+    /// Log time to jump to, ns.
+    pub(super) jump_to_ns: Option<u64>,
+    pub(super) id: String,
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "op", rename_all = "camelCase")]
+enum TextRequest {
+    Subscribe {
+        subscriptions: Vec<Subscription>,
+    },
+    #[serde(rename_all = "camelCase")]
+    Unsubscribe {
+        subscription_ids: Vec<u32>,
+    },
+    #[serde(other)]
+    Other,
+}
+
+/// Reads a text message of a viewer; `None` where it is none of the protocol.
+pub(super) fn text_request(text: &str) -> Option<Request> {
+    Some(match serde_json::from_str(text).ok()? {
+        TextRequest::Subscribe { subscriptions } => Request::Subscribe(subscriptions),
+        TextRequest::Unsubscribe { subscription_ids } => Request::Unsubscribe(subscription_ids),
+        TextRequest::Other => Request::Other,
+    })
+}
+
+/// Reads a binary message of a viewer; `None` where it is none of the protocol.
+pub(super) fn binary_request(bytes: &[u8]) -> Option<Request> {
+    let (&operation, mut rest) = bytes.split_first()?;
+    if operation != PLAYBACK_CONTROL_REQUEST {
+        return Some(Request::Other);
+    }
+    let [command] = take(&mut rest)?;
+    let speed = f32::from_le_bytes(take(&mut rest)?);
+    let [jumps] = take(&mut rest)?;
+    let jump_to = u64::from_le_bytes(take(&mut rest)?);
+    let length = u32::from_le_bytes(take(&mut rest)?);
+    let id = rest.get(..length as usize)?;
+    Some(Request::Playback(PlaybackRequest {
+        pause: command == 1,
+        speed,
+        jump_to_ns: (jumps != 0).then_some(jump_to),
+        id: str::from_utf8(id).ok()?.to_owned(),
+    }))
+}
+
+fn take<const N: usize>(rest: &mut &[u8]) -> Option<[u8; N]> {
+    let (first, after) = rest.split_first_chunk()?;
+    *rest = after;
+    Some(*first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_are_read_as_the_viewers_write_them() {
+        // Bytes and texts as the Foxglove SDK 0.30.3 encodes them.
+        let subscribe = r#"{"op":"subscribe","subscriptions":[{"id":1,"channelId":10},{"id":2,"channelId":20}]}"#;
+        let wanted = [(1, 10), (2, 20)].map(|(id, channel_id)| Subscription { id, channel_id });
+        assert_eq!(text_request(subscribe), Some(Request::Subscribe(wanted.to_vec())));
+        let unsubscribe = r#"{"op":"unsubscribe","subscriptionIds":[1,2]}"#;
+        assert_eq!(text_request(unsubscribe), Some(Request::Unsubscribe(vec![1, 2])));
+        assert_eq!(text_request(r#"{"op":"getParameters"}"#), Some(Request::Other));
+        assert_eq!(text_request("{"), None);
+        let mut play = vec![3, 0];
+        play.extend(1.5_f32.to_le_bytes());
+        play.push(1);
+        play.extend(7_u64.to_le_bytes());
+        play.extend(2_u32.to_le_bytes());
+        play.extend(b"id");
+        let request =
+            PlaybackRequest { pause: false, speed: 1.5, jump_to_ns: Some(7), id: "id".to_owned() };
+        assert_eq!(binary_request(&play), Some(Request::Playback(request)));
+        for end in 1..play.len() {
+            assert_eq!(binary_request(&play[..end]), None, "cut after {end} bytes");
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! One viewer and its connection, on a thread of its own.
+
+use super::protocol::{self, Request, SUBPROTOCOL, Subscription};
+use super::stage::{Announcement, Stage};
+use std::collections::BTreeMap;
+use std::io;
+use std::net::TcpStream;
+use std::sync::Arc;
+use std::time::Duration;
+use tungstenite::handshake::server::{ErrorResponse, Request as Asked, Response};
+use tungstenite::http::{HeaderValue, StatusCode, header::SEC_WEBSOCKET_PROTOCOL};
+use tungstenite::protocol::WebSocketConfig;
+use tungstenite::{Error, Message, WebSocket};
+
+/// For the handshake, for one write to a viewer that does not read, and for its goodbye.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// How long a connection is listened to before frames are looked for again.
+const LISTENING: Duration = Duration::from_millis(4);
+/// Requests are small.
+const LARGEST_REQUEST: usize = 1 << 16;
+
+/// Serves one viewer until it goes, or the show is over and it has seen the last frame.
+pub(super) fn serve(stream: TcpStream, stage: &Stage, session_prefix: &str) {
+    let Some(id) = stage.enter() else { return };
+    // Whatever goes wrong with a connection concerns its viewer alone, who sees it.
+    let _ = shake_hands(stream).and_then(|socket| {
+        let (subscriptions, announcement) = (BTreeMap::new(), stage.announcement());
+        let changes = stage.playback().1;
+        let mut viewer =
+            Viewer { socket, stage, id, session_prefix, announcement, subscriptions, changes };
+        viewer.announce()?;
+        viewer.watch()
+    });
+    stage.leave(id);
+}
+
+fn shake_hands(stream: TcpStream) -> Result<WebSocket<TcpStream>, Error> {
+    stream.set_nonblocking(false)?;
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    stream.set_write_timeout(Some(PATIENCE))?;
+    let config = WebSocketConfig::default().max_message_size(Some(LARGEST_REQUEST));
+    let socket = tungstenite::accept_hdr_with_config(stream, agree, Some(config));
+    let socket = socket.map_err(|error| Error::Io(io::Error::other(error.to_string())))?;
+    socket.get_ref().set_read_timeout(Some(LISTENING))?;
+    Ok(socket)
+}
+
+/// Agrees on the protocol, which the viewer must have offered.
+#[expect(clippy::result_large_err, reason = "the form that tungstenite asks for")]
+fn agree(asked: &Asked, mut response: Response) -> Result<Response, ErrorResponse> {
+    let offers = asked.headers().get_all(SEC_WEBSOCKET_PROTOCOL).iter();
+    let offered = offers
+        .flat_map(|offer| offer.to_str().unwrap_or_default().split(','))
+        .any(|offer| offer.trim() == SUBPROTOCOL);
+    if !offered {
+        let mut refusal = ErrorResponse::new(Some(format!("this server speaks {SUBPROTOCOL}")));
+        *refusal.status_mut() = StatusCode::BAD_REQUEST;
+        return Err(refusal);
+    }
+    let agreed = HeaderValue::from_static(SUBPROTOCOL);
+    response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, agreed);
+    Ok(response)
+}
+
+/// A channel that a viewer receives.
+struct Receiving {
+    subscription: u32,
+    /// Frames up to this number it has had, or was too late for.
+    seen: u64,
+}
+
+struct Viewer<'a> {
+    socket: WebSocket<TcpStream>,
+    stage: &'a Stage,
+    id: u64,
+    session_prefix: &'a str,
+    announcement: Arc<Announcement>,
+    /// By the channel's place in the programme.
+    subscriptions: BTreeMap<usize, Receiving>,
+    /// Changes of the playback that it has heard of.
+    changes: u64,
+}
+
+impl Viewer<'_> {
+    fn watch(&mut self) -> Result<(), Error> {
+        loop {
+            self.listen()?;
+            let over = self.stage.closed_for().is_some();
+            self.follow_the_run()?;
+            for frame in self.stage.take(self.id) {
+                let mut told = false;
+                for message in &frame.messages {
+                    let Some(receiving) = self.subscriptions.get(&message.channel) else {
+                        continue;
+                    };
+                    if receiving.seen >= frame.number {
+                        continue;
+                    }
+                    let subscription = receiving.subscription;
+                    if !told {
+                        self.send(protocol::time(frame.log_time_ns))?;
+                        told = true;
+                    }
+                    let log_time = message.log_time_ns;
+                    self.send(protocol::message_data(subscription, log_time, &message.payload))?;
+                }
+            }
+            self.hear_of_changes()?;
+            if over {
+                return self.say_goodbye();
+            }
+        }
+    }
+
+    /// Who serves, which run, which channels.
+    fn announce(&mut self) -> Result<(), Error> {
+        let announcement = Arc::clone(&self.announcement);
+        let session = format!("{}-{}", self.session_prefix, announcement.session);
+        let range = announcement.programme.end_ns.filter(|_| self.stage.paced);
+        self.send(protocol::server_info(&announcement.name, &session, range))?;
+        let channels = &announcement.programme.channels;
+        if channels.is_empty() {
+            return Ok(());
+        }
+        self.send(protocol::advertise(channels, announcement.first_channel_id))
+    }
+
+    /// Goes over to the next run, if there is one.
+    fn follow_the_run(&mut self) -> Result<(), Error> {
+        let now = self.stage.announcement();
+        if now.session == self.announcement.session {
+            return Ok(());
+        }
+        let last = std::mem::replace(&mut self.announcement, now);
+        self.subscriptions.clear();
+        let channels = last.programme.channels.len() as u64;
+        if channels > 0 {
+            self.send(protocol::unadvertise(last.first_channel_id, channels))?;
+        }
+        self.announce()
+    }
+
+    /// Takes in what the viewer says, for a few milliseconds.
+    fn listen(&mut self) -> Result<(), Error> {
+        loop {
+            let request = match self.socket.read() {
+                Ok(Message::Text(text)) => protocol::text_request(&text),
+                Ok(Message::Binary(bytes)) => protocol::binary_request(&bytes),
+                Ok(Message::Ping(_) | Message::Pong(_) | Message::Close(_) | Message::Frame(_)) => {
+                    continue;
+                }
+                Err(error) if would_block(&error) => return Ok(()),
+                Err(error) => return Err(error),
+            };
+            match request {
+                Some(request) => self.answer(request)?,
+                None => self.send(protocol::warning("a message that is none of the protocol"))?,
+            }
+        }
+    }
+
+    fn answer(&mut self, request: Request) -> Result<(), Error> {
+        match request {
+            Request::Subscribe(wanted) => self.subscribe(&wanted),
+            Request::Unsubscribe(ids) => {
+                self.subscriptions.retain(|_, receiving| !ids.contains(&receiving.subscription));
+                Ok(())
+            }
+            Request::Playback(request) if self.stage.paced => {
+                let state = self.stage.control(&request);
+                self.send(state.encode(&request.id))?;
+                if request.jump_to_ns.is_some_and(|to| to < state.time_ns) {
+                    let text = "a run under way cannot go back: open its recording when it is done";
+                    self.send(protocol::warning(text))?;
+                }
+                Ok(())
+            }
+            Request::Playback(_) => {
+                let text = "the run goes as fast as it can: --live-speed 1 lets viewers control it";
+                self.send(protocol::warning(text))
+            }
+            Request::Other => Ok(()),
+        }
+    }
+
+    /// New subscriptions begin with the last message of their channels.
+    fn subscribe(&mut self, wanted: &[Subscription]) -> Result<(), Error> {
+        // Of a run that was over when the request came, nothing is left to see.
+        let first = self.announcement.first_channel_id;
+        let channels = self.announcement.programme.channels.len();
+        let known = wanted.iter().filter_map(|subscription| {
+            let channel = subscription.channel_id.checked_sub(first)? as usize;
+            (channel < channels).then_some((channel, subscription.id))
+        });
+        let known: BTreeMap<usize, u32> = known.collect();
+        let asked: Vec<usize> = known.keys().copied().collect();
+        let (latest, seen) = self.stage.watch(&asked);
+        for (&channel, &subscription) in &known {
+            self.subscriptions.insert(channel, Receiving { subscription, seen });
+        }
+        let newest = latest.iter().map(|message| message.log_time_ns).max();
+        if let Some(newest) = newest {
+            self.send(protocol::time(newest))?;
+        }
+        for message in latest {
+            let Some(&subscription) = known.get(&message.channel) else { continue };
+            let data = protocol::message_data(subscription, message.log_time_ns, &message.payload);
+            self.send(data)?;
+        }
+        Ok(())
+    }
+
+    /// Another viewer, or the end of a pause, may have changed the playback.
+    fn hear_of_changes(&mut self) -> Result<(), Error> {
+        let (state, changes) = self.stage.playback();
+        if self.stage.paced && changes != self.changes {
+            self.changes = changes;
+            self.send(state.encode(""))?;
+        }
+        Ok(())
+    }
+
+    /// Sends, and waits for a viewer that does not read: only its own thread does. Once the show is over it waits no more.
+    fn send(&mut self, message: impl Into<Message>) -> Result<(), Error> {
+        let mut sent = self.socket.send(message.into());
+        while let Err(error) = sent {
+            let late = self.stage.closed_for().is_some_and(|closed| closed > PATIENCE);
+            if late || !would_block(&error) {
+                return Err(error);
+            }
+            sent = self.socket.flush();
+        }
+        Ok(())
+    }
+
+    /// Closes, and lets the viewer read what is still on its way.
+    fn say_goodbye(&mut self) -> Result<(), Error> {
+        self.socket.close(None)?;
+        self.socket.get_ref().set_read_timeout(Some(PATIENCE))?;
+        while self.socket.read().is_ok() {}
+        Ok(())
+    }
+}
+
+/// Whether a read or a write came to its time limit; the system calls it one or the other.
+fn would_block(error: &Error) -> bool {
+    let Error::Io(error) = error else { return false };
+    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
+}
