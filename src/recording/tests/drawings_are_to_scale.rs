@@ -58,9 +58,9 @@ fn discs_stand_where_the_state_says() {
         assert_eq!((disc.bottom_scale, disc.top_scale), (1.0, 1.0));
         assert_eq!(disc.color.unwrap().a, 1.0);
     }
-    // At rest: blue #0072b2.
+    // At rest: blue #2b58b1.
     let blue = discs[1].color.unwrap();
-    assert_eq!((blue.r, blue.g, blue.b), (0.0, 114.0 / 255.0, 178.0 / 255.0));
+    assert_eq!((blue.r, blue.g, blue.b), (43.0 / 255.0, 88.0 / 255.0, 177.0 / 255.0));
     assert_ne!(discs[0].color, discs[1].color);
 }
 
