@@ -83,7 +83,7 @@ impl<W: Write> Recorder<W> {
     /// A header that can't be recorded, or a sink that fails.
     pub fn create(sink: W, header: &Header) -> Result<Self, RecordError> {
         header.check()?;
-        let stage = Stage::new(&header.scenery, header.state_columns)?;
+        let stage = Stage::new(&header.scenery, header.state_columns, header.drawn_particles)?;
         let written = Arc::new(AtomicU64::new(0));
         let sink = CountingSink::new(sink, Arc::clone(&written));
         let mut writer = write_options(header.compression).create(sink)?;

@@ -11,11 +11,12 @@ use foxglove::messages::{
     Color, CubePrimitive, CylinderPrimitive, LinePrimitive, Point3, Pose, Quaternion, SceneEntity,
     SceneUpdate, TextPrimitive, Timestamp, Vector3, line_primitive,
 };
+use std::num::NonZeroU32;
 
 /// The one frame of reference of a recording.
 pub(crate) const FRAME_ID: &str = "world";
-/// Discs drawn at most; of more, every k-th.
-const DRAWN_AT_MOST: usize = 10_000;
+/// Contact forces drawn at most, over the particles drawn at most: a disc of a dense bed has two or three contacts of its own.
+const CONTACTS_OVER_PARTICLES: usize = 3;
 /// Drawing coordinates are multiples of a power of two of about this share of the container: they pack well.
 const GRID_OVER_CONTAINER: f64 = 1.0 / 4096.0;
 /// Thickness of the drawing's layers over the container's height: discs, then arrows, then force chains above them.
@@ -66,10 +67,16 @@ pub(crate) struct Stage {
     colours: ColourMap,
     grid: f64,
     height: f64,
+    drawn_at_most: usize,
 }
 
 impl Stage {
-    pub(crate) fn new(scenery: &Scenery, columns: &[StateColumn]) -> Result<Self, RecordError> {
+    /// `drawn_at_most` is a number of particles.
+    pub(crate) fn new(
+        scenery: &Scenery,
+        columns: &[StateColumn],
+        drawn_at_most: NonZeroU32,
+    ) -> Result<Self, RecordError> {
         let [low, high] = scenery.view;
         let (width, height) = (high[0] - low[0], high[1] - low[1]);
         Ok(Self {
@@ -79,6 +86,7 @@ impl Stage {
                 GRID_OVER_CONTAINER * if width > height { width } else { height },
             ),
             height,
+            drawn_at_most: drawn_at_most.get() as usize,
             scenery: scenery.clone(),
         })
     }
@@ -115,11 +123,13 @@ impl Stage {
         update(SceneEntity { lines, ..entity("velocity", time) })
     }
 
-    /// Contact forces as line lists of three widths. Without contacts the entity is empty, which removes the last ones.
+    /// Contact forces as line lists of three widths, of very many the strongest. Without contacts the entity is empty, which
+    /// removes the last ones.
     pub(crate) fn contacts(&self, contacts: &[ContactLine], time: Timestamp) -> SceneUpdate {
         let top = self.scenery.force_range_top.unwrap_or(f64::INFINITY);
+        let weakest = self.weakest_drawn(contacts);
         let mut points: [Vec<Point3>; 3] = Default::default();
-        for contact in contacts {
+        for contact in contacts.iter().filter(|contact| contact.force.abs() >= weakest) {
             if contact.from.iter().chain(&contact.to).all(|coordinate| coordinate.is_finite()) {
                 let class = (contact.force.abs() / top * 3.0) as usize;
                 points[class.min(2)].extend([self.rounded(contact.from), self.rounded(contact.to)]);
@@ -133,6 +143,17 @@ impl Stage {
             })
             .collect();
         update(SceneEntity { lines, ..entity("contacts", time) })
+    }
+
+    /// The force below which contacts are left out; 0 draws all.
+    fn weakest_drawn(&self, contacts: &[ContactLine]) -> f64 {
+        let most = CONTACTS_OVER_PARTICLES * self.drawn_at_most;
+        let Some(left_out) = contacts.len().checked_sub(most).filter(|&left_out| left_out > 0)
+        else {
+            return 0.0;
+        };
+        let mut forces: Vec<f64> = contacts.iter().map(|contact| contact.force.abs()).collect();
+        *forces.select_nth_unstable_by(left_out, f64::total_cmp).1
     }
 
     /// The path so far as one line below the discs.
@@ -220,10 +241,10 @@ impl Stage {
         position.iter().all(|coordinate| coordinate.is_finite()).then_some(position)
     }
 
-    /// Every k-th row, k so that at most [`DRAWN_AT_MOST`] are drawn; rows that blew up are left out.
+    /// Every k-th row, k so that no more are drawn than the manifest allows; rows that blew up are left out.
     fn drawn_rows<'a>(&'a self, state: &'a [f64]) -> impl Iterator<Item = &'a [f64]> {
         let rows = state.len() / self.columns.width;
-        let every = rows.div_ceil(DRAWN_AT_MOST).max(1);
+        let every = rows.div_ceil(self.drawn_at_most).max(1);
         state.chunks_exact(self.columns.width).step_by(every).filter(|row| {
             let drawn = self.columns.position.iter().chain(&self.columns.velocity);
             drawn.into_iter().all(|&column| row[column].is_finite())

@@ -10,6 +10,7 @@ use kinetoscope_recording::reader::RecordedFrame;
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder};
 use prost::Message as _;
 use sample::{header, read};
+use std::num::NonZeroU32;
 
 /// Records frames and reads them back.
 fn recorded(header: &Header, frames: &[Frame]) -> Vec<RecordedFrame> {
@@ -73,6 +74,29 @@ fn drawings_are_thinned_and_the_state_is_not() {
     assert_eq!(entity(&frames[0], "/discs").cylinders.len(), 8_334);
     assert_eq!(entity(&frames[0], "/velocity").lines[0].points.len(), 2 * 8_334);
     assert_eq!(frames[0].state().unwrap().rows(), 25_000);
+}
+
+#[test]
+fn the_manifest_says_how_many_are_drawn() {
+    let mut header = header(Compression::Zstd);
+    header.drawn_particles = NonZeroU32::new(10).unwrap();
+    let rows: Vec<[f64; 5]> = (0..35).map(|index| [f64::from(index), 0.0, 0.1, 0.1, 0.1]).collect();
+    let mut frame = frame_of(&rows);
+    // Of 40 contacts the 30 strongest: forces 10 to 39, of which those above 10 are the thickest.
+    for force in (0..40).rev() {
+        frame.push_contact(ContactLine {
+            from: [0.0, 0.0],
+            to: [0.5, 0.5],
+            force: f64::from(force),
+        });
+    }
+    let frames = recorded(&header, &[frame]);
+    // Every fourth of 35.
+    assert_eq!(entity(&frames[0], "/discs").cylinders.len(), 9);
+    let lines = entity(&frames[0], "/contacts").lines;
+    assert_eq!(lines.iter().map(|line| line.points.len() / 2).sum::<usize>(), 30);
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    assert_eq!(frames[0].state().unwrap().rows(), 35);
 }
 
 #[test]
