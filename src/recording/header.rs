@@ -146,7 +146,8 @@ impl Header {
                 }
             }
         }
-        let (last, rate) = (self.frames_expected.unwrap_or(1).saturating_sub(1), self.playback_rate);
+        let (last, rate) =
+            (self.frames_expected.unwrap_or(1).saturating_sub(1), self.playback_rate);
         match log_time_ns(last, rate) {
             Some(_) => Ok(()),
             None => Err(RecordError::Playback { frame: last, rate }),

@@ -5,7 +5,7 @@ use crate::error::RecordError;
 use crate::header::Header;
 use serde_json::{Map, Value, json};
 
-/// Height of the strip for the colour bar below the container, over the container's height.
+/// Height of the strip for the colour bar below the container, over the container's longer side.
 const LEGEND_STRIP: f64 = 0.1;
 /// Space around container and colour bar.
 const MARGIN: f64 = 1.12;
@@ -80,7 +80,8 @@ fn pruned(tree: &Value, kept: &[String]) -> Option<Value> {
     let mut node = tree.clone();
     if *first != tree["first"] || *second != tree["second"] {
         let (above, below) = (in_column(first), in_column(second));
-        if tree["direction"] == "column" {
+        let before = in_column(&tree["first"]) + in_column(&tree["second"]);
+        if tree["direction"] == "column" && above + below < before {
             node["splitPercentage"] = json!(100.0 * above / (above + below));
         }
     }
@@ -115,9 +116,11 @@ fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) {
     let (strip, margin) =
         if legend { (LEGEND_STRIP, MARGIN) } else { (0.0, MARGIN_WITHOUT_LEGEND) };
     let [[x0, y0], [x1, y1]] = view;
-    let (width, height) = (x1 - x0, (y1 - y0) * (1.0 + strip));
-    let distance = margin * if height > width { height } else { width };
-    let centre = [(x0 + x1) / 2.0, (y0 + y1) / 2.0 - (y1 - y0) * strip / 2.0];
+    let (width, height) = (x1 - x0, y1 - y0);
+    let strip = strip * if height > width { height } else { width };
+    let shown = height + strip;
+    let distance = margin * if shown > width { shown } else { width };
+    let centre = [(x0 + x1) / 2.0, (y0 + y1 - strip) / 2.0];
     if let Some(camera) = panel.get_mut("cameraState").and_then(Value::as_object_mut) {
         camera.insert("distance".to_owned(), json!(distance));
         camera.insert("targetOffset".to_owned(), json!([centre[0], centre[1], 0.0]));

@@ -7,10 +7,12 @@ use crate::error::RecordError;
 use crate::frame::{ContactLine, StateColumn};
 use crate::playback::three_digits;
 use crate::scenery::{DrawnRadius, Scenery, Wall};
+use crate::trail::{PATHS, Trails};
 use foxglove::messages::{
     Color, CubePrimitive, CylinderPrimitive, LinePrimitive, Point3, Pose, Quaternion, SceneEntity,
     SceneUpdate, TextPrimitive, Timestamp, Vector3, line_primitive,
 };
+use std::f64::consts::TAU;
 use std::num::NonZeroU32;
 
 /// The one frame of reference of a recording.
@@ -19,10 +21,10 @@ pub(crate) const FRAME_ID: &str = "world";
 const CONTACTS_OVER_PARTICLES: usize = 3;
 /// Drawing coordinates are multiples of a power of two of about this share of the container: they pack well.
 const GRID_OVER_CONTAINER: f64 = 1.0 / 4096.0;
-/// Thickness of the drawing's layers over the container's height: discs, then arrows, then force chains above them.
-const LAYER_OVER_HEIGHT: f64 = 0.002;
-/// Length of the arrow at the top speed over the container's height.
-const ARROW_OVER_HEIGHT: f64 = 0.1;
+/// Thickness of the drawing's layers over the container's longer side: discs, then arrows, then force chains above them.
+const LAYER_OVER_EXTENT: f64 = 0.002;
+/// Length of the arrow at the top speed over the container's longer side: a thousand arrows do not yet hide one another.
+const ARROW_OVER_EXTENT: f64 = 0.06;
 /// Line widths of weak, middling and strong contact forces, px.
 const FORCE_WIDTHS_PX: [f64; 3] = [0.8, 1.8, 3.4];
 /// Corners of a circular wall.
@@ -66,7 +68,8 @@ pub(crate) struct Stage {
     columns: DrawnColumns,
     colours: ColourMap,
     grid: f64,
-    height: f64,
+    // The container's longer side.
+    extent: f64,
     drawn_at_most: usize,
 }
 
@@ -79,13 +82,12 @@ impl Stage {
     ) -> Result<Self, RecordError> {
         let [low, high] = scenery.view;
         let (width, height) = (high[0] - low[0], high[1] - low[1]);
+        let extent = if width > height { width } else { height };
         Ok(Self {
             columns: DrawnColumns::new(columns, scenery.drawn_radius)?,
             colours: ColourMap::new(),
-            grid: power_of_two_below(
-                GRID_OVER_CONTAINER * if width > height { width } else { height },
-            ),
-            height,
+            grid: power_of_two_below(GRID_OVER_CONTAINER * extent),
+            extent,
             drawn_at_most: drawn_at_most.get() as usize,
             scenery: scenery.clone(),
         })
@@ -110,7 +112,7 @@ impl Stage {
 
     /// Velocities as lines from the discs' centres, all in one line list.
     pub(crate) fn velocity(&self, state: &[f64], time: Timestamp) -> SceneUpdate {
-        let scale = ARROW_OVER_HEIGHT * self.height / self.scenery.speed_range_top;
+        let scale = ARROW_OVER_EXTENT * self.extent / self.scenery.speed_range_top;
         let mut points = Vec::new();
         if let [vx, vy, ..] = self.columns.velocity[..] {
             for row in self.drawn_rows(state) {
@@ -156,35 +158,34 @@ impl Stage {
         *forces.select_nth_unstable_by(left_out, f64::total_cmp).1
     }
 
-    /// The path so far as one line below the discs.
-    pub(crate) fn trail(
-        &self,
-        path: impl Iterator<Item = [f64; 2]>,
-        time: Timestamp,
-    ) -> SceneUpdate {
-        let points: Vec<Point3> = path.map(|point| self.rounded(point)).collect();
-        let strip =
-            line(line_primitive::Type::LineStrip, points, 1.5, -self.layer(1.0), colour::SKY);
-        update(SceneEntity { lines: vec![strip], ..entity("trail", time) })
+    /// The paths so far as one line each, below the discs.
+    pub(crate) fn trail(&self, trails: &Trails, time: Timestamp) -> SceneUpdate {
+        let lines = trails.paths().map(|path| {
+            let points: Vec<Point3> = path.map(|point| self.rounded(point)).collect();
+            line(line_primitive::Type::LineStrip, points, 1.5, -self.layer(1.0), colour::SKY)
+        });
+        update(SceneEntity { lines: lines.collect(), ..entity("trail", time) })
     }
 
-    /// The container, and bodies at rest.
-    pub(crate) fn walls(&self, time: Timestamp) -> SceneUpdate {
+    /// The container as it is at the start, and bodies at rest.
+    pub(crate) fn walls_at_rest(&self, time: Timestamp) -> SceneUpdate {
+        self.walls(&self.scenery.walls, time)
+    }
+
+    /// A container, and bodies at rest.
+    pub(crate) fn walls(&self, drawn: &[Wall], time: Timestamp) -> SceneUpdate {
         let mut walls = entity("walls", time);
-        for wall in &self.scenery.walls {
+        for wall in drawn {
+            let mut kind = line_primitive::Type::LineLoop;
             let corners = match *wall {
                 Wall::Rectangle { min, max } => {
                     [min, [max[0], min[1]], max, [min[0], max[1]]].map(exact).to_vec()
                 }
-                Wall::Circle { centre, radius } => (0..CIRCLE_CORNERS)
-                    .map(|corner| {
-                        let angle = std::f64::consts::TAU * corner as f64 / CIRCLE_CORNERS as f64;
-                        exact([
-                            centre[0] + radius * libm::cos(angle),
-                            centre[1] + radius * libm::sin(angle),
-                        ])
-                    })
-                    .collect(),
+                Wall::Circle { centre, radius } => arc(centre, radius, [0.0, TAU])[1..].to_vec(),
+                Wall::Arc { centre, radius, angles_rad } => {
+                    kind = line_primitive::Type::LineStrip;
+                    arc(centre, radius, angles_rad)
+                }
                 Wall::Segment { from, to } => [from, to].map(exact).to_vec(),
                 Wall::Body { centre, radius } => {
                     walls.cylinders.push(cylinder(
@@ -196,7 +197,7 @@ impl Stage {
                     continue;
                 }
             };
-            walls.lines.push(line(line_primitive::Type::LineLoop, corners, 3.5, 0.0, colour::GREY));
+            walls.lines.push(line(kind, corners, 3.5, 0.0, colour::GREY));
         }
         update(walls)
     }
@@ -205,7 +206,7 @@ impl Stage {
     pub(crate) fn legend(&self, time: Timestamp) -> SceneUpdate {
         let [low, high] = self.scenery.view;
         let centre = (low[0] + high[0]) / 2.0;
-        let (width, y) = (self.height / 2.0, low[1] - 0.07 * self.height);
+        let (width, y) = (self.extent / 2.0, low[1] - 0.07 * self.extent);
         let cube_width = width / LEGEND_CUBES as f64;
         let cubes = (0..LEGEND_CUBES)
             .map(|cube| {
@@ -214,7 +215,7 @@ impl Stage {
                     pose: Some(pose([centre + (share - 0.5) * width, y, 0.0])),
                     size: Some(Vector3 {
                         x: cube_width,
-                        y: 0.03 * self.height,
+                        y: 0.03 * self.extent,
                         z: self.layer(1.0),
                     }),
                     color: Some(self.colours.at(share)),
@@ -223,7 +224,7 @@ impl Stage {
             .collect();
         let unit = self.scenery.speed_unit;
         let text = |speed: f64, side: f64| TextPrimitive {
-            pose: Some(pose([centre + side * (width / 2.0 + 0.11 * self.height), y, 0.0])),
+            pose: Some(pose([centre + side * (width / 2.0 + 0.11 * self.extent), y, 0.0])),
             billboard: true,
             font_size: 12.0,
             scale_invariant: true,
@@ -234,11 +235,13 @@ impl Stage {
         update(SceneEntity { cubes, texts, ..entity("legend", time) })
     }
 
-    /// Position of a particle, as drawn.
-    pub(crate) fn position(&self, state: &[f64], particle: usize) -> Option<[f64; 2]> {
-        let row = state.chunks_exact(self.columns.width).nth(particle)?;
-        let position = self.columns.position.map(|column| row[column]);
-        position.iter().all(|coordinate| coordinate.is_finite()).then_some(position)
+    /// Positions of the first particles, whose paths are drawn; `None` if one of them blew up.
+    pub(crate) fn traced(&self, state: &[f64]) -> Option<Vec<[f64; 2]>> {
+        let rows = state.chunks_exact(self.columns.width).take(PATHS);
+        let positions: Vec<[f64; 2]> =
+            rows.map(|row| self.columns.position.map(|column| row[column])).collect();
+        let all_finite = positions.iter().flatten().all(|coordinate| coordinate.is_finite());
+        all_finite.then_some(positions)
     }
 
     /// Every k-th row, k so that no more are drawn than the manifest allows; rows that blew up are left out.
@@ -256,7 +259,7 @@ impl Stage {
     }
 
     fn layer(&self, layers: f64) -> f64 {
-        layers * LAYER_OVER_HEIGHT * self.height
+        layers * LAYER_OVER_EXTENT * self.extent
     }
 
     fn point(&self, row: &[f64]) -> Point3 {
@@ -272,6 +275,15 @@ impl Stage {
 /// The largest power of two that is not above a positive number.
 fn power_of_two_below(value: f64) -> f64 {
     f64::from_bits(value.to_bits() & 0x7ff0_0000_0000_0000)
+}
+
+/// Corners of a part of a circle, its ends among them.
+fn arc(centre: [f64; 2], radius: f64, [from, to]: [f64; 2]) -> Vec<Point3> {
+    let corner = |corner: usize| {
+        let angle = from + (to - from) * corner as f64 / CIRCLE_CORNERS as f64;
+        exact([centre[0] + radius * libm::cos(angle), centre[1] + radius * libm::sin(angle)])
+    };
+    (0..=CIRCLE_CORNERS).map(corner).collect()
 }
 
 fn exact(point: [f64; 2]) -> Point3 {

@@ -105,10 +105,20 @@ impl Model for Orbit {
     fn channels(&self) -> &'static [ChannelDeclaration] {
         match &self.moving {
             Moving::Planet(_) => {
-                const { &[ChannelDeclaration::of::<OrbitEnergy>(), ChannelDeclaration::of::<OrbitElements>()] }
+                const {
+                    &[
+                        ChannelDeclaration::of::<OrbitEnergy>(),
+                        ChannelDeclaration::of::<OrbitElements>(),
+                    ]
+                }
             }
             Moving::Bodies(_) => {
-                const { &[ChannelDeclaration::of::<OrbitEnergy>(), ChannelDeclaration::of::<OrbitConserved>()] }
+                const {
+                    &[
+                        ChannelDeclaration::of::<OrbitEnergy>(),
+                        ChannelDeclaration::of::<OrbitConserved>(),
+                    ]
+                }
             }
         }
     }

@@ -139,6 +139,8 @@ fn what_is_not_recorded_has_no_panel() {
     leaves(&layout["layout"], &mut placed);
     assert_eq!(placed, ["3D!scene", "RosOut!log", "Plot!speeds", "Plot!temperature"]);
     assert_eq!(layout["layout"]["second"]["splitPercentage"], 50.0);
+    // The scene keeps its height: the log is still below it.
+    assert_eq!(layout["layout"]["first"]["splitPercentage"], 74);
     assert_eq!(layout["configById"].as_object().unwrap().len(), 4);
     header.selection = Selection::Named(vec!["temperature".to_owned()]);
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
@@ -172,6 +174,13 @@ fn the_camera_frames_container_and_colour_bar() {
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
     close(&camera["distance"], 4.24);
     close(&camera["targetOffset"][1], 0.0);
+    // A flat box: the colour bar's strip is 0.1 of its length below it. 20 wide, so 22.4 high; centre at (0 + 1 - 2) / 2.
+    header.model = "gas";
+    header.scenery.view = [[0.0, 0.0], [20.0, 1.0]];
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let camera = &layout["configById"]["3D!scene"]["cameraState"];
+    close(&camera["distance"], 22.4);
+    close(&camera["targetOffset"][1], -0.5);
 }
 
 #[test]
