@@ -166,10 +166,10 @@ fn walls_that_move_are_drawn_where_they_are() {
     assert!(corners.iter().all(|corner| (distance(corner.x, corner.y) - 0.5).abs() < 1e-15));
     // The opening lies about the direction of x: from -0.1 to 0.1 rad.
     let (first, last) = (corners[0], corners[corners.len() - 1]);
-    assert!((first.x - (0.25 + 0.5 * 0.1_f64.cos())).abs() < 1e-15, "{}", first.x);
-    assert!((first.y - 0.5 * 0.1_f64.sin()).abs() < 1e-15, "{}", first.y);
-    assert!((last.y + 0.5 * 0.1_f64.sin()).abs() < 1e-15, "{}", last.y);
-    assert!(corners.iter().all(|corner| corner.y.atan2(corner.x - 0.25).abs() > 0.0999));
+    assert!((first.x - (0.25 + 0.5 * libm::cos(0.1))).abs() < 1e-15, "{}", first.x);
+    assert!((first.y - 0.5 * libm::sin(0.1)).abs() < 1e-15, "{}", first.y);
+    assert!((last.y + 0.5 * libm::sin(0.1)).abs() < 1e-15, "{}", last.y);
+    assert!(corners.iter().all(|corner| libm::atan2(corner.y, corner.x - 0.25).abs() > 0.0999));
 }
 
 /// A long box: the colour bar has half of its length, not of its height, and lies below it.
