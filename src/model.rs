@@ -82,7 +82,7 @@ pub trait Model: Sized + Serialize + DeserializeOwned {
     const TIME_UNIT: &'static str;
     /// The columns of a particle's row in the state.
     const STATE_COLUMNS: &'static [StateColumn];
-    /// The channels that [`Model::observe`] fills, in file order.
+    /// The channels that [`Model::observe`] can fill, in file order.
     const CHANNELS: &'static [ChannelDeclaration];
 
     /// The state at the start. `per_collision` asks for the opt-in series, which costs memory between frames.
@@ -90,6 +90,11 @@ pub trait Model: Sized + Serialize + DeserializeOwned {
     /// # Errors
     /// A start that can't be built or can't be run, with what would do instead.
     fn prepare(config: &Self::Config, seed: Seed, per_collision: bool) -> Result<Self, Refusal>;
+
+    /// The channels that this run fills, in file order.
+    fn channels(&self) -> &'static [ChannelDeclaration] {
+        Self::CHANNELS
+    }
 
     /// How long the run is.
     fn extent(&self) -> Extent;

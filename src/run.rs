@@ -150,11 +150,13 @@ pub fn estimate(manifest: &RunManifest) -> Result<Estimate, Refusal> {
         fn call<M: Model>(self, config: &M::Config) -> Self::Output {
             let model = M::prepare(config, seed(self.0), false)?;
             let schedule = Schedule::new(self.0.record.interval, model.extent())?;
+            let header = header(&model, self.0, String::new(), String::new());
+            header.check().map_err(|error| Refusal(error.to_string()))?;
             let mut start = Frame::new();
             model.observe(&mut start);
             let particles = (start.state().len() / M::STATE_COLUMNS.len()) as u64;
             let frames = schedule.frames() + 1;
-            let bytes_of_a_frame = bytes_of_a_frame::<M>(&start, particles);
+            let bytes_of_a_frame = bytes_of_a_frame(&start, particles);
             Ok(Estimate {
                 frames,
                 particles,
@@ -177,10 +179,10 @@ fn relative_cost(extent: Extent, particles: u64) -> f64 {
 }
 
 /// The state as it is, the drawing at its measured size when compressed (about 50 bytes a disc), and the headers.
-fn bytes_of_a_frame<M: Model>(frame: &Frame, particles: u64) -> u64 {
+fn bytes_of_a_frame(frame: &Frame, particles: u64) -> u64 {
     let state = size_of_val(frame.state()) as u64;
     let scalars: u64 = frame.messages().iter().map(|message| message.payload.len() as u64).sum();
-    let headers = 100 * (M::CHANNELS.len() as u64 + 4);
+    let headers = 100 * (frame.messages().len() as u64 + 4);
     state + 50 * particles + scalars + headers
 }
 
@@ -459,13 +461,14 @@ fn header<M: Model>(
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         time_unit: M::TIME_UNIT,
         state_columns: M::STATE_COLUMNS,
-        channels: M::CHANNELS,
+        channels: model.channels(),
         selection: match &record.channels {
             None => Selection::All,
             Some(channels) => Selection::Named(channels.clone()),
         },
         scenery: model.scenery(),
         playback_rate: record.playback_rate.get(),
+        drawn_particles: record.drawn_particles,
         compression: match record.compression {
             Compression::Zstd => recorder::Compression::Zstd,
             Compression::Zstd3 => recorder::Compression::Zstd3,

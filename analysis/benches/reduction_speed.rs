@@ -16,7 +16,7 @@ use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recor
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
 use std::fs::File;
 use std::io::{BufReader, Read};
-use std::num::NonZeroUsize;
+use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::Path;
 use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex};
@@ -147,6 +147,7 @@ fn record(path: &Path, model: &'static str, config: &str, scale: f64) {
             trail: false,
         },
         playback_rate: 25.0,
+        drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression: Compression::Zstd,
         frames_expected: None,
         model_time: None,

@@ -7,6 +7,7 @@ use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recor
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 use std::fs::{self, File};
 use std::io::Cursor;
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
@@ -54,6 +55,7 @@ fn recording(folder: &Path, channels: &[&str]) -> PathBuf {
             trail: false,
         },
         playback_rate: 25.0,
+        drawn_particles: NonZeroU32::new(2).unwrap(),
         compression: Compression::Zstd,
         frames_expected: Some(u64::from(FRAMES)),
         model_time: None,

@@ -13,7 +13,7 @@ use kinetoscope_recording::recorder::{
     Clock, Compression, Header, Outcome, Recorder, RecorderState, Selection,
 };
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
-use std::num::NonZeroUsize;
+use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::{Path, PathBuf};
 
 const COLUMNS: &[StateColumn] =
@@ -52,6 +52,7 @@ fn header(compression: Compression) -> Header {
             trail: false,
         },
         playback_rate: 25.0,
+        drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression,
         frames_expected: Some(3),
         model_time: Some(1.0),

@@ -6,7 +6,7 @@ use crate::model::{ModelConfig, Propagation, RunLength};
 use crate::quantity::{PlaybackRate, Positive};
 use crate::tree::Value;
 use crate::value::words;
-use std::num::NonZeroU64;
+use std::num::{NonZeroU32, NonZeroU64};
 
 /// What is recorded, how often, and how it plays.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +17,8 @@ pub struct RecordConfig {
     pub channels: Option<Vec<String>>,
     /// Frames a second of playback, at most 50.
     pub playback_rate: Positive,
+    /// Particles drawn at most.
+    pub drawn_particles: NonZeroU32,
     /// Compression of the chunks.
     pub compression: Compression,
 }
@@ -122,12 +124,13 @@ const INTERVALS: &[&str] =
     &["frames", "every_s", "every_days", "every_time", "every_steps", "every_collisions"];
 
 impl Default for RecordConfig {
-    /// 200 intervals, all channels but per-collision series, 25 frames a second of playback.
+    /// 200 intervals, all channels but per-collision series, 25 frames a second of playback, 10,000 particles drawn.
     fn default() -> Self {
         Self {
             interval: RecordInterval::Frames(const { NonZeroU64::new(200).expect("not zero") }),
             channels: None,
             playback_rate: const { Positive::literal(25.0) },
+            drawn_particles: const { NonZeroU32::new(10_000).expect("not zero") },
             compression: Compression::Zstd,
         }
     }
@@ -153,6 +156,12 @@ impl RecordConfig {
         ) {
             self.playback_rate = rate.into();
         }
+        keys.key(
+            "drawn_particles",
+            "1",
+            "Particles drawn at most: of more, every k-th, and the strongest contact forces. The recorded state has all of them.",
+            &mut self.drawn_particles,
+        );
         keys.key(
             "compression",
             "",

@@ -10,7 +10,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 pub const STATE: &str = "/state";
 /// Topic of the discs drawn to scale.
 pub const DISCS: &str = "/discs";
-/// Topic of the container, written once.
+/// Topic of the container: written once, or with every frame where it moves.
 pub const WALLS: &str = "/walls";
 /// Topic of the colour bar, written once.
 pub const LEGEND: &str = "/legend";
@@ -18,7 +18,7 @@ pub const LEGEND: &str = "/legend";
 pub const VELOCITY: &str = "/velocity";
 /// Topic of the force chains.
 pub const CONTACTS: &str = "/contacts";
-/// Topic of the path so far.
+/// Topic of the paths so far.
 pub const TRAIL: &str = "/trail";
 /// Topic of what happened and when.
 pub const LOG: &str = "/log";
@@ -147,6 +147,10 @@ channels! {
         dissipated_percent: f64 [double] = "4",
         /// Parts per million of the energy at the start.
         residual_ppm: f64 [double] = "5",
+        /// Work done by the walls on the discs since the start, per cent of the energy at the start.
+        wall_work_percent: f64 [double] = "6",
+        /// Energy that removed discs took along, per cent of the energy at the start.
+        removed_percent: f64 [double] = "7",
     }
 
     /// DEM: contacts now, and the deepest since the last frame.
@@ -200,6 +204,8 @@ channels! {
         wall_impulse_n_s: f64 [double] = "7",
         /// Time since the last frame, s.
         window_s: f64 [double] = "8",
+        /// Measured since the last frame over the mean-square formula; 0 in frame 0.
+        window_pressure_over_ideal: f64 [double] = "9",
     }
 
     /// Gas: temperature by both definitions, and the moments of the speed.

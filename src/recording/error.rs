@@ -35,7 +35,7 @@ pub enum RecordError {
         /// What there is.
         known: Vec<&'static str>,
     },
-    /// The playback rate is out of range, or the recording would outlast the viewers' clock.
+    /// The playback rate is out of range, or the playback would be too long for the viewers.
     Playback {
         /// Frame that has no log time.
         frame: u64,
@@ -91,8 +91,8 @@ impl fmt::Display for RecordError {
             ),
             Self::Playback { frame, rate } => write!(
                 formatter,
-                "frame {frame} has no place on the viewers' clock at {rate} frames a second. \
-                 Record fewer frames, or set a playback rate above 0 and up to 50"
+                "frame {frame} can't be played at {rate} frames a second: viewers take up to 50 a second and 93 days in all. \
+                 Record fewer frames, or change `record.playback_rate`"
             ),
             Self::Declaration(what) => {
                 write!(formatter, "{what}. This is a defect of the program: please report it")

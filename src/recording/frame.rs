@@ -1,6 +1,7 @@
 //! The messages of one instant, in memory: all that physics sees of recording.
 
 use crate::channels::Channel;
+use crate::scenery::Wall;
 
 /// One column of the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +72,7 @@ pub struct Frame {
     state: Vec<f64>,
     messages: Vec<EncodedMessage>,
     contacts: Vec<ContactLine>,
+    walls: Vec<Wall>,
     log: Vec<LogLine>,
 }
 
@@ -86,6 +88,7 @@ impl Frame {
         self.state.clear();
         self.messages.clear();
         self.contacts.clear();
+        self.walls.clear();
         self.log.clear();
     }
 
@@ -107,6 +110,11 @@ impl Frame {
     /// Adds a contact force to the drawing.
     pub fn push_contact(&mut self, contact: ContactLine) {
         self.contacts.push(contact);
+    }
+
+    /// Adds a wall to the drawing: a model whose walls move gives all of them with every frame.
+    pub fn push_wall(&mut self, wall: Wall) {
+        self.walls.push(wall);
     }
 
     /// Adds a line to the log.
@@ -137,6 +145,12 @@ impl Frame {
     #[must_use]
     pub fn contacts(&self) -> &[ContactLine] {
         &self.contacts
+    }
+
+    /// The walls to draw; none where they stand as at the start.
+    #[must_use]
+    pub fn walls(&self) -> &[Wall] {
+        &self.walls
     }
 
     /// The lines of the log.

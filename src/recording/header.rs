@@ -6,6 +6,7 @@ use crate::frame::StateColumn;
 use crate::playback::{log_time_ns, simulated_per_second};
 use crate::provenance::Provenance;
 use crate::scenery::Scenery;
+use std::num::NonZeroU32;
 
 /// Compression of the chunks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +55,8 @@ pub struct Header {
     pub scenery: Scenery,
     /// Frames a second of playback, above 0 and up to 50.
     pub playback_rate: f64,
+    /// Particles drawn at most; of more, every k-th.
+    pub drawn_particles: NonZeroU32,
     /// Compression of the chunks.
     pub compression: Compression,
     /// Number of frames, where it is known beforehand.
@@ -131,8 +134,11 @@ impl Header {
         }
     }
 
-    /// Refuses a selection or a playback rate that can't be recorded.
-    pub(crate) fn check(&self) -> Result<(), RecordError> {
+    /// Refuses a selection that can't be recorded, and a playback that viewers can't show.
+    ///
+    /// # Errors
+    /// A channel that the model does not have; a rate outside (0, 50]; a playback of more than 93 days.
+    pub fn check(&self) -> Result<(), RecordError> {
         let known = self.topics();
         if let Selection::Named(names) = &self.selection {
             for name in names {
@@ -142,9 +148,11 @@ impl Header {
                 }
             }
         }
-        if log_time_ns(0, self.playback_rate).is_none() {
-            return Err(RecordError::Playback { frame: 0, rate: self.playback_rate });
+        let (last, rate) =
+            (self.frames_expected.unwrap_or(1).saturating_sub(1), self.playback_rate);
+        match log_time_ns(last, rate) {
+            Some(_) => Ok(()),
+            None => Err(RecordError::Playback { frame: last, rate }),
         }
-        Ok(())
     }
 }

@@ -1,10 +1,11 @@
-//! The viewer's layout for a run: a model's template with the run's camera and time scale.
+//! The viewer's layout for a run: a model's template with the run's camera and time scale, and without panels for what the run
+//! does not record.
 
 use crate::error::RecordError;
 use crate::header::Header;
 use serde_json::{Map, Value, json};
 
-/// Height of the strip for the colour bar below the container, over the container's height.
+/// Height of the strip for the colour bar below the container, over the container's longer side.
 const LEGEND_STRIP: f64 = 0.1;
 /// Space around container and colour bar.
 const MARGIN: f64 = 1.12;
@@ -23,7 +24,7 @@ pub fn template(model: &str) -> Option<&'static str> {
     }
 }
 
-/// The layout of a run for Foxglove and Lichtblick, as JSON.
+/// The layout of a run for Foxglove and Lichtblick, as JSON. It names only topics that the run records.
 ///
 /// # Errors
 /// A model without a template, or a template that is no layout: defects of the program.
@@ -35,7 +36,9 @@ pub fn layout_json(header: &Header) -> Result<String, RecordError> {
     let mut layout: Value =
         serde_json::from_str(template).map_err(|error| defect(&format!("is no JSON ({error})")))?;
     let panels = layout.get_mut("configById").and_then(Value::as_object_mut);
-    for (id, panel) in panels.ok_or_else(|| defect("has no panels"))? {
+    let panels = panels.ok_or_else(|| defect("has no panels"))?;
+    panels.retain(|_, panel| keep_recorded(panel, header));
+    for (id, panel) in panels.iter_mut() {
         let panel = panel.as_object_mut().ok_or_else(|| defect("has a panel that is no object"))?;
         if id.starts_with("3D!") {
             aim_camera(panel, header.scenery.view);
@@ -43,7 +46,57 @@ pub fn layout_json(header: &Header) -> Result<String, RecordError> {
             panel.insert("xAxisLabel".to_owned(), json!(time_label(header)));
         }
     }
+    let kept: Vec<String> = panels.keys().cloned().collect();
+    let tree = layout.get("layout").and_then(|tree| pruned(tree, &kept));
+    layout["layout"] = tree.ok_or_else(|| defect("has no panel for what is recorded"))?;
     Ok(format!("{layout:#}\n"))
+}
+
+/// Takes out of a panel what the run does not record, and says whether anything is left to show.
+fn keep_recorded(panel: &mut Value, header: &Header) -> bool {
+    let recorded = |path: &str| header.wants(path.split('.').next().unwrap_or(path));
+    if let Some(topics) = panel.get_mut("topics").and_then(Value::as_object_mut) {
+        topics.retain(|topic, _| recorded(topic));
+        return !topics.is_empty();
+    }
+    if let Some(paths) = panel.get_mut("paths").and_then(Value::as_array_mut) {
+        // A bare number is a line of reference, and stays with what it is compared with.
+        paths.retain(|path| {
+            path["value"].as_str().is_some_and(|path| !path.starts_with('/') || recorded(path))
+        });
+        return paths.iter().any(|path| path["value"].as_str().is_some_and(recorded));
+    }
+    let topic = panel.get("topicToRender").or_else(|| panel.get("topicPath"));
+    topic.and_then(Value::as_str).is_some_and(recorded)
+}
+
+/// The tree of the panels that are kept. Where some are gone, those in one column share its height evenly.
+fn pruned(tree: &Value, kept: &[String]) -> Option<Value> {
+    if let Some(id) = tree.as_str() {
+        return kept.iter().any(|kept| kept == id).then(|| tree.clone());
+    }
+    let (first, second) = (pruned(&tree["first"], kept), pruned(&tree["second"], kept));
+    let (Some(first), Some(second)) = (&first, &second) else { return first.or(second) };
+    let mut node = tree.clone();
+    if *first != tree["first"] || *second != tree["second"] {
+        let (above, below) = (in_column(first), in_column(second));
+        let before = in_column(&tree["first"]) + in_column(&tree["second"]);
+        if tree["direction"] == "column" && above + below < before {
+            node["splitPercentage"] = json!(100.0 * above / (above + below));
+        }
+    }
+    node["first"] = first.clone();
+    node["second"] = second.clone();
+    Some(node)
+}
+
+/// How many panels stand above each other.
+fn in_column(tree: &Value) -> f64 {
+    if tree["direction"] == "column" {
+        in_column(&tree["first"]) + in_column(&tree["second"])
+    } else {
+        1.0
+    }
 }
 
 fn time_label(header: &Header) -> String {
@@ -63,9 +116,11 @@ fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) {
     let (strip, margin) =
         if legend { (LEGEND_STRIP, MARGIN) } else { (0.0, MARGIN_WITHOUT_LEGEND) };
     let [[x0, y0], [x1, y1]] = view;
-    let (width, height) = (x1 - x0, (y1 - y0) * (1.0 + strip));
-    let distance = margin * if height > width { height } else { width };
-    let centre = [(x0 + x1) / 2.0, (y0 + y1) / 2.0 - (y1 - y0) * strip / 2.0];
+    let (width, height) = (x1 - x0, y1 - y0);
+    let strip = strip * if height > width { height } else { width };
+    let shown = height + strip;
+    let distance = margin * if shown > width { shown } else { width };
+    let centre = [(x0 + x1) / 2.0, (y0 + y1 - strip) / 2.0];
     if let Some(camera) = panel.get_mut("cameraState").and_then(Value::as_object_mut) {
         camera.insert("distance".to_owned(), json!(distance));
         camera.insert("targetOffset".to_owned(), json!([centre[0], centre[1], 0.0]));

@@ -2,18 +2,21 @@
 
 /// Most frames a second that viewers play without a warning.
 pub(crate) const LARGEST_RATE: f64 = 50.0;
+/// Longest playback, s: 93 days. Beyond 2^53 ns, or 104 days, a viewer's numbers no longer hold a nanosecond, and it refuses a
+/// time range of 93.8 days.
+const LONGEST_PLAYBACK_S: u64 = 93 * 86_400;
 
 /// Log time of a frame, ns: `frame / rate`, exactly rounded to the nearest, halves up.
 ///
-/// `rate` is taken as the exact binary number that it is. `None` where the rate is outside (0, 50] or where the seconds do
-/// not fit the 32 bits that the viewers' schemas have for them.
+/// `rate` is taken as the exact binary number that it is. `None` where the rate is outside (0, 50], and where the
+/// playback would take more than 93 days.
 pub(crate) fn log_time_ns(frame: u64, rate: f64) -> Option<u64> {
     if !(rate > 0.0 && rate <= LARGEST_RATE) {
         return None;
     }
     let (mantissa, exponent) = binary_parts(rate);
     let nanoseconds = u128::from(frame) * 1_000_000_000;
-    let latest = u128::from(u32::MAX) * 1_000_000_000;
+    let latest = u128::from(LONGEST_PLAYBACK_S) * 1_000_000_000;
     // An integral rate has a mantissa of at most 50; any other a negative exponent: long division, bit by bit.
     let divisor = u128::from(mantissa) << exponent.max(0);
     let mut quotient = nanoseconds / divisor;
@@ -86,8 +89,8 @@ mod tests {
         assert_eq!(log_time_ns(3, 0.5), Some(6_000_000_000));
         // Python's Fraction, round half up: floor(n * 10**9 / Fraction(rate) + 1/2).
         assert_eq!(log_time_ns(1, 0.1), Some(10_000_000_000));
-        assert_eq!(log_time_ns(4_000_000, 0.1), Some(39_999_999_999_999_998));
-        assert_eq!(log_time_ns(123_456_789_012, 29.97), Some(4_119_345_646_046_046_202));
+        assert_eq!(log_time_ns(400_000, 0.1), Some(4_000_000_000_000_000));
+        assert_eq!(log_time_ns(123_456_789, 29.97), Some(4_119_345_645_645_646));
     }
 
     #[test]
@@ -98,8 +101,10 @@ mod tests {
         assert_eq!(log_time_ns(0, f64::MIN_POSITIVE / 2.0), Some(0));
         assert_eq!(log_time_ns(1, f64::MIN_POSITIVE / 2.0), None);
         assert_eq!(log_time_ns(u64::MAX, 50.0), None);
-        assert_eq!(log_time_ns(4_294_967_295, 1.0), Some(4_294_967_295_000_000_000));
-        assert_eq!(log_time_ns(4_294_967_296, 1.0), None);
+        assert_eq!(log_time_ns(8_035_200, 1.0), Some(8_035_200_000_000_000));
+        assert_eq!(log_time_ns(8_035_201, 1.0), None);
+        assert_eq!(log_time_ns(401_760_000, 50.0), Some(8_035_200_000_000_000));
+        assert_eq!(log_time_ns(401_760_001, 50.0), None);
     }
 
     #[test]

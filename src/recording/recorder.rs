@@ -16,7 +16,7 @@ use crate::scene::Stage;
 use crate::sink::CountingSink;
 use crate::spectator::{Programme, Spectator};
 use crate::table::encode_state;
-use crate::trail::Trail;
+use crate::trail::Trails;
 use foxglove::Encode as _;
 use foxglove::messages::{Log, PointCloud, SceneUpdate, Timestamp, log};
 use mcap::records::{MessageHeader, Metadata};
@@ -45,7 +45,7 @@ pub struct Clock {
 pub struct Recorder<W: Write> {
     header: Header,
     stage: Stage,
-    trail: Trail,
+    trails: Trails,
     // Empty only while being dropped.
     writer: Option<mcap::Writer<CountingSink<W>>>,
     // In file order.
@@ -75,7 +75,7 @@ pub struct RecorderState {
     closed_frames: u64,
     closed_bytes: u64,
     open: OpenChunk,
-    trail: Trail,
+    trails: Trails,
 }
 
 impl<W: Write> Recorder<W> {
@@ -85,7 +85,7 @@ impl<W: Write> Recorder<W> {
     /// A header that can't be recorded, or a sink that fails.
     pub fn create(sink: W, header: &Header) -> Result<Self, RecordError> {
         header.check()?;
-        let stage = Stage::new(&header.scenery, header.state_columns)?;
+        let stage = Stage::new(&header.scenery, header.state_columns, header.drawn_particles)?;
         let written = Arc::new(AtomicU64::new(0));
         let sink = CountingSink::new(sink, Arc::clone(&written));
         let mut writer = write_options(header.compression).create(sink)?;
@@ -103,7 +103,7 @@ impl<W: Write> Recorder<W> {
         Ok(Self {
             header: header.clone(),
             stage,
-            trail: Trail::new(),
+            trails: Trails::new(),
             writer: Some(writer),
             recorded: header.topics().into_iter().filter(|topic| header.wants(topic)).collect(),
             channel_ids: BTreeMap::new(),
@@ -133,7 +133,7 @@ impl<W: Write> Recorder<W> {
         if self.frames > 0 {
             let start = Timestamp::new(0, 0);
             for (topic, drawn) in [
-                (channels::WALLS, self.stage.walls(start)),
+                (channels::WALLS, self.stage.walls_at_rest(start)),
                 (channels::LEGEND, self.stage.legend(start)),
             ] {
                 if self.wants(topic) {
@@ -311,13 +311,17 @@ impl<W: Write> Recorder<W> {
             )?;
         }
         if self.wants(channels::TRAIL) {
-            if let Some(position) = self.stage.position(frame.state(), 0) {
-                self.trail.push(self.frames, position);
+            if let Some(positions) = self.stage.traced(frame.state()) {
+                self.trails.push(self.frames, positions);
             }
-            self.message(channels::TRAIL, log_time, &self.stage.trail(self.trail.path(), time))?;
+            self.message(channels::TRAIL, log_time, &self.stage.trail(&self.trails, time))?;
         }
-        if self.frames == 0 && self.wants(channels::WALLS) {
-            self.message(channels::WALLS, log_time, &self.stage.walls(time))?;
+        if self.wants(channels::WALLS) {
+            if !frame.walls().is_empty() {
+                self.message(channels::WALLS, log_time, &self.stage.walls(frame.walls(), time))?;
+            } else if self.frames == 0 {
+                self.message(channels::WALLS, log_time, &self.stage.walls_at_rest(time))?;
+            }
         }
         if self.frames == 0 && self.wants(channels::LEGEND) {
             self.message(channels::LEGEND, log_time, &self.stage.legend(time))?;
@@ -418,7 +422,7 @@ impl Recorder<RecordingFile> {
             closed_frames: self.closed_frames,
             closed_bytes: self.bytes_written(),
             open: open.clone(),
-            trail: self.trail.clone(),
+            trails: self.trails.clone(),
         })
     }
 
@@ -482,7 +486,7 @@ impl Recorder<RecordingFile> {
             self.payload(topic, message.log_time, message.payload)?;
         }
         self.frames = state.frames;
-        self.trail = state.trail;
+        self.trails = state.trails;
         Ok(())
     }
 }

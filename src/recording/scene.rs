@@ -7,21 +7,24 @@ use crate::error::RecordError;
 use crate::frame::{ContactLine, StateColumn};
 use crate::playback::three_digits;
 use crate::scenery::{DrawnRadius, Scenery, Wall};
+use crate::trail::{PATHS, Trails};
 use foxglove::messages::{
     Color, CubePrimitive, CylinderPrimitive, LinePrimitive, Point3, Pose, Quaternion, SceneEntity,
     SceneUpdate, TextPrimitive, Timestamp, Vector3, line_primitive,
 };
+use std::f64::consts::TAU;
+use std::num::NonZeroU32;
 
 /// The one frame of reference of a recording.
 pub(crate) const FRAME_ID: &str = "world";
-/// Discs drawn at most; of more, every k-th.
-const DRAWN_AT_MOST: usize = 10_000;
+/// Contact forces drawn at most, over the particles drawn at most: a disc of a dense bed has two or three contacts of its own.
+const CONTACTS_OVER_PARTICLES: usize = 3;
 /// Drawing coordinates are multiples of a power of two of about this share of the container: they pack well.
 const GRID_OVER_CONTAINER: f64 = 1.0 / 4096.0;
-/// Thickness of the drawing's layers over the container's height: discs, then arrows, then force chains above them.
-const LAYER_OVER_HEIGHT: f64 = 0.002;
-/// Length of the arrow at the top speed over the container's height.
-const ARROW_OVER_HEIGHT: f64 = 0.1;
+/// Thickness of the drawing's layers over the container's longer side: discs, then arrows, then force chains above them.
+const LAYER_OVER_EXTENT: f64 = 0.002;
+/// Length of the arrow at the top speed over the container's longer side: a thousand arrows do not yet hide one another.
+const ARROW_OVER_EXTENT: f64 = 0.06;
 /// Line widths of weak, middling and strong contact forces, px.
 const FORCE_WIDTHS_PX: [f64; 3] = [0.8, 1.8, 3.4];
 /// Corners of a circular wall.
@@ -65,20 +68,27 @@ pub(crate) struct Stage {
     columns: DrawnColumns,
     colours: ColourMap,
     grid: f64,
-    height: f64,
+    // The container's longer side.
+    extent: f64,
+    drawn_at_most: usize,
 }
 
 impl Stage {
-    pub(crate) fn new(scenery: &Scenery, columns: &[StateColumn]) -> Result<Self, RecordError> {
+    /// `drawn_at_most` is a number of particles.
+    pub(crate) fn new(
+        scenery: &Scenery,
+        columns: &[StateColumn],
+        drawn_at_most: NonZeroU32,
+    ) -> Result<Self, RecordError> {
         let [low, high] = scenery.view;
         let (width, height) = (high[0] - low[0], high[1] - low[1]);
+        let extent = if width > height { width } else { height };
         Ok(Self {
             columns: DrawnColumns::new(columns, scenery.drawn_radius)?,
             colours: ColourMap::new(),
-            grid: power_of_two_below(
-                GRID_OVER_CONTAINER * if width > height { width } else { height },
-            ),
-            height,
+            grid: power_of_two_below(GRID_OVER_CONTAINER * extent),
+            extent,
+            drawn_at_most: drawn_at_most.get() as usize,
             scenery: scenery.clone(),
         })
     }
@@ -102,7 +112,7 @@ impl Stage {
 
     /// Velocities as lines from the discs' centres, all in one line list.
     pub(crate) fn velocity(&self, state: &[f64], time: Timestamp) -> SceneUpdate {
-        let scale = ARROW_OVER_HEIGHT * self.height / self.scenery.speed_range_top;
+        let scale = ARROW_OVER_EXTENT * self.extent / self.scenery.speed_range_top;
         let mut points = Vec::new();
         if let [vx, vy, ..] = self.columns.velocity[..] {
             for row in self.drawn_rows(state) {
@@ -115,11 +125,13 @@ impl Stage {
         update(SceneEntity { lines, ..entity("velocity", time) })
     }
 
-    /// Contact forces as line lists of three widths. Without contacts the entity is empty, which removes the last ones.
+    /// Contact forces as line lists of three widths, of very many the strongest. Without contacts the entity is empty, which
+    /// removes the last ones.
     pub(crate) fn contacts(&self, contacts: &[ContactLine], time: Timestamp) -> SceneUpdate {
         let top = self.scenery.force_range_top.unwrap_or(f64::INFINITY);
+        let weakest = self.weakest_drawn(contacts);
         let mut points: [Vec<Point3>; 3] = Default::default();
-        for contact in contacts {
+        for contact in contacts.iter().filter(|contact| contact.force.abs() >= weakest) {
             if contact.from.iter().chain(&contact.to).all(|coordinate| coordinate.is_finite()) {
                 let class = (contact.force.abs() / top * 3.0) as usize;
                 points[class.min(2)].extend([self.rounded(contact.from), self.rounded(contact.to)]);
@@ -135,35 +147,45 @@ impl Stage {
         update(SceneEntity { lines, ..entity("contacts", time) })
     }
 
-    /// The path so far as one line below the discs.
-    pub(crate) fn trail(
-        &self,
-        path: impl Iterator<Item = [f64; 2]>,
-        time: Timestamp,
-    ) -> SceneUpdate {
-        let points: Vec<Point3> = path.map(|point| self.rounded(point)).collect();
-        let strip =
-            line(line_primitive::Type::LineStrip, points, 1.5, -self.layer(1.0), colour::SKY);
-        update(SceneEntity { lines: vec![strip], ..entity("trail", time) })
+    /// The force below which contacts are left out; 0 draws all.
+    fn weakest_drawn(&self, contacts: &[ContactLine]) -> f64 {
+        let most = CONTACTS_OVER_PARTICLES * self.drawn_at_most;
+        let Some(left_out) = contacts.len().checked_sub(most).filter(|&left_out| left_out > 0)
+        else {
+            return 0.0;
+        };
+        let mut forces: Vec<f64> = contacts.iter().map(|contact| contact.force.abs()).collect();
+        *forces.select_nth_unstable_by(left_out, f64::total_cmp).1
     }
 
-    /// The container, and bodies at rest.
-    pub(crate) fn walls(&self, time: Timestamp) -> SceneUpdate {
+    /// The paths so far as one line each, below the discs.
+    pub(crate) fn trail(&self, trails: &Trails, time: Timestamp) -> SceneUpdate {
+        let lines = trails.paths().map(|path| {
+            let points: Vec<Point3> = path.map(|point| self.rounded(point)).collect();
+            line(line_primitive::Type::LineStrip, points, 1.5, -self.layer(1.0), colour::SKY)
+        });
+        update(SceneEntity { lines: lines.collect(), ..entity("trail", time) })
+    }
+
+    /// The container as it is at the start, and bodies at rest.
+    pub(crate) fn walls_at_rest(&self, time: Timestamp) -> SceneUpdate {
+        self.walls(&self.scenery.walls, time)
+    }
+
+    /// A container, and bodies at rest.
+    pub(crate) fn walls(&self, drawn: &[Wall], time: Timestamp) -> SceneUpdate {
         let mut walls = entity("walls", time);
-        for wall in &self.scenery.walls {
+        for wall in drawn {
+            let mut kind = line_primitive::Type::LineLoop;
             let corners = match *wall {
                 Wall::Rectangle { min, max } => {
                     [min, [max[0], min[1]], max, [min[0], max[1]]].map(exact).to_vec()
                 }
-                Wall::Circle { centre, radius } => (0..CIRCLE_CORNERS)
-                    .map(|corner| {
-                        let angle = std::f64::consts::TAU * corner as f64 / CIRCLE_CORNERS as f64;
-                        exact([
-                            centre[0] + radius * libm::cos(angle),
-                            centre[1] + radius * libm::sin(angle),
-                        ])
-                    })
-                    .collect(),
+                Wall::Circle { centre, radius } => arc(centre, radius, [0.0, TAU])[1..].to_vec(),
+                Wall::Arc { centre, radius, angles_rad } => {
+                    kind = line_primitive::Type::LineStrip;
+                    arc(centre, radius, angles_rad)
+                }
                 Wall::Segment { from, to } => [from, to].map(exact).to_vec(),
                 Wall::Body { centre, radius } => {
                     walls.cylinders.push(cylinder(
@@ -175,7 +197,7 @@ impl Stage {
                     continue;
                 }
             };
-            walls.lines.push(line(line_primitive::Type::LineLoop, corners, 3.5, 0.0, colour::GREY));
+            walls.lines.push(line(kind, corners, 3.5, 0.0, colour::GREY));
         }
         update(walls)
     }
@@ -184,7 +206,7 @@ impl Stage {
     pub(crate) fn legend(&self, time: Timestamp) -> SceneUpdate {
         let [low, high] = self.scenery.view;
         let centre = (low[0] + high[0]) / 2.0;
-        let (width, y) = (self.height / 2.0, low[1] - 0.07 * self.height);
+        let (width, y) = (self.extent / 2.0, low[1] - 0.07 * self.extent);
         let cube_width = width / LEGEND_CUBES as f64;
         let cubes = (0..LEGEND_CUBES)
             .map(|cube| {
@@ -193,7 +215,7 @@ impl Stage {
                     pose: Some(pose([centre + (share - 0.5) * width, y, 0.0])),
                     size: Some(Vector3 {
                         x: cube_width,
-                        y: 0.03 * self.height,
+                        y: 0.03 * self.extent,
                         z: self.layer(1.0),
                     }),
                     color: Some(self.colours.at(share)),
@@ -202,7 +224,7 @@ impl Stage {
             .collect();
         let unit = self.scenery.speed_unit;
         let text = |speed: f64, side: f64| TextPrimitive {
-            pose: Some(pose([centre + side * (width / 2.0 + 0.11 * self.height), y, 0.0])),
+            pose: Some(pose([centre + side * (width / 2.0 + 0.11 * self.extent), y, 0.0])),
             billboard: true,
             font_size: 12.0,
             scale_invariant: true,
@@ -213,17 +235,19 @@ impl Stage {
         update(SceneEntity { cubes, texts, ..entity("legend", time) })
     }
 
-    /// Position of a particle, as drawn.
-    pub(crate) fn position(&self, state: &[f64], particle: usize) -> Option<[f64; 2]> {
-        let row = state.chunks_exact(self.columns.width).nth(particle)?;
-        let position = self.columns.position.map(|column| row[column]);
-        position.iter().all(|coordinate| coordinate.is_finite()).then_some(position)
+    /// Positions of the first particles, whose paths are drawn; `None` if one of them blew up.
+    pub(crate) fn traced(&self, state: &[f64]) -> Option<Vec<[f64; 2]>> {
+        let rows = state.chunks_exact(self.columns.width).take(PATHS);
+        let positions: Vec<[f64; 2]> =
+            rows.map(|row| self.columns.position.map(|column| row[column])).collect();
+        let all_finite = positions.iter().flatten().all(|coordinate| coordinate.is_finite());
+        all_finite.then_some(positions)
     }
 
-    /// Every k-th row, k so that at most [`DRAWN_AT_MOST`] are drawn; rows that blew up are left out.
+    /// Every k-th row, k so that no more are drawn than the manifest allows; rows that blew up are left out.
     fn drawn_rows<'a>(&'a self, state: &'a [f64]) -> impl Iterator<Item = &'a [f64]> {
         let rows = state.len() / self.columns.width;
-        let every = rows.div_ceil(DRAWN_AT_MOST).max(1);
+        let every = rows.div_ceil(self.drawn_at_most).max(1);
         state.chunks_exact(self.columns.width).step_by(every).filter(|row| {
             let drawn = self.columns.position.iter().chain(&self.columns.velocity);
             drawn.into_iter().all(|&column| row[column].is_finite())
@@ -235,7 +259,7 @@ impl Stage {
     }
 
     fn layer(&self, layers: f64) -> f64 {
-        layers * LAYER_OVER_HEIGHT * self.height
+        layers * LAYER_OVER_EXTENT * self.extent
     }
 
     fn point(&self, row: &[f64]) -> Point3 {
@@ -251,6 +275,15 @@ impl Stage {
 /// The largest power of two that is not above a positive number.
 fn power_of_two_below(value: f64) -> f64 {
     f64::from_bits(value.to_bits() & 0x7ff0_0000_0000_0000)
+}
+
+/// Corners of a part of a circle, its ends among them.
+fn arc(centre: [f64; 2], radius: f64, [from, to]: [f64; 2]) -> Vec<Point3> {
+    let corner = |corner: usize| {
+        let angle = from + (to - from) * corner as f64 / CIRCLE_CORNERS as f64;
+        exact([centre[0] + radius * libm::cos(angle), centre[1] + radius * libm::sin(angle)])
+    };
+    (0..=CIRCLE_CORNERS).map(corner).collect()
 }
 
 fn exact(point: [f64; 2]) -> Point3 {

@@ -1,6 +1,6 @@
 //! What of a run is drawn and does not change: the container, the view, the range of colours.
 
-/// A wall at rest.
+/// A wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wall {
     /// An axis-parallel rectangle.
@@ -16,6 +16,15 @@ pub enum Wall {
         centre: [f64; 2],
         /// Its radius.
         radius: f64,
+    },
+    /// A part of a circle.
+    Arc {
+        /// The circle's centre.
+        centre: [f64; 2],
+        /// The circle's radius.
+        radius: f64,
+        /// Where it begins and ends, counter-clockwise from the direction of x, rad.
+        angles_rad: [f64; 2],
     },
     /// A straight line.
     Segment {
@@ -42,7 +51,7 @@ pub enum DrawnRadius {
     Fixed(f64),
 }
 
-/// The drawing's fixed part, in the state's length unit.
+/// The drawing's fixed part, in the state's length unit. Walls that move are drawn anew with each frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenery {
     /// The container.
@@ -59,6 +68,6 @@ pub struct Scenery {
     pub arrows: bool,
     /// Whether contact forces are drawn as chains; then the force that the thickest line stands for.
     pub force_range_top: Option<f64>,
-    /// Whether the path so far is drawn.
+    /// Whether the paths so far are drawn.
     pub trail: bool,
 }

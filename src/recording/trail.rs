@@ -1,26 +1,29 @@
-//! The path of the first particle so far, in a bounded number of points.
+//! The paths of the first particles so far, in a bounded number of points.
 
 use serde::{Deserialize, Serialize};
 
-/// Points kept at most.
+/// Particles whose path is kept at most.
+pub(crate) const PATHS: usize = 8;
+/// Points kept of each at most.
 const POINTS: usize = 512;
 
 /// Every k-th position since the start; when full, every other one goes and k doubles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Trail {
+pub(crate) struct Trails {
     every: u64,
-    kept: Vec<[f64; 2]>,
-    last: Option<[f64; 2]>,
+    // One entry a kept frame: where each of the particles was.
+    kept: Vec<Vec<[f64; 2]>>,
+    last: Vec<[f64; 2]>,
 }
 
-impl Trail {
+impl Trails {
     pub(crate) fn new() -> Self {
-        Self { every: 1, kept: Vec::new(), last: None }
+        Self { every: 1, kept: Vec::new(), last: Vec::new() }
     }
 
-    /// Adds the position at a frame; frames come in order, from 0.
-    pub(crate) fn push(&mut self, frame: u64, position: [f64; 2]) {
-        self.last = Some(position);
+    /// Adds the positions at a frame, always of the same particles; frames come in order, from 0.
+    pub(crate) fn push(&mut self, frame: u64, positions: Vec<[f64; 2]>) {
+        self.last.clone_from(&positions);
         if !frame.is_multiple_of(self.every) {
             return;
         }
@@ -30,13 +33,16 @@ impl Trail {
             self.every *= 2;
         }
         if frame.is_multiple_of(self.every) {
-            self.kept.push(position);
+            self.kept.push(positions);
         }
     }
 
-    /// The kept positions in order, then where the particle is now.
-    pub(crate) fn path(&self) -> impl Iterator<Item = [f64; 2]> {
-        self.kept.iter().copied().chain(self.last)
+    /// Of each particle the kept positions in order, then where it is now.
+    pub(crate) fn paths(&self) -> impl Iterator<Item = impl Iterator<Item = [f64; 2]>> {
+        (0..self.last.len()).map(|particle| {
+            let at = move |positions: &Vec<[f64; 2]>| positions.get(particle).copied();
+            self.kept.iter().chain([&self.last]).filter_map(at)
+        })
     }
 }
 
@@ -45,16 +51,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_path_is_evenly_thinned_and_ends_where_the_particle_is() {
-        let mut trail = Trail::new();
+    fn the_paths_are_evenly_thinned_and_end_where_the_particles_are() {
+        let mut trails = Trails::new();
         for frame in 0..5000_u64 {
-            trail.push(frame, [frame as f64, 0.0]);
-            let path: Vec<f64> = trail.path().map(|point| point[0]).collect();
-            assert!(path.len() <= POINTS + 1);
-            assert_eq!(path[0], 0.0);
-            assert_eq!(path[path.len() - 1], frame as f64);
+            trails.push(frame, vec![[frame as f64, 0.0], [-(frame as f64), 1.0]]);
+            let paths: Vec<Vec<[f64; 2]>> = trails.paths().map(Iterator::collect).collect();
+            assert_eq!(paths.len(), 2);
+            assert!(paths[0].len() <= POINTS + 1);
+            assert_eq!(paths[0][0], [0.0, 0.0]);
+            assert_eq!(paths[0].last(), Some(&[frame as f64, 0.0]));
+            assert_eq!(paths[1].last(), Some(&[-(frame as f64), 1.0]));
         }
-        assert_eq!(trail.every, 16);
-        assert!(trail.kept.windows(2).all(|pair| pair[1][0] - pair[0][0] == 16.0));
+        assert_eq!(trails.every, 16);
+        assert!(trails.kept.windows(2).all(|pair| pair[1][0][0] - pair[0][0][0] == 16.0));
     }
 }

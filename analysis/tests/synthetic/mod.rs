@@ -15,6 +15,7 @@ use kinetoscope_recording::channels::{
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
@@ -128,6 +129,7 @@ pub fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outcome) {
             trail: false,
         },
         playback_rate: 25.0,
+        drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression: Compression::Zstd,
         frames_expected: None,
         model_time: None,

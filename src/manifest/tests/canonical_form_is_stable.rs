@@ -42,6 +42,7 @@ duration_s = 0.30000000000000004
 every_steps = 100
 channels = ["state", "energy"]
 playback_rate = 12.5
+drawn_particles = 500
 compression = "none"
 "#;
 
@@ -64,6 +65,7 @@ duration_s = 0.1
 [record]
 frames = 200
 playback_rate = 25.0
+drawn_particles = 10000
 compression = "zstd"
 "#;
 
@@ -94,6 +96,7 @@ fn the_form_is_pinned() {
             interval: RecordInterval::EverySteps(NonZeroU64::new(100).unwrap()),
             channels: Some(vec!["state".to_owned(), "energy".to_owned()]),
             playback_rate: Positive::literal(12.5),
+            drawn_particles: NonZeroU32::new(500).unwrap(),
             compression: Compression::None,
         },
     };
@@ -131,7 +134,7 @@ fn the_key_follows_content_and_versions_alone() {
     let text = GOLDEN_GAS;
     let key = content_key(text, 1, 1);
     // Python's hashlib: sha256 of the two versions, four bytes each, little-endian, and of the text.
-    assert_eq!(key.to_string(), "a6c886ae2400a2b7f846c4728e79e6c20adc04de78d8d44ede06b38afdbc1396");
+    assert_eq!(key.to_string(), "ce7abcc90bba241e1214a6d03ea0445d500fdacf7aaa9ef69da0d0e48d424808");
     assert_eq!(key.short(), &key.to_string()[..8]);
     assert_eq!(key, content_key(text, 1, 1));
     assert_ne!(key, content_key(text, 2, 1));
@@ -227,6 +230,7 @@ impl Numbers {
                     [self.below(3) as usize]
                     .clone(),
                 playback_rate: Positive::new(50.0 * self.share().get()).unwrap(),
+                drawn_particles: NonZeroU32::new(1 + self.below(20_000) as u32).unwrap(),
                 compression: [
                     Compression::Zstd,
                     Compression::Zstd3,

@@ -78,6 +78,8 @@ impl Dem {
             elastic_percent: 100.0 * share(elastic),
             dissipated_percent: 100.0 * share(balance.dissipated()),
             residual_ppm: 1e6 * share(residual),
+            wall_work_percent: 100.0 * share(balance.wall_work),
+            removed_percent: 100.0 * share(self.ledger.removed.value()),
         });
         let steps = self.window.steps as f64;
         let mean = |axis: usize| {

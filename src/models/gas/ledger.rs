@@ -58,9 +58,17 @@ impl Gas {
         }
     }
 
+    /// Half the angle of the opening about the direction of x, rad.
+    pub(super) fn half_opening(&self) -> Option<f64> {
+        match &self.propagator {
+            Propagator::HitByHit { law, .. } => law.half_opening,
+            _ => None,
+        }
+    }
+
     /// Whether particles may be beyond the wall because they left through its opening.
     pub(super) fn has_opening(&self) -> bool {
-        matches!(&self.propagator, Propagator::HitByHit { law, .. } if law.half_opening.is_some())
+        self.half_opening().is_some()
     }
 }
 

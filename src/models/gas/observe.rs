@@ -12,6 +12,7 @@ use crate::sum::CompensatedSum;
 use kinetoscope_recording::channels::{GasCollisions, GasInvariants, GasPressure, GasTemperature};
 use kinetoscope_recording::frame::{Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
+use std::f64::consts::TAU;
 
 /// Distance from the centre, over the radius, above which a particle is outside: a place on the wall is only known to rounding.
 const OUTSIDE: f64 = 1.0 + 1e-9;
@@ -23,7 +24,7 @@ const LONGEST_STEP_OVER_RADIUS: f64 = 0.1;
 const DRAWN_RADIUS_OVER_RADIUS: f64 = 0.012;
 
 /// Particles above which arrows would only hide one another.
-const MOST_ARROWS: usize = 2000;
+const MOST_ARROWS: usize = 1000;
 
 impl Gas {
     pub(super) fn fill(&self, frame: &mut Frame) {
@@ -48,6 +49,9 @@ impl Gas {
             wall_since_last_frame: self.wall.window.hits,
         });
         frame.push(&speeds);
+        if self.container.circle.wall_speed != 0.0 {
+            frame.push_wall(self.drawn_wall());
+        }
         if self.time() == 0.0 {
             self.log_start(&moments, frame);
         }
@@ -57,7 +61,7 @@ impl Gas {
     pub(super) fn draw(&self) -> Scenery {
         let ([x, y], radius) = (self.container.centre_m, self.container.circle.radius);
         Scenery {
-            walls: vec![Wall::Circle { centre: [x, y], radius }],
+            walls: vec![self.drawn_wall()],
             view: [[x - radius, y - radius], [x + radius, y + radius]],
             drawn_radius: DrawnRadius::Fixed(DRAWN_RADIUS_OVER_RADIUS * radius),
             speed_range_top: self.speed_range_top,
@@ -65,6 +69,15 @@ impl Gas {
             arrows: self.particles.len() <= MOST_ARROWS,
             force_range_top: None,
             trail: false,
+        }
+    }
+
+    /// The wall where it is now, with its opening.
+    fn drawn_wall(&self) -> Wall {
+        let (centre, radius) = (self.container.centre_m, self.radius_now());
+        match self.half_opening() {
+            Some(half) => Wall::Arc { centre, radius, angles_rad: [half, TAU - half] },
+            None => Wall::Circle { centre, radius },
         }
     }
 
@@ -79,9 +92,13 @@ impl Gas {
         let window_impulse = mass * self.wall.window.impulse_per_mass.value();
         let impulse = mass * self.wall.total.impulse_per_mass.value();
         let since_start = measured_pressure(impulse, mean_radius(0.0), time_s);
+        let in_window = measured_pressure(window_impulse, mean_radius(opened_s), window_s);
         let by_mean_square = by_formula(SpeedMean::MeanSquare);
+        // A gas at rest has no pressure to compare with.
+        let over_ideal =
+            |pressure: f64| if by_mean_square > 0.0 { pressure / by_mean_square } else { 0.0 };
         GasPressure {
-            measured_n_per_m: measured_pressure(window_impulse, mean_radius(opened_s), window_s),
+            measured_n_per_m: in_window,
             measured_since_start_n_per_m: since_start,
             mean_speed_formula_n_per_m: by_formula(SpeedMean::MeanSpeed),
             mean_square_formula_n_per_m: by_mean_square,
@@ -91,14 +108,10 @@ impl Gas {
                 self.kelvin(moments, self.substance.definition),
                 radius,
             ),
-            // A gas at rest has no pressure to compare with.
-            pressure_over_ideal: if by_mean_square > 0.0 {
-                since_start / by_mean_square
-            } else {
-                0.0
-            },
+            pressure_over_ideal: over_ideal(since_start),
             wall_impulse_n_s: window_impulse,
             window_s,
+            window_pressure_over_ideal: over_ideal(in_window),
         }
     }
 

@@ -103,6 +103,27 @@ impl Model for Orbit {
         Ok(Self { scheme, total_steps, moving })
     }
 
+    fn channels(&self) -> &'static [ChannelDeclaration] {
+        match &self.moving {
+            Moving::Planet(_) => {
+                const {
+                    &[
+                        ChannelDeclaration::of::<OrbitEnergy>(),
+                        ChannelDeclaration::of::<OrbitElements>(),
+                    ]
+                }
+            }
+            Moving::Bodies(_) => {
+                const {
+                    &[
+                        ChannelDeclaration::of::<OrbitEnergy>(),
+                        ChannelDeclaration::of::<OrbitConserved>(),
+                    ]
+                }
+            }
+        }
+    }
+
     fn extent(&self) -> Extent {
         Extent::Steps { total: self.total_steps, step: self.scheme.step }
     }

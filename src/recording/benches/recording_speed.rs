@@ -15,7 +15,7 @@ use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::num::NonZeroUsize;
+use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::Path;
 use std::time::Instant;
 
@@ -110,6 +110,7 @@ fn header(compression: Compression) -> Header {
             trail: false,
         },
         playback_rate: 25.0,
+        drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression,
         frames_expected: None,
         model_time: None,

@@ -4,12 +4,15 @@
 
 mod sample;
 
-use foxglove::messages::{SceneEntity, SceneUpdate};
+use foxglove::messages::{CubePrimitive, LinePrimitive, SceneEntity, SceneUpdate};
 use kinetoscope_recording::frame::{ContactLine, Frame};
 use kinetoscope_recording::reader::RecordedFrame;
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder};
+use kinetoscope_recording::scenery::Wall;
 use prost::Message as _;
 use sample::{header, read};
+use std::f64::consts::TAU;
+use std::num::NonZeroU32;
 
 /// Records frames and reads them back.
 fn recorded(header: &Header, frames: &[Frame]) -> Vec<RecordedFrame> {
@@ -58,9 +61,9 @@ fn discs_stand_where_the_state_says() {
         assert_eq!((disc.bottom_scale, disc.top_scale), (1.0, 1.0));
         assert_eq!(disc.color.unwrap().a, 1.0);
     }
-    // At rest: blue #0072b2.
+    // At rest: blue #396fc8.
     let blue = discs[1].color.unwrap();
-    assert_eq!((blue.r, blue.g, blue.b), (0.0, 114.0 / 255.0, 178.0 / 255.0));
+    assert_eq!((blue.r, blue.g, blue.b), (57.0 / 255.0, 111.0 / 255.0, 200.0 / 255.0));
     assert_ne!(discs[0].color, discs[1].color);
 }
 
@@ -76,6 +79,29 @@ fn drawings_are_thinned_and_the_state_is_not() {
 }
 
 #[test]
+fn the_manifest_says_how_many_are_drawn() {
+    let mut header = header(Compression::Zstd);
+    header.drawn_particles = NonZeroU32::new(10).unwrap();
+    let rows: Vec<[f64; 5]> = (0..35).map(|index| [f64::from(index), 0.0, 0.1, 0.1, 0.1]).collect();
+    let mut frame = frame_of(&rows);
+    // Of 40 contacts the 30 strongest: forces 10 to 39, of which those above 10 are the thickest.
+    for force in (0..40).rev() {
+        frame.push_contact(ContactLine {
+            from: [0.0, 0.0],
+            to: [0.5, 0.5],
+            force: f64::from(force),
+        });
+    }
+    let frames = recorded(&header, &[frame]);
+    // Every fourth of 35.
+    assert_eq!(entity(&frames[0], "/discs").cylinders.len(), 9);
+    let lines = entity(&frames[0], "/contacts").lines;
+    assert_eq!(lines.iter().map(|line| line.points.len() / 2).sum::<usize>(), 30);
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    assert_eq!(frames[0].state().unwrap().rows(), 35);
+}
+
+#[test]
 fn a_disc_that_blew_up_is_not_drawn_and_stays_in_the_state() {
     let rows = [[f64::NAN, 0.0, 0.0, 0.0, 0.1], [0.5, 0.0, f64::INFINITY, 0.0, 0.1], [0.0; 5]];
     let frames = recorded(&header(Compression::Zstd), &[frame_of(&rows)]);
@@ -87,13 +113,13 @@ fn a_disc_that_blew_up_is_not_drawn_and_stays_in_the_state() {
 
 #[test]
 fn arrows_point_along_the_velocity() {
-    // Top speed 2 in a container of height 2: an arrow of 0.1 x 2 for speed 2, so 0.1 for speed 1.
+    // Top speed 2 in a container 2 wide: an arrow of 0.06 x 2 for speed 2, so 0.06 for speed 1.
     let frames = recorded(&header(Compression::Zstd), &[frame_of(&[[0.0, 0.0, 0.0, -1.0, 0.1]])]);
     let lines = entity(&frames[0], "/velocity").lines;
     let [from, to] = lines[0].points[..] else { panic!("{lines:?}") };
     assert_eq!((from.x, from.y), (0.0, 0.0));
     assert_eq!(to.x, 0.0);
-    assert!((to.y + 0.1).abs() <= 1.0 / 4096.0, "{}", to.y);
+    assert!((to.y + 0.06).abs() <= 1.0 / 4096.0, "{}", to.y);
 }
 
 #[test]
@@ -127,10 +153,44 @@ fn container_and_colour_bar_are_written_once() {
 }
 
 #[test]
+fn walls_that_move_are_drawn_where_they_are() {
+    let mut moved = frame_of(&[[0.0; 5]]);
+    let angles_rad = [0.1, TAU - 0.1];
+    moved.push_wall(Wall::Arc { centre: [0.25, 0.0], radius: 0.5, angles_rad });
+    let frames = recorded(&header(Compression::Zstd), &[frame_of(&[[0.0; 5]]), moved]);
+    assert_eq!(entity(&frames[0], "/walls").lines.len(), 2);
+    let walls = entity(&frames[1], "/walls");
+    assert_eq!((walls.lines.len(), walls.cylinders.len()), (1, 0));
+    let corners = &walls.lines[0].points;
+    let distance = |x: f64, y: f64| ((x - 0.25) * (x - 0.25) + y * y).sqrt();
+    assert!(corners.iter().all(|corner| (distance(corner.x, corner.y) - 0.5).abs() < 1e-15));
+    // The opening lies about the direction of x: from -0.1 to 0.1 rad.
+    let (first, last) = (corners[0], corners[corners.len() - 1]);
+    assert!((first.x - (0.25 + 0.5 * libm::cos(0.1))).abs() < 1e-15, "{}", first.x);
+    assert!((first.y - 0.5 * libm::sin(0.1)).abs() < 1e-15, "{}", first.y);
+    assert!((last.y + 0.5 * libm::sin(0.1)).abs() < 1e-15, "{}", last.y);
+    assert!(corners.iter().all(|corner| libm::atan2(corner.y, corner.x - 0.25).abs() > 0.0999));
+}
+
+/// A long box: the colour bar has half of its length, not of its height, and lies below it.
+#[test]
+fn the_colour_bar_of_a_flat_box_is_legible() {
+    let mut header = header(Compression::Zstd);
+    header.scenery.view = [[0.0, 0.0], [20.0, 1.0]];
+    let frames = recorded(&header, &[frame_of(&[[0.0; 5]])]);
+    let legend = entity(&frames[0], "/legend");
+    let place = |cube: &CubePrimitive| cube.pose.unwrap().position.unwrap();
+    let (first, last) = (place(&legend.cubes[0]), place(&legend.cubes[39]));
+    assert!((last.x - first.x - 10.0 * 39.0 / 40.0).abs() < 1e-12);
+    assert!(first.y < 0.0);
+}
+
+#[test]
 fn the_trail_grows_to_where_the_particle_is() {
-    let at = |x: f64| frame_of(&[[x, 0.0, 0.0, 0.0, 0.1]]);
+    let at = |x: f64| frame_of(&[[x, 0.0, 0.0, 0.0, 0.1], [-x, 0.0, 0.0, 0.0, 0.1]]);
     let frames = recorded(&header(Compression::Zstd), &[at(0.0), at(0.25), at(0.5)]);
-    let path: Vec<f64> =
-        entity(&frames[2], "/trail").lines[0].points.iter().map(|point| point.x).collect();
-    assert_eq!(path, [0.0, 0.25, 0.5, 0.5]);
+    let lines = entity(&frames[2], "/trail").lines;
+    let path = |line: &LinePrimitive| line.points.iter().map(|point| point.x).collect::<Vec<f64>>();
+    assert_eq!(path(&lines[0]), [0.0, 0.25, 0.5, 0.5]);
+    assert_eq!(path(&lines[1]), [0.0, -0.25, -0.5, -0.5]);
 }

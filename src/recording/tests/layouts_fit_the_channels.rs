@@ -6,11 +6,12 @@ mod sample;
 
 use kinetoscope_recording::channels::{self, ALL};
 use kinetoscope_recording::layout::{layout_json, template};
-use kinetoscope_recording::recorder::Compression;
+use kinetoscope_recording::recorder::{Compression, Selection};
 use serde_json::Value;
 
 const MODELS: [&str; 4] = ["dem", "gas", "packing", "orbit"];
-const SCENES: [&str; 6] = [
+const DRAWN: [&str; 7] = [
+    channels::STATE,
     channels::DISCS,
     channels::WALLS,
     channels::LEGEND,
@@ -66,7 +67,7 @@ fn every_topic_and_field_exists() {
                 assert!(exists(model, path["value"].as_str().unwrap()), "{model}, {id}: {path}");
             }
             for topic in panel["topics"].as_object().into_iter().flat_map(|topics| topics.keys()) {
-                assert!(SCENES.contains(&topic.as_str()), "{model}, {id}: {topic}");
+                assert!(DRAWN.contains(&topic.as_str()), "{model}, {id}: {topic}");
             }
             if let Some(topic) = panel.get("topicToRender") {
                 assert_eq!(topic, channels::LOG);
@@ -106,17 +107,18 @@ fn panels_have_both_titles_and_plots_line_up() {
     }
 }
 
-#[test]
-fn every_panel_has_its_place() {
-    fn leaves(tree: &Value, into: &mut Vec<String>) {
-        match tree {
-            Value::String(id) => into.push(id.clone()),
-            tree => {
-                leaves(&tree["first"], into);
-                leaves(&tree["second"], into);
-            }
+fn leaves(tree: &Value, into: &mut Vec<String>) {
+    match tree {
+        Value::String(id) => into.push(id.clone()),
+        tree => {
+            leaves(&tree["first"], into);
+            leaves(&tree["second"], into);
         }
     }
+}
+
+#[test]
+fn every_panel_has_its_place() {
     for model in MODELS {
         let layout: Value = serde_json::from_str(template(model).unwrap()).unwrap();
         let mut placed = Vec::new();
@@ -126,6 +128,29 @@ fn every_panel_has_its_place() {
         configured.sort();
         assert_eq!(placed, configured, "{model}");
     }
+}
+
+/// The sample has temperatures and speeds of the gas, but neither pressure nor collisions.
+#[test]
+fn what_is_not_recorded_has_no_panel() {
+    let mut header = sample::header(Compression::Zstd);
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let mut placed = Vec::new();
+    leaves(&layout["layout"], &mut placed);
+    assert_eq!(placed, ["3D!scene", "RosOut!log", "Plot!speeds", "Plot!temperature"]);
+    assert_eq!(layout["layout"]["second"]["splitPercentage"], 50.0);
+    // The scene keeps its height: the log is still below it.
+    assert_eq!(layout["layout"]["first"]["splitPercentage"], 74);
+    assert_eq!(layout["configById"].as_object().unwrap().len(), 4);
+    header.selection = Selection::Named(vec!["temperature".to_owned()]);
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let mut placed = Vec::new();
+    leaves(&layout["layout"], &mut placed);
+    assert_eq!(placed, ["RosOut!log", "Plot!temperature"]);
+    header.selection = Selection::Named(vec!["discs".to_owned()]);
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let topics = layout["configById"]["3D!scene"]["topics"].as_object().unwrap();
+    assert_eq!(topics.keys().collect::<Vec<_>>(), ["/discs", "/legend", "/walls"]);
 }
 
 /// The viewer's formula by hand: box of 0.04 m: visible height 0.04 x 1.1 x 1.12 = 0.04928 m, centre (0.02, 0.018).
@@ -149,6 +174,13 @@ fn the_camera_frames_container_and_colour_bar() {
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
     close(&camera["distance"], 4.24);
     close(&camera["targetOffset"][1], 0.0);
+    // A flat box: the colour bar's strip is 0.1 of its length below it. 20 wide, so 22.4 high; centre at (0 + 1 - 2) / 2.
+    header.model = "gas";
+    header.scenery.view = [[0.0, 0.0], [20.0, 1.0]];
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let camera = &layout["configById"]["3D!scene"]["cameraState"];
+    close(&camera["distance"], 22.4);
+    close(&camera["targetOffset"][1], -0.5);
 }
 
 #[test]
@@ -156,9 +188,9 @@ fn the_time_axis_says_what_a_second_stands_for() {
     let mut header = sample::header(Compression::Zstd);
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let label = |layout: &Value, panel: &str| layout["configById"][panel]["xAxisLabel"].clone();
-    assert_eq!(label(&layout, "Plot!pressure"), "playback time (s), 1 s = 75 ms simulated");
+    assert_eq!(label(&layout, "Plot!temperature"), "playback time (s), 1 s = 75 ms simulated");
     assert_eq!(label(&layout, "Plot!speeds"), "speed / rms speed");
     header.model_time = None;
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
-    assert_eq!(label(&layout, "Plot!pressure"), "playback time (s)");
+    assert_eq!(label(&layout, "Plot!temperature"), "playback time (s)");
 }

@@ -11,7 +11,7 @@ use kinetoscope_recording::frame::{ContactLine, Frame, Level, StateColumn};
 use kinetoscope_recording::reader::{Frames, RecordedFrame, Recording};
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
-use std::num::NonZeroUsize;
+use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::Path;
 
 pub(crate) const COLUMNS: &[StateColumn] = &[
@@ -54,6 +54,7 @@ pub(crate) fn header(compression: Compression) -> Header {
             trail: true,
         },
         playback_rate: 25.0,
+        drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression,
         frames_expected: Some(201),
         model_time: Some(0.6),
