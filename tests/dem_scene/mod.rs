@@ -87,7 +87,7 @@ pub(crate) fn frame(model: &Dem) -> Frame {
 pub(crate) fn discs(model: &Dem) -> Vec<Disc> {
     frame(model)
         .state()
-        .chunks_exact(9)
+        .chunks_exact(10)
         .map(|row| Disc {
             position: [row[0], row[1]],
             velocity: [row[2], row[3]],
@@ -120,6 +120,7 @@ pub(crate) fn segment(from: [f64; 2], to: [f64; 2]) -> DemWall {
         velocity_m_per_s: finite([0.0; 2]),
         amplitude_m: finite([0.0; 2]),
         frequency_hz: non_negative(0.0),
+        moves_s: None,
     }
 }
 
