@@ -90,7 +90,7 @@ fn packing_by_height(run: &DemRun) -> Option<Plot> {
     let slabs = ((top / diameter).ceil() as usize).clamp(1, MOST_SLABS);
     let thickness = top / slabs as f64;
     let mut covered = vec![0.0; slabs];
-    for [_, height, radius] in discs {
+    for [_, height, radius, _] in discs {
         let first = ((height - radius) / thickness).max(0.0) as usize;
         for (slab, covered) in covered.iter_mut().enumerate().skip(first) {
             let [low, high] = [slab, slab + 1].map(|edge| edge as f64 * thickness - height);
