@@ -176,7 +176,7 @@ const FITS: &[Fit] = &[
     Fit {
         along: "model.dem.discs",
         over: Some("bed.weight"),
-        of: "floor.force",
+        of: "piston.force",
         shape: Shape::Saturation {
             scale: metric::SCREENING_WEIGHT,
             misfit: metric::JANSSEN_MISFIT,

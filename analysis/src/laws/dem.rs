@@ -31,12 +31,6 @@ pub const WEIGHT: Law = Law {
     source: "equilibrium of forces without friction at the side walls",
 };
 
-/// What goes in comes out.
-pub const FED_OUTLET: Law = Law {
-    statement: "as many discs a second as the rain brings, where the outlet lets more through",
-    source: "conservation of the number of discs",
-};
-
 /// How a gas of dissipative discs cools.
 pub const HAFF: Law = Law {
     statement: "1/tau = (1 - e^2) w0/4 of T = T0/(1 + t/tau)^2, w0 = 2 sqrt(pi) n s g sqrt(T0), g = (1 - 7f/16)/(1 - f)^2",

@@ -7,7 +7,7 @@ use crate::catalogue::dem as metric;
 use crate::figures::{self, Figures};
 use crate::laws::dem as law;
 use crate::measurement::Measurement;
-use kinetoscope_manifest::model::{DemConfig, DiscRadius};
+use kinetoscope_manifest::model::{DemConfig, DiscRadius, PeriodicSides};
 use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemTemperature, DemWalls};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
@@ -61,6 +61,8 @@ pub struct DemRun {
     rebounds: Option<Rebounds>,
     outflow: Outflow,
     cooling: Cooling,
+    /// Mean upward force of a piston since the frame before, N, by time.
+    piston: Series<(f64, f64)>,
     reach_at_start_m: Option<f64>,
     contacts: Option<DemContacts>,
     discs_removed: Option<u64>,
@@ -86,6 +88,7 @@ impl DemRun {
             ledger: Series::default(),
             outflow: Outflow::default(),
             cooling: Cooling::default(),
+            piston: Series::default(),
             reach_at_start_m: None,
             largest_residual_j: 0.0,
             last_motion_s: 0.0,
@@ -206,15 +209,14 @@ impl DemRun {
         let stiffness = self.config.stiffness_n_per_m.get();
         let floor = stiffness * overlaps(&|disc| disc[1]);
         let sides = stiffness * (overlaps(&|disc| disc[0]) + overlaps(&|disc| width - disc[0]));
-        let [across, along] = self.config.gravity_m_per_s2.map(|component| component.get());
-        let weight: f64 = discs.iter().map(|disc| disc[3] * -along).sum();
-        let rests = across == 0.0 && self.has_settled() && law::walls_are_smooth(&self.config);
-        let carried = weight;
-        let weight = rests.then_some(weight);
         found.push(Measurement::new(metric::PACKING_FRACTION, covered / (width * height)));
-        if discs.len() < 2 {
+        let has_floor = !matches!(self.config.periodic, PeriodicSides::Y | PeriodicSides::Both);
+        let down = -self.config.gravity_m_per_s2[1].get();
+        if discs.len() < 2 || !has_floor || down <= 0.0 {
             return;
         }
+        let weight = self.resting_weight_n();
+        let carried = discs.iter().map(|disc| disc[3] * down).sum::<f64>();
         found.extend([
             Measurement::new(metric::BED_HEIGHT, bed_height),
             Measurement::new(metric::BED_PACKING_FRACTION, covered / (width * bed_height)),
@@ -222,8 +224,19 @@ impl DemRun {
             Measurement::new(metric::FLOOR_FORCE, floor).against(weight),
             Measurement::new(metric::FLOOR_STRESS, floor / width)
                 .against(weight.map(|weight| weight / width)),
-            Measurement::new(metric::SIDE_WALL_STRESS, sides / (2.0 * bed_height)),
         ]);
+        if self.config.periodic == PeriodicSides::None {
+            let stress = sides / (2.0 * bed_height);
+            found.push(Measurement::new(metric::SIDE_WALL_STRESS, stress));
+        }
+    }
+
+    /// What the discs of the last frame weigh, N, where they rest and nothing but what they lie on can carry them.
+    fn resting_weight_n(&self) -> Option<f64> {
+        let [across, along] = self.config.gravity_m_per_s2.map(|component| component.get());
+        let rests = across == 0.0 && self.has_settled() && law::walls_are_smooth(&self.config);
+        let discs = self.discs_at_end().filter(|_| rests)?;
+        Some(discs.iter().map(|disc| disc[3] * -along).sum())
     }
 
     /// What scenes with a law of their own are looked at for.
@@ -234,8 +247,7 @@ impl DemRun {
             found.push(Measurement::new(metric::FREE_OPENING_WIDTH, free));
         }
         if let Some(rate) = self.outflow.rate_per_s() {
-            let rain = self.config.rain.map(|rain| rain.discs_per_s.get());
-            found.push(Measurement::new(metric::OUTFLOW_RATE, rate).against(rain));
+            found.push(Measurement::new(metric::OUTFLOW_RATE, rate));
         }
         if scenes::is_free_gas(&self.config)
             && let Some(rate) = self.cooling.rate_per_s()
@@ -249,7 +261,13 @@ impl DemRun {
             let theory = law::transmitted_velocity(&self.config);
             found.push(Measurement::new(metric::TRANSMITTED_VELOCITY, passed).against(theory));
         }
-        let Some(discs) = self.discs_at_end().filter(|discs| discs.len() > 1) else { return };
+        if let Some(force) = scenes::late_mean(&self.piston) {
+            let weight = self.resting_weight_n();
+            found.push(Measurement::new(metric::PISTON_FORCE, force).against(weight));
+        }
+        let falls = self.config.gravity_m_per_s2[1].get() < 0.0;
+        let discs = self.discs_at_end().filter(|discs| falls && discs.len() > 1);
+        let Some(discs) = discs else { return };
         let width = self.config.width_m.get();
         if let Some(slope) = scenes::slope_deg(&discs, width) {
             found.push(Measurement::new(metric::SLOPE, slope));
@@ -257,8 +275,7 @@ impl DemRun {
         if let (Some(reach), Some(start)) = (scenes::reach_m(&discs, width), self.reach_at_start_m)
         {
             found.push(Measurement::new(metric::REACH, reach));
-            let has_gate = self.config.walls.iter().any(|wall| wall.moves_s.is_some());
-            found.extend(has_gate.then(|| Measurement::new(metric::RUN_OUT, reach / start - 1.0)));
+            found.extend(scenes::has_gate(&self.config).then(|| Measurement::new(metric::RUN_OUT, reach / start - 1.0)));
         }
     }
 
@@ -309,6 +326,11 @@ impl Observer for DemRun {
         }
         if let Some(walls) = frame.get::<DemWalls>()? {
             self.outflow.see(time_s, walls.discs_removed);
+            if let Some(number) = scenes::piston(&self.config)
+                && let Some(&force) = walls.mean_force_y_n.get(number)
+            {
+                self.piston.add((time_s, force));
+            }
             self.discs_removed = Some(walls.discs_removed);
         }
         if let Some(temperature) = frame.get::<DemTemperature>()? {

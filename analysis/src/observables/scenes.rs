@@ -1,8 +1,10 @@
 //! What is seen of DEM scenes with a law of their own: an outlet, a heap, a gas that cools, a row of discs.
 
 use super::{Series, StateTable};
-use crate::statistics::least_squares_line;
-use kinetoscope_manifest::model::{DemConfig, DemWallShape, PeriodicSides, Placement};
+use crate::statistics::{least_squares_line, mean};
+use kinetoscope_manifest::model::{
+    DemConfig, DemWall, DemWallShape, PeriodicSides, Placement,
+};
 
 /// Discs that have left, over time.
 #[derive(Clone, Debug, Default)]
@@ -49,6 +51,42 @@ pub(crate) fn opening_width_m(config: &DemConfig) -> Option<f64> {
         }
         _ => None,
     }
+}
+
+/// The number of the first level wall that moves, among the box's walls and the manifest's.
+pub(super) fn piston(config: &DemConfig) -> Option<usize> {
+    let of_box = match config.periodic {
+        PeriodicSides::None => 4,
+        PeriodicSides::X | PeriodicSides::Y => 2,
+        PeriodicSides::Both => 0,
+    };
+    let moves_level = |wall: &DemWall| match wall.shape {
+        DemWallShape::Segment { from_m, to_m } => {
+            let [across, along] = wall.velocity_m_per_s;
+            from_m[1] == to_m[1] && across.get() == 0.0 && along.get() != 0.0
+        }
+        DemWallShape::Drum { .. } => false,
+    };
+    config.walls.iter().position(moves_level).map(|number| of_box + number)
+}
+
+/// Whether an upright wall moves away to its side for a time.
+pub(super) fn has_gate(config: &DemConfig) -> bool {
+    config.walls.iter().any(|wall| match wall.shape {
+        DemWallShape::Segment { from_m, to_m } => {
+            from_m[0] == to_m[0] && wall.velocity_m_per_s[0].get() != 0.0 && wall.moves_s.is_some()
+        }
+        DemWallShape::Drum { .. } => false,
+    })
+}
+
+/// Mean of a series over the last fifth of its time.
+pub(super) fn late_mean(series: &Series<(f64, f64)>) -> Option<f64> {
+    let (&(begin, _), &(end, _)) = (series.first()?, series.last()?);
+    let since = end - 0.2 * (end - begin);
+    let late: Vec<f64> =
+        series.iter().filter(|(time, _)| *time > since).map(|&(_, value)| value).collect();
+    mean(&late)
 }
 
 /// Granular temperature over time, of discs that nothing heats.
