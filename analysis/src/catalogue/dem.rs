@@ -29,7 +29,7 @@ definitions! {
     FLOOR_FORCE: "floor.force", "N", "/state: sum of k times overlap with the floor, last frame", [law::WEIGHT], 0.0;
     FLOOR_STRESS: "floor.stress", "N/m", "/state: floor.force over the box's width", [law::WEIGHT], 0.0;
     SIDE_WALL_STRESS: "side_wall.stress", "N/m", "/state: sum of k times overlap with both side walls, over twice bed.height, last frame", [], 0.0;
-    PISTON_FORCE: "piston.force", "N", "/wall_forces: mean upward force of the first level wall that moves, over the last fifth of the run", [law::WEIGHT], 0.0;
+    PISTON_FORCE: "piston.force", "N", "/wall_forces: mean upward force of the first level wall that moves, over the last tenth of the run", [law::WEIGHT], 0.0;
     OPENING_WIDTH: "outlet.width", "m", "manifest: width of the opening between two level walls at rest", [], 0.0;
     FREE_OPENING_WIDTH: "outlet.free_width", "m", "manifest: outlet.width less 1.4 mean diameters, Beverloo's empty annulus", [], 0.0;
     OUTFLOW_RATE: "outlet.rate", "1/s", "/wall_forces: slope of the number of removed discs between a tenth and six tenths of the last", [], 0.0;

@@ -79,7 +79,8 @@ impl DemRun {
     #[must_use]
     pub fn new(config: DemConfig, pictures: Pictures) -> Self {
         let [across, along] = config.gravity_m_per_s2.map(|component| component.get());
-        let drop = config.discs.get() == 1 && across == 0.0 && along < 0.0;
+        let is_alone = config.discs.get() == 1 && config.rain.is_none();
+        let drop = is_alone && across == 0.0 && along < 0.0;
         let sag = config.mass_kg.get() * -along / config.stiffness_n_per_m.get();
         Self {
             rebounds: drop.then(|| Rebounds::new(-along, sag)),

@@ -80,10 +80,10 @@ pub(super) fn has_gate(config: &DemConfig) -> bool {
     })
 }
 
-/// Mean of a series over the last fifth of its time.
+/// Mean of a series over the last tenth of its time.
 pub(super) fn late_mean(series: &Series<(f64, f64)>) -> Option<f64> {
     let (&(begin, _), &(end, _)) = (series.first()?, series.last()?);
-    let since = end - 0.2 * (end - begin);
+    let since = end - 0.1 * (end - begin);
     let late: Vec<f64> =
         series.iter().filter(|(time, _)| *time > since).map(|&(_, value)| value).collect();
     mean(&late)
