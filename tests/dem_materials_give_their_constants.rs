@@ -16,9 +16,7 @@ use dem_scene::{
 use kinetoscope::model::Model;
 use kinetoscope::models::dem::Dem;
 use kinetoscope::random::Seed;
-use kinetoscope_manifest::model::{
-    DemConfig, DemContactConstants, DemContactPair, DemMaterial,
-};
+use kinetoscope_manifest::model::{DemConfig, DemContactConstants, DemContactPair, DemMaterial};
 use kinetoscope_manifest::quantity::{NonNegative, Share};
 
 const G: f64 = 9.81;
@@ -60,11 +58,8 @@ fn with_masses(config: &DemConfig, masses: &[f64]) -> Dem {
 
 /// e' of two discs of these masses.
 fn restitution_of(config: DemConfig, masses: [f64; 2]) -> f64 {
-    let config = DemConfig {
-        gravity_m_per_s2: gravity(0.0, 0.0),
-        time_step: per_contact(200.0),
-        ..config
-    };
+    let config =
+        DemConfig { gravity_m_per_s2: gravity(0.0, 0.0), time_step: per_contact(200.0), ..config };
     let pair = given(config, &[([0.01, 0.02], [0.5, 0.0]), ([0.0111, 0.02], [-0.5, 0.0])]);
     let mut model = with_masses(&pair, &masses);
     run_to(&mut model, 2000);
@@ -115,10 +110,7 @@ fn a_disc_slides_with_the_smaller_friction_or_the_one_given() {
 fn materials_are_drawn_by_their_shares() {
     let mut config = two_materials();
     config.materials[0].share = positive(3.0);
-    let config = DemConfig {
-        discs: std::num::NonZeroU32::new(600).expect("not zero"),
-        ..config
-    };
+    let config = DemConfig { discs: std::num::NonZeroU32::new(600).expect("not zero"), ..config };
     let model = Dem::prepare(&config, Seed { seed: 2, replicate: 0 }, false)
         .unwrap_or_else(|refusal| panic!("{refusal}"));
     let hard = discs(&model).iter().filter(|disc| disc.mass > 2e-3).count();

@@ -5,7 +5,7 @@
 //! Source: Janssen, Z. VDI 39 (1895) 1045; in the plane, forces on a slice: D d(p)/dz = sigma g D - 2 mu K p. K lies between that
 //! of Rankine's active state, (1 - sin a)/(1 + sin a) = 0.3 at a steep angle of friction of 33 degrees, and somewhat above 1.
 //! 0.26: da Cruz et al., Phys. Rev. E 72 (2005) 021309.
-//! Setup: `experiments/dem_silo.toml`: the floor sinks by a diameter, so that discs slip along the walls everywhere and friction
+//! Setup: `experiments/dem_silo.toml`: the floor sinks by a diameter, in a quarter of an oscillation, so that discs slip along the walls everywhere and friction
 //! is used up (as Vanel and Clément did, Eur. Phys. J. B 11 (1999) 525), and comes to rest.
 //! Tolerance: Ws from the deepest bed, W(480 discs), within the range of K; the 120 discs' load within 20 % of that law: chains
 //! of forces make single beds scatter by that much.
@@ -49,9 +49,8 @@ fn screening_weight([load, weight]: [f64; 2]) -> Option<f64> {
 /// The range of Ws, N: sigma g D = 0.8 to 0.85 of the area times 1e-3 kg over pi r^2, mu from 0.26 to 0.5, K from
 /// 0.3 to 1.2.
 fn is_janssens(scale: f64) -> bool {
-    let per_metre = |fraction: f64| {
-        fraction * 0.01 * 1e-3 * G / (std::f64::consts::PI * 5e-4 * 5e-4)
-    };
+    let per_metre =
+        |fraction: f64| fraction * 0.01 * 1e-3 * G / (std::f64::consts::PI * 5e-4 * 5e-4);
     let least = per_metre(0.8) * 0.01 / (2.0 * 0.5 * 1.2);
     let most = per_metre(0.85) * 0.01 / (2.0 * 0.26 * 0.3);
     (least..=most).contains(&scale)
@@ -63,7 +62,9 @@ fn rough_walls_carry_what_janssen_says() {
     let shallow = load_and_weight("model.dem.discs=120 variant=rough");
     let scale = screening_weight(deep).expect("the walls carry some");
     let expected = scale * (1.0 - libm::exp(-shallow[1] / scale));
-    println!("load and weight {deep:.3?}: Ws = {scale:.3} N; {shallow:.3?}, expected {expected:.3}");
+    println!(
+        "load and weight {deep:.3?}: Ws = {scale:.3} N; {shallow:.3?}, expected {expected:.3}"
+    );
     assert!(is_janssens(scale), "{scale}");
     assert!((shallow[0] / expected - 1.0).abs() < 0.2);
 }

@@ -8,7 +8,9 @@ use crate::coordinates::{self, grouped, without};
 use crate::laws::{gas, orbit};
 use crate::metrics::{Metric, Place, SweepPlace};
 use crate::run::RunAnalysis;
-use crate::statistics::{least_squares_line, mean, mean_of_independent, power_law_exponent, saturation};
+use crate::statistics::{
+    least_squares_line, mean, mean_of_independent, power_law_exponent, saturation,
+};
 use kinetoscope_manifest::Coordinate;
 use kinetoscope_manifest::model::ModelConfig;
 use std::collections::BTreeMap;

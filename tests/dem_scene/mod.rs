@@ -5,8 +5,9 @@ use kinetoscope::model::{Model, Target};
 use kinetoscope::models::dem::Dem;
 use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{
-    DemConfig, DemContactConstants, DemContactPair, DemMaterial, DemRain, DemWall, DemWallShape, DiscRadius, Dissipation, GivenState, PeriodicSides,
-    ModelConfig, Placement, Stability, TimeStep,
+    DemConfig, DemContactConstants, DemContactPair, DemMaterial, DemRain, DemWall, DemWallShape,
+    DiscRadius, Dissipation, GivenState, ModelConfig, PeriodicSides, Placement, Stability,
+    TimeStep,
 };
 use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive, Share};
 use kinetoscope_recording::channels::DemEnergy;
@@ -141,7 +142,8 @@ pub(crate) fn shipped(name: &str) -> Vec<(String, DemConfig, Seed)> {
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
     let experiment = kinetoscope_manifest::parse(&text, &path, &[])
         .unwrap_or_else(|diagnostics| panic!("{diagnostics}"));
-    let words = |place: &kinetoscope_manifest::Coordinate| format!("{}={} ", place.key, place.value);
+    let words =
+        |place: &kinetoscope_manifest::Coordinate| format!("{}={} ", place.key, place.value);
     experiment
         .runs
         .iter()

@@ -276,7 +276,10 @@ impl DemRun {
         if let (Some(reach), Some(start)) = (scenes::reach_m(&discs, width), self.reach_at_start_m)
         {
             found.push(Measurement::new(metric::REACH, reach));
-            found.extend(scenes::has_gate(&self.config).then(|| Measurement::new(metric::RUN_OUT, reach / start - 1.0)));
+            found.extend(
+                scenes::has_gate(&self.config)
+                    .then(|| Measurement::new(metric::RUN_OUT, reach / start - 1.0)),
+            );
         }
     }
 

@@ -2,9 +2,7 @@
 
 use super::{Series, StateTable};
 use crate::statistics::{least_squares_line, mean};
-use kinetoscope_manifest::model::{
-    DemConfig, DemWall, DemWallShape, PeriodicSides, Placement,
-};
+use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape, PeriodicSides, Placement};
 
 /// Discs that have left, over time.
 #[derive(Clone, Debug, Default)]
@@ -62,8 +60,11 @@ pub(super) fn piston(config: &DemConfig) -> Option<usize> {
     };
     let moves_level = |wall: &DemWall| match wall.shape {
         DemWallShape::Segment { from_m, to_m } => {
-            let [across, along] = wall.velocity_m_per_s;
-            from_m[1] == to_m[1] && across.get() == 0.0 && along.get() != 0.0
+            let moves = |axis: usize| {
+                let velocity = wall.velocity_m_per_s[axis].get();
+                velocity != 0.0 || wall.amplitude_m[axis].get() != 0.0
+            };
+            from_m[1] == to_m[1] && moves(1) && !moves(0)
         }
         DemWallShape::Drum { .. } => false,
     };

@@ -237,7 +237,8 @@ impl Picture {
             first = first.max(shares[0].min(shares[1]));
             last = last.min(shares[0].max(shares[1]));
         }
-        let at = |share: f64| [0, 1].map(|axis: usize| from[axis] + share * (to[axis] - from[axis]));
+        let at =
+            |share: f64| [0, 1].map(|axis: usize| from[axis] + share * (to[axis] - from[axis]));
         (first < last).then(|| [at(first), at(last)])
     }
 

@@ -2,7 +2,8 @@
 
 use super::dem_materials::MOST_MATERIALS;
 use super::{
-    DISC, DemConfig, DemIntegrator, DemWall, DemWallShape, Dissipation, PeriodicSides, Placement, WALL,
+    DISC, DemConfig, DemIntegrator, DemWall, DemWallShape, Dissipation, PeriodicSides, Placement,
+    WALL,
 };
 use crate::keys::Reader;
 use crate::quantity::Finite;
@@ -91,7 +92,8 @@ impl DemConfig {
         let mut seen: Vec<[&str; 2]> = Vec::new();
         for pair in &self.contact_pairs {
             let [one, other] = [&*pair.between[0], &*pair.between[1]];
-            let unknown = [one, other].into_iter().find(|name| *name != WALL && !known.contains(name));
+            let unknown =
+                [one, other].into_iter().find(|name| *name != WALL && !known.contains(name));
             if let Some(name) = unknown {
                 let label = format!("known: {}, {WALL}", known.join(", "));
                 let title = format!("no material is called {name:?}");

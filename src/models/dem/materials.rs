@@ -129,7 +129,10 @@ impl Materials {
                 [a, b] == [names[one], names[other]] || [b, a] == [names[one], names[other]]
             };
             let given = config.contact_pairs.iter().find(|pair| is_this(&pair.between));
-            contact_constants(config, given.map_or(mixed, |pair| Surface::of(&pair.constants, mixed)))
+            contact_constants(
+                config,
+                given.map_or(mixed, |pair| Surface::of(&pair.constants, mixed)),
+            )
         };
         Self {
             pairs: (0..count * count).map(constants).collect(),

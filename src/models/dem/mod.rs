@@ -41,8 +41,8 @@ use neighbours::{Neighbours, Surroundings};
 use parameters::Parameters;
 use rain::Rain;
 use serde::{Deserialize, Serialize};
-use start::Kinds;
 use stability::Diagnosis;
+use start::Kinds;
 use step::{BlowUp, Evaluation, Moved, Workspace};
 use walls::PlacedWall;
 
@@ -369,8 +369,7 @@ impl Dem {
     }
 
     fn residual(&self, energies: &Energies, balance: &energy::Balance) -> f64 {
-        let gone =
-            balance.dissipated() + self.ledger.removed.value() - self.ledger.entered.value();
+        let gone = balance.dissipated() + self.ledger.removed.value() - self.ledger.entered.value();
         energies.total() + gone - balance.wall_work - self.ledger.initial
     }
 }

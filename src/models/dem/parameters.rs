@@ -56,8 +56,7 @@ impl Parameters {
             tangential_stiffness: stiffness * config.tangential_stiffness_share.get(),
             tangential_damping_share: config.tangential_damping_share.get(),
         };
-        let smallest_mass =
-            law.materials.density_range().0 * mass_of(radius_range.0, radius, mass);
+        let smallest_mass = law.materials.density_range().0 * mass_of(radius_range.0, radius, mass);
         let per_contact = |steps: f64| PI * (smallest_mass / stiffness).sqrt() / steps;
         let time_step = match config.time_step {
             TimeStep::PerContact(steps) => per_contact(steps.get()),

@@ -117,8 +117,11 @@ impl Rain {
         let [from, to] = self.line;
         let is_near = |at: [f64; 2]| {
             let near = |axis: usize| {
-                let (low, high) =
-                    if from[axis] < to[axis] { (from[axis], to[axis]) } else { (to[axis], from[axis]) };
+                let (low, high) = if from[axis] < to[axis] {
+                    (from[axis], to[axis])
+                } else {
+                    (to[axis], from[axis])
+                };
                 parameters.periodic[axis] || (at[axis] >= low - reach && at[axis] <= high + reach)
             };
             near(0) && near(1)

@@ -156,8 +156,7 @@ fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
     );
     let rain = config.rain.map_or(0, |rain| rain.discs.get());
     let discs = f64::from(config.discs.get()) + f64::from(rain);
-    let layers =
-        |side: f64| 1.0 + (discs - 1.0) * 2.0 * parameters.radius / side;
+    let layers = |side: f64| 1.0 + (discs - 1.0) * 2.0 * parameters.radius / side;
     let weight = mass
         * (parameters.gravity[0].abs() * layers(parameters.sides[1])
             + parameters.gravity[1].abs() * layers(parameters.sides[0]));

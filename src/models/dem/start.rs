@@ -136,7 +136,11 @@ fn drawn_velocities(config: &DemConfig, seed: Seed, count: usize) -> Vec<[f64; 2
 }
 
 /// The first wall that a disc overlaps, touching left out.
-pub(super) fn overlapped_wall(walls: &[PlacedWall], centre: [f64; 2], radius: f64) -> Option<usize> {
+pub(super) fn overlapped_wall(
+    walls: &[PlacedWall],
+    centre: [f64; 2],
+    radius: f64,
+) -> Option<usize> {
     walls.iter().position(|wall| {
         let distance = wall.shape.footing(centre).distance;
         let is_free = distance >= radius * (1.0 - TOUCHING);
