@@ -11,11 +11,11 @@ definitions! {
     FRICTION: "energy.friction", "J", "/energy, last frame: the part of energy.dissipated that friction took", [], 0.0;
     WALL_WORK: "energy.wall_work", "J", "/energy, last frame: work of the walls since the start", [], 0.0;
     DISCS_REMOVED: "discs_removed", "1", "/wall_forces: discs that left through the outlet, last frame", [], 0.0;
-    TOTAL_CHANGE: "energy.total_change_relative", "1", "/energy: mechanical energy, last frame against the first, over its size there", [], 0.0;
-    RESIDUAL: "energy.residual_relative", "1", "/energy: change of the ledger's sum over the energy at the start, last frame", [law::ENERGY_LEDGER], 1e-9;
+    TOTAL_CHANGE: "energy.total_change_relative", "1", "/energy: mechanical energy, last frame against the first and what discs brought that fell in, over the size of that", [], 0.0;
+    RESIDUAL: "energy.residual_relative", "1", "/energy: change of the ledger's sum over the energy at the start and of discs that fell in, last frame", [law::ENERGY_LEDGER], 1e-9;
     RESIDUAL_DRIFT: "energy.residual", "J", "/energy: change of the ledger's sum, last frame against the first", [law::ENERGY_LEDGER], 0.0;
     RESIDUAL_PER_REBOUND: "energy.residual_per_rebound", "J", "/energy and /state: the ledger's residual over the rebounds seen of a single disc", [law::ENERGY_LEDGER], 0.0;
-    LARGEST_RESIDUAL: "energy.largest_residual_relative", "1", "/energy: largest size of the ledger's residual over the energy at the start", [law::ENERGY_LEDGER], 1e-9;
+    LARGEST_RESIDUAL: "energy.largest_residual_relative", "1", "/energy: largest size of the ledger's residual over the energy at the start and of discs that fell in", [law::ENERGY_LEDGER], 1e-9;
     KINETIC_DISAGREEMENT: "energy.kinetic_disagreement_relative", "1", "kinetic energy of /state against /energy, largest over frames, over the energy at the start", [], 0.0;
     RESTITUTION: "restitution.measured", "1", "/state: sqrt(energy after / before) of each rebound of a single disc, mean", [law::RESTITUTION], 0.0;
     CONTACT_DURATION: "contact_duration.measured", "s", "/state: from touch to parting of each rebound of a single disc, by its parabolas before and after, mean", [law::CONTACT_DURATION], 0.0;
