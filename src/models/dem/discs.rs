@@ -15,6 +15,23 @@ pub(super) struct Discs {
     pub(super) radii: Vec<f64>,
     /// Masses, kg.
     pub(super) masses: Vec<f64>,
+    /// Materials, by their number.
+    pub(super) materials: Vec<u8>,
+}
+
+/// One disc.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Disc {
+    pub(super) id: u32,
+    /// Centre, m.
+    pub(super) position: [f64; 2],
+    /// The integrator's velocity, m/s.
+    pub(super) velocity: [f64; 2],
+    /// m
+    pub(super) radius: f64,
+    /// kg
+    pub(super) mass: f64,
+    pub(super) material: u8,
 }
 
 impl Discs {
@@ -45,6 +62,18 @@ impl Discs {
         self.spins = sorted(&self.spins, order);
         self.radii = sorted(&self.radii, order);
         self.masses = sorted(&self.masses, order);
+        self.materials = sorted(&self.materials, order);
+    }
+
+    /// Adds a disc that does not turn.
+    pub(super) fn push(&mut self, disc: &Disc) {
+        let ([x, y], [vx, vy]) = (disc.position, disc.velocity);
+        self.ids.push(disc.id);
+        self.states.push([x, y, vx, vy]);
+        self.spins.push(0.0);
+        self.radii.push(disc.radius);
+        self.masses.push(disc.mass);
+        self.materials.push(disc.material);
     }
 
     /// Where each disc stands in memory, in the order of the ids.

@@ -6,6 +6,7 @@
 use super::contacts::ContactLaw;
 use super::discs::Discs;
 use super::lanes;
+use super::materials::ContactConstants;
 use super::motion::{self, SpringSlider};
 use super::neighbours::{Block, Pairs, Stretch};
 use super::walls::PlacedWall;
@@ -79,6 +80,14 @@ pub(super) struct Scene<'a> {
     pub(super) use_lanes: bool,
 }
 
+impl Scene<'_> {
+    /// Constants of the contact of two discs.
+    #[inline]
+    fn constants(&self, [a, b]: [usize; 2]) -> &ContactConstants {
+        self.law.materials.between(self.discs.materials[a], self.discs.materials[b])
+    }
+}
+
 impl Forces {
     /// Finds all forces on the discs of a block; the springs of its contacts move on by a step.
     pub(super) fn find(&mut self, block: &mut Block, scene: &Scene<'_>) {
@@ -122,7 +131,8 @@ impl Forces {
             let radii = ends.map(|end| scene.discs.radii[end]);
             deepest.note(touch.overlap, radii[0], radii[1]);
             let push = touch.push(scene.law, damping[pair]);
-            let rub = touch.rub(scene, radii, &push, damping[pair], &mut stretch[pair]);
+            let own = scene.constants(ends);
+            let rub = touch.rub(scene, own, radii, &push, damping[pair], &mut stretch[pair]);
             self.sums.take(&rub, 1.0);
             let on_first = push.and(&rub, touch.normal);
             add(&mut self.forces[a], on_first);
@@ -151,7 +161,7 @@ impl Forces {
                 add(&mut self.forces[own], push.along(touch.normal));
                 continue;
             };
-            let rub = touch.rub(scene, radii, &push, damping, stretch);
+            let rub = touch.rub(scene, scene.constants(ends), radii, &push, damping, stretch);
             self.sums.take(&rub, 0.5);
             add(&mut self.forces[own], push.and(&rub, touch.normal));
             add_torque(&mut self.torques[own], rub.torques(radii[0], 1.0));
@@ -186,6 +196,7 @@ impl Forces {
                 // Against a wall the reduced radius is the disc's own.
                 let rub = touch.rub(
                     scene,
+                    scene.law.materials.with_walls(scene.discs.materials[disc]),
                     [radius, f64::INFINITY],
                     &push,
                     pair.damping,
@@ -317,6 +328,7 @@ impl Touch {
     fn rub(
         &self,
         scene: &Scene<'_>,
+        constants: &ContactConstants,
         radii: [f64; 2],
         push: &Push,
         damping: f64,
@@ -335,7 +347,7 @@ impl Touch {
         };
         let [nx, ny] = self.normal;
         let speed = self.velocity[1] * nx - self.velocity[0] * ny - self.surface_speed;
-        let (tangential, friction_loss) = slide(stretch[0], speed, law.friction * pressing);
+        let (tangential, friction_loss) = slide(stretch[0], speed, constants.friction * pressing);
         let mut rub = Rub {
             force: tangential.force,
             dashpot: tangential.dashpot_force,
@@ -346,10 +358,10 @@ impl Touch {
             rolling_loss: 0.0,
         };
         stretch[0] = tangential.stretch;
-        if law.rolling_friction > 0.0 {
+        if constants.rolling_friction > 0.0 {
             let reduced = 1.0 / (1.0 / radii[0] + 1.0 / radii[1]);
             let travel = reduced * self.rolling_rate * scene.time_step;
-            let limit = law.rolling_friction * pressing;
+            let limit = constants.rolling_friction * pressing;
             // Without a dashpot: rolling friction alone takes the energy.
             let rolling = motion::spring_slider(stiffness, 0.0, stretch[1], travel, 0.0, limit);
             rub.rolling_loss = 0.5 * stiffness * (stretch[1] + rolling.stretch) * rolling.slip;

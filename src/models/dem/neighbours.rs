@@ -10,7 +10,6 @@
 use super::cells::{Cells, Periodic, Run};
 use super::contacts::ContactLaw;
 use super::discs::Discs;
-use super::motion;
 use super::walls::PlacedWall;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -272,7 +271,7 @@ impl Block {
                     self.walls.push(WallPair {
                         disc: (disc - start) as u32,
                         wall: wall as u32,
-                        damping: around.law.damping(discs.masses[disc]),
+                        damping: around.law.wall_damping(discs, disc),
                         stretch: [0.0; 2],
                     });
                 }
@@ -304,8 +303,7 @@ impl Block {
             let reach = touching + skin;
             // A position that is no number is near nothing.
             if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
-                let mass = motion::effective_mass(discs.masses[disc], discs.masses[other]);
-                let damping = around.law.damping(mass);
+                let damping = around.law.damping(discs, disc, other);
                 let first = disc - own.start;
                 if is_inner {
                     self.inner.push(first, other - own.start, touching, damping);

@@ -3,9 +3,9 @@
 //! Positions, radii, spins and the integrator's velocities are taken over bit for bit. Tangential and rolling springs are
 //! not in a recording and begin unstretched; discs are numbered anew, from 0 in their order.
 
-use super::discs::Discs;
+use super::discs::{Disc, Discs};
 use super::parameters::{Parameters, mass_of};
-use super::start::TOUCHING;
+use super::start::{Kinds, TOUCHING};
 use crate::model::Refusal;
 use crate::recorded_start;
 use kinetoscope_manifest::model::{DemConfig, StartFrom};
@@ -17,24 +17,30 @@ const DEEPEST_IN_WALL: f64 = 0.5;
 /// The discs of a recording's last frame.
 ///
 /// # Errors
-/// Radii that `radius_m` does not know, or discs outside of the box or within a wall.
+/// Several materials, which a recording does not tell apart, radii that `radius_m` does not know, or discs outside of the box or within a wall.
 pub(super) fn discs(
     start: &StartFrom,
     config: &DemConfig,
     parameters: &Parameters,
+    kinds: &Kinds,
 ) -> Result<Discs, Refusal> {
+    if config.materials.len() > 1 {
+        return Err(Refusal(
+            "A recording does not say which disc is of which material: with start_from, give one material at most."
+                .to_owned(),
+        ));
+    }
     let rows = recorded_start::rows(start, ["x", "y", "vx_step", "vy_step", "radius", "spin"])?;
     check(&rows, config, parameters)?;
-    Ok(Discs {
-        ids: (0..rows.len() as u32).collect(),
-        states: rows.iter().map(|&[x, y, vx, vy, ..]| [x, y, vx, vy]).collect(),
-        spins: rows.iter().map(|row| row[5]).collect(),
-        radii: rows.iter().map(|row| row[4]).collect(),
-        masses: rows
-            .iter()
-            .map(|row| mass_of(row[4], parameters.radius, parameters.mass))
-            .collect(),
-    })
+    let mut discs = Discs::default();
+    for (number, &[x, y, vx, vy, radius, spin]) in rows.iter().enumerate() {
+        let kind = kinds.disc(number, parameters);
+        let density_ratio = parameters.law.materials.density_ratio(kind.material);
+        let mass = density_ratio * mass_of(radius, parameters.radius, parameters.mass);
+        discs.push(&Disc { position: [x, y], velocity: [vx, vy], radius, mass, ..kind });
+        discs.spins[number] = spin;
+    }
+    Ok(discs)
 }
 
 /// Centres and velocities of a recorded start; none where it was not read.

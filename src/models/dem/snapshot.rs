@@ -39,6 +39,7 @@ impl DemSnapshot {
             count: run.count,
             ledger: run.ledger.clone(),
             removed: run.removed,
+            rain: run.rain.clone(),
             initial_top_speed: run.initial_top_speed,
             damping_step: run.damping_step,
             window: run.window.clone(),
@@ -59,12 +60,13 @@ impl Snapshot for DemSnapshot {
 }
 
 fn copy_discs(copy: &mut Discs, discs: &Discs) {
-    let Discs { ids, states, spins, radii, masses } = discs;
+    let Discs { ids, states, spins, radii, masses, materials } = discs;
     copy.ids.clone_from(ids);
     copy.states.clone_from(states);
     copy.spins.clone_from(spins);
     copy.radii.clone_from(radii);
     copy.masses.clone_from(masses);
+    copy.materials.clone_from(materials);
 }
 
 /// Who touches whom, without what tells when lists are too old.
