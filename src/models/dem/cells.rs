@@ -1,13 +1,25 @@
 //! A grid of cells at least as wide as the reach: neighbours stand in the 3 x 3 block.
+//!
+//! Cells are numbered band by band, column by column within a band, and upwards within a column. So the discs of a block,
+//! which follow each other in this order, fill a patch about as high as wide, and few of their pairs belong to two blocks.
 
 /// Which directions of the box are periodic.
 pub(super) type Periodic = [bool; 2];
 
-/// Discs sorted by cell, row by row.
+/// Column and row of a cell.
+pub(super) type Place = [usize; 2];
+
+/// Discs sorted by cell.
 pub(super) struct Cells {
-    side: [f64; 2],
+    /// Cells a metre along each axis.
+    per_metre: [f64; 2],
+    /// Columns and rows.
     count: [usize; 2],
     periodic: Periodic,
+    /// Rows of each band, but for the last, which may have fewer.
+    band: usize,
+    /// Number of the row's cell in column 0, and by how much it grows from column to column.
+    rows: Vec<[usize; 2]>,
     /// Where a cell's discs begin in the sorted order; one entry more than cells.
     starts: Vec<u32>,
 }
@@ -19,66 +31,96 @@ pub(super) struct Run {
 }
 
 impl Cells {
-    /// The grid, and the order that sorts the positions by cell; within a cell the order given is kept.
+    /// The grid, and the order that sorts the positions by cell; within a cell the order given is kept. `patch` is the
+    /// number of discs that should fill a patch about as high as wide.
     pub(super) fn sort(
         positions: &[[f64; 4]],
         sides: [f64; 2],
         reach: f64,
         periodic: Periodic,
+        patch: usize,
     ) -> (Self, Vec<u32>) {
         // More cells than discs would only cost memory.
         let most = 2 * ((positions.len() as f64).sqrt() as usize + 1);
         let along = |axis: usize| Ord::clamp((sides[axis] / reach) as usize, 1, most);
         let count = [along(0), along(1)];
-        let side = [sides[0] / count[0] as f64, sides[1] / count[1] as f64];
-        let mut cells = Self { side, count, periodic, starts: vec![0; count[0] * count[1] + 1] };
-        for &[x, y, ..] in positions {
-            let cell = cells.index([x, y]);
-            cells.starts[cell + 1] += 1;
-        }
-        for cell in 1..cells.starts.len() {
-            cells.starts[cell] += cells.starts[cell - 1];
-        }
-        let mut next = cells.starts.clone();
-        let mut order = vec![0; positions.len()];
-        for (disc, &[x, y, ..]) in positions.iter().enumerate() {
-            let place = &mut next[cells.index([x, y])];
-            order[*place as usize] = disc as u32;
-            *place += 1;
-        }
+        let per_metre = [count[0] as f64 / sides[0], count[1] as f64 / sides[1]];
+        let cells_of_patch = (patch * count[0] * count[1] / Ord::max(positions.len(), 1)) as f64;
+        // Three rows then lie in two bands at most.
+        let band = Ord::clamp(cells_of_patch.sqrt() as usize, 2, Ord::max(2, count[1]));
+        let rows = (0..count[1]).map(|row| {
+            let below = row - row % band;
+            [below * count[0] + row % band, Ord::min(band, count[1] - below)]
+        });
+        let mut cells =
+            Self { per_metre, count, periodic, band, rows: rows.collect(), starts: Vec::new() };
+        let order = cells.fill(positions);
         (cells, order)
     }
 
-    /// Column and row of a point; points outside the box belong to the cells at its edge.
-    fn place(&self, point: [f64; 2]) -> [usize; 2] {
+    /// Counts the discs of each cell, and returns their order.
+    fn fill(&mut self, positions: &[[f64; 4]]) -> Vec<u32> {
+        let cell_of = |&[x, y, ..]: &[f64; 4]| self.index(self.place([x, y])) as u32;
+        let cells: Vec<u32> = positions.iter().map(cell_of).collect();
+        let mut starts = vec![0_u32; self.count[0] * self.count[1] + 1];
+        for &cell in &cells {
+            starts[cell as usize + 1] += 1;
+        }
+        for cell in 1..starts.len() {
+            starts[cell] += starts[cell - 1];
+        }
+        let mut next = starts.clone();
+        let mut order = vec![0; positions.len()];
+        for (disc, &cell) in cells.iter().enumerate() {
+            let place = &mut next[cell as usize];
+            order[*place as usize] = disc as u32;
+            *place += 1;
+        }
+        self.starts = starts;
+        order
+    }
+
+    /// The cell of a point; points outside the box belong to the cells at its edge.
+    #[inline]
+    pub(super) fn place(&self, point: [f64; 2]) -> Place {
         // A float that is negative or no number becomes 0 here.
-        let along =
-            |axis: usize| Ord::min((point[axis] / self.side[axis]) as usize, self.count[axis] - 1);
+        let along = |axis: usize| {
+            Ord::min((point[axis] * self.per_metre[axis]) as usize, self.count[axis] - 1)
+        };
         [along(0), along(1)]
     }
 
-    fn index(&self, point: [f64; 2]) -> usize {
-        let [column, row] = self.place(point);
-        row * self.count[0] + column
+    #[inline]
+    fn index(&self, [column, row]: Place) -> usize {
+        let [first, step] = self.rows[row];
+        first + column * step
     }
 
-    /// Visits the runs of discs in the 3 x 3 block around a point, row by row from below.
-    pub(super) fn around(&self, point: [f64; 2], mut visit: impl FnMut(Run)) {
-        let [column, row] = self.place(point);
-        let first = column.saturating_sub(1);
-        let last = Ord::min(column + 1, self.count[0] - 1);
+    /// Lists the runs of discs in the 3 x 3 block around a cell, column by column from the left.
+    pub(super) fn around(&self, [column, row]: Place, runs: &mut Vec<Run>) {
+        runs.clear();
+        let first = row.saturating_sub(1);
+        let last = Ord::min(row + 1, self.count[1] - 1);
+        // Cells of a column lie side by side in memory up to the end of the band.
+        let next_band = first - first % self.band + self.band;
         for step in [-1_i8, 0, 1] {
-            let Some((row, row_shift)) = self.beside(1, row, step) else { continue };
-            let mut run = |from: usize, to: usize, shift: i8| {
-                // The cells of one row lie side by side in memory.
-                let cell = row * self.count[0];
-                let discs = self.starts[cell + from] as usize..self.starts[cell + to + 1] as usize;
-                visit(Run { discs, shift: [shift, row_shift] });
+            let Some((column, column_shift)) = self.beside(0, column, step) else { continue };
+            let mut add = |from: usize, to: usize, row_shift: i8| {
+                let discs = self.starts[self.index([column, from])] as usize
+                    ..self.starts[self.index([column, to]) + 1] as usize;
+                if !discs.is_empty() {
+                    runs.push(Run { discs, shift: [column_shift, row_shift] });
+                }
             };
-            run(first, last, 0);
+            if last < next_band {
+                add(first, last, 0);
+            } else {
+                add(first, next_band - 1, 0);
+                add(next_band, last, 0);
+            }
             for side in [-1_i8, 1] {
-                if let Some((beyond, shift @ (-1 | 1))) = self.beside(0, column, side) {
-                    run(beyond, beyond, shift);
+                if let Some((beyond, shift @ (-1 | 1))) = self.beside(1, row, side) {
+                    add(beyond, beyond, shift);
                 }
             }
         }

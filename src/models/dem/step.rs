@@ -16,6 +16,7 @@
 
 use super::contacts::{self, Contact};
 use super::discs::Discs;
+use super::drift;
 use super::forces::{ContactSums, Forces, Scene};
 use super::implicit;
 use super::motion;
@@ -40,7 +41,7 @@ pub(super) struct Moved {
     /// Sums over contacts.
     pub(super) contacts: ContactSums,
     /// Largest speed after the kick, squared, m^2/s^2.
-    fastest_squared: f64,
+    pub(super) fastest_squared: f64,
     /// Where the first disc that left the box stands in memory.
     pub(super) outside: Option<usize>,
 }
@@ -99,38 +100,37 @@ impl Workspace {
     ) -> Moved {
         let discs = scene.discs;
         self.states.resize(discs.len(), [0.0; 4]);
-        self.spins.resize(discs.len(), 0.0);
+        // Without friction no spin changes.
+        let turning = if scene.law.has_friction() { discs.len() } else { 0 };
+        self.spins.resize(turning, 0.0);
         self.forces.resize_with(neighbours.blocks.len(), Forces::default);
         self.moves.resize_with(neighbours.blocks.len(), Moved::default);
         let is_implicit = scene.law.is_implicit;
         if is_implicit {
             self.solve_implicit(neighbours, scene, parameters);
         }
-        let work = |block: &mut Block,
-                    forces: &mut Forces,
-                    moved: &mut Moved,
-                    states: &mut [[f64; 4]],
-                    spins: &mut [f64]| {
+        let work = |block: &mut Block, forces: &mut Forces, moved: &mut Moved, after| {
             if !is_implicit {
                 forces.find(block, scene);
             }
-            *moved = kick_and_drift(forces, block.start, scene, parameters, states, spins);
-            moved.contacts.clone_from(&forces.sums);
+            drift::kick_and_drift(moved, forces, block.start, scene, parameters, after);
         };
         let blocks = &mut neighbours.blocks;
         if let [block] = blocks.as_mut_slice() {
-            let (forces, moved) = (&mut self.forces[0], &mut self.moves[0]);
-            work(block, forces, moved, &mut self.states, &mut self.spins);
+            let after = (self.states.as_mut_slice(), self.spins.as_mut_slice());
+            work(block, &mut self.forces[0], &mut self.moves[0], after);
         } else {
+            let mut spins: Vec<&mut [f64]> = self.spins.chunks_mut(BLOCK).collect();
+            spins.resize_with(blocks.len(), Default::default);
             blocks
                 .par_iter_mut()
                 .zip(self.forces.par_iter_mut())
                 .zip(self.moves.par_iter_mut())
                 .zip(self.states.par_chunks_mut(BLOCK))
-                .zip(self.spins.par_chunks_mut(BLOCK))
+                .zip(spins)
                 .with_max_len(1)
                 .for_each(|((((block, forces), moved), states), spins)| {
-                    work(block, forces, moved, states, spins);
+                    work(block, forces, moved, (states, spins));
                 });
         }
         let mut whole = Moved::default();
@@ -155,61 +155,10 @@ impl Workspace {
     /// Makes the state one step later the discs'.
     pub(super) fn hand_over(&mut self, discs: &mut Discs) {
         std::mem::swap(&mut discs.states, &mut self.states);
-        std::mem::swap(&mut discs.spins, &mut self.spins);
-    }
-}
-
-/// Equation (3) for the discs of a block, kick and drift: v' = v + a dt, x' = x + v' dt; and w' = w + alpha dt.
-fn kick_and_drift(
-    forces: &Forces,
-    start: usize,
-    scene: &Scene<'_>,
-    parameters: &Parameters,
-    states: &mut [[f64; 4]],
-    spins: &mut [f64],
-) -> Moved {
-    let discs = scene.discs;
-    let own = start..start + states.len();
-    let Parameters { sides, gravity, time_step, periodic, .. } = *parameters;
-    let half = 0.5 * time_step;
-    let mut moved = Moved::default();
-    // Discs may leave through a periodic side until they are put back when the list is built.
-    let open = |axis: usize| if periodic[axis] { f64::INFINITY } else { 0.0 };
-    let low = [-open(0), -open(1)];
-    let high = [sides[0] + open(0), sides[1] + open(1)];
-    let before = discs.states[own.clone()].iter().zip(&discs.masses[own.clone()]);
-    let moving = states.iter_mut().zip(before).zip(&forces.forces);
-    let mut inside = true;
-    for ((state, (&[x, y, vx, vy], &mass)), &[fx, fy, dx, dy]) in moving {
-        let [ax, ay] = motion::acceleration(gravity, [fx, fy], mass);
-        let v = [vx + ax * time_step, vy + ay * time_step];
-        let [x, y] = [x + v[0] * time_step, y + v[1] * time_step];
-        *state = [x, y, v[0], v[1]];
-        moved.dashpot_power += dx * (vx + ax * half) + dy * (vy + ay * half);
-        let squared = v[0] * v[0] + v[1] * v[1];
-        if squared > moved.fastest_squared {
-            moved.fastest_squared = squared;
+        if !self.spins.is_empty() {
+            std::mem::swap(&mut discs.spins, &mut self.spins);
         }
-        // No number is inside nothing.
-        inside &= (x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]);
     }
-    if !inside {
-        let is_outside = |[x, y, ..]: &[f64; 4]| {
-            !(*x >= low[0] && *x <= high[0] && *y >= low[1] && *y <= high[1])
-        };
-        moved.outside = states.iter().position(is_outside).map(|disc| start + disc);
-    }
-    if forces.torques.is_empty() {
-        spins.copy_from_slice(&discs.spins[own]);
-        return moved;
-    }
-    for (disc, (spin, &[torque, loss])) in spins.iter_mut().zip(&forces.torques).enumerate() {
-        let (before, mass) = (discs.spins[start + disc], discs.masses[start + disc]);
-        let alpha = motion::angular_acceleration(torque, mass, discs.radii[start + disc]);
-        *spin = before + alpha * time_step;
-        moved.dashpot_power += loss * (before + alpha * half);
-    }
-    moved
 }
 
 /// Forces and accelerations at the present state, for looking at it.
