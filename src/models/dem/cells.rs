@@ -3,11 +3,13 @@
 //! Cells are numbered band by band, column by column within a band, and upwards within a column. So the discs of a block,
 //! which follow each other in this order, fill a patch about as high as wide, and few of their pairs belong to two blocks.
 
+use std::ops::Range;
+
 /// Which directions of the box are periodic.
 pub(super) type Periodic = [bool; 2];
 
 /// Column and row of a cell.
-pub(super) type Place = [usize; 2];
+type Place = [usize; 2];
 
 /// Discs sorted by cell.
 pub(super) struct Cells {
@@ -18,16 +20,43 @@ pub(super) struct Cells {
     periodic: Periodic,
     /// Rows of each band, but for the last, which may have fewer.
     band: usize,
-    /// Number of the row's cell in column 0, and by how much it grows from column to column.
-    rows: Vec<[usize; 2]>,
+    rows: Vec<Row>,
     /// Where a cell's discs begin in the sorted order; one entry more than cells.
     starts: Vec<u32>,
 }
 
+/// A row of cells.
+#[derive(Clone, Copy)]
+struct Row {
+    /// Number of its cell in column 0, and by how much it grows from column to column.
+    first: usize,
+    step: usize,
+    /// Whether the rows below and above belong to the same band.
+    is_inside: bool,
+}
+
 /// A run of discs in the sorted order, and by how many box lengths they are shifted to stand beside the one that looks.
+#[derive(Clone, Debug)]
 pub(super) struct Run {
-    pub(super) discs: std::ops::Range<usize>,
+    pub(super) discs: Range<usize>,
     pub(super) shift: [i8; 2],
+}
+
+/// The runs in a 3 x 3 block of cells.
+#[derive(Default)]
+pub(super) struct Runs {
+    pub(super) runs: Vec<Run>,
+    /// The cell in the middle; `None` before the first.
+    middle: Option<Place>,
+}
+
+impl Runs {
+    /// Whether all discs are among these, and none is shifted.
+    pub(super) fn are_within(&self, discs: &Range<usize>) -> bool {
+        self.runs.iter().all(|run| {
+            run.shift == [0, 0] && run.discs.start >= discs.start && run.discs.end <= discs.end
+        })
+    }
 }
 
 impl Cells {
@@ -49,8 +78,9 @@ impl Cells {
         // Three rows then lie in two bands at most.
         let band = Ord::clamp(cells_of_patch.sqrt() as usize, 2, Ord::max(2, count[1]));
         let rows = (0..count[1]).map(|row| {
-            let below = row - row % band;
-            [below * count[0] + row % band, Ord::min(band, count[1] - below)]
+            let (height, above) = (Ord::min(band, count[1] - (row - row % band)), row % band);
+            let first = (row - above) * count[0] + above;
+            Row { first, step: height, is_inside: above > 0 && above + 1 < height }
         });
         let mut cells =
             Self { per_metre, count, periodic, band, rows: rows.collect(), starts: Vec::new() };
@@ -82,23 +112,53 @@ impl Cells {
 
     /// The cell of a point; points outside the box belong to the cells at its edge.
     #[inline]
-    pub(super) fn place(&self, point: [f64; 2]) -> Place {
+    fn place(&self, point: [f64; 2]) -> Place {
         // A float that is negative or no number becomes 0 here.
         let along = |axis: usize| {
-            Ord::min((point[axis] * self.per_metre[axis]) as usize, self.count[axis] - 1)
+            Ord::min((point[axis] * self.per_metre[axis]) as u32 as usize, self.count[axis] - 1)
         };
         [along(0), along(1)]
     }
 
     #[inline]
     fn index(&self, [column, row]: Place) -> usize {
-        let [first, step] = self.rows[row];
-        first + column * step
+        self.rows[row].first + column * self.rows[row].step
     }
 
-    /// Lists the runs of discs in the 3 x 3 block around a cell, column by column from the left.
-    pub(super) fn around(&self, [column, row]: Place, runs: &mut Vec<Run>) {
-        runs.clear();
+    /// Lists the runs of discs in the 3 x 3 block around a point's cell, column by column from the left. False if they were
+    /// listed already.
+    pub(super) fn around(&self, point: [f64; 2], found: &mut Runs) -> bool {
+        let middle = self.place(point);
+        if found.middle == Some(middle) {
+            return false;
+        }
+        found.middle = Some(middle);
+        found.runs.clear();
+        let [column, row] = middle;
+        let Row { first, step, is_inside } = self.rows[row];
+        if is_inside && column > 0 && column + 1 < self.count[0] {
+            // Most cells: three cells of each column lie side by side in memory.
+            let own = first + column * step;
+            for middle in [own - step, own, own + step] {
+                self.add([middle - 1, middle + 1], [0, 0], found);
+            }
+        } else {
+            self.around_edge(middle, found);
+        }
+        true
+    }
+
+    /// Adds a run of cells, the first and the last by their numbers.
+    #[inline]
+    fn add(&self, [first, last]: [usize; 2], shift: [i8; 2], found: &mut Runs) {
+        let discs = self.starts[first] as usize..self.starts[last + 1] as usize;
+        if !discs.is_empty() {
+            found.runs.push(Run { discs, shift });
+        }
+    }
+
+    /// The same for a cell at the edge of the box or of a band.
+    fn around_edge(&self, [column, row]: Place, found: &mut Runs) {
         let first = row.saturating_sub(1);
         let last = Ord::min(row + 1, self.count[1] - 1);
         // Cells of a column lie side by side in memory up to the end of the band.
@@ -106,11 +166,8 @@ impl Cells {
         for step in [-1_i8, 0, 1] {
             let Some((column, column_shift)) = self.beside(0, column, step) else { continue };
             let mut add = |from: usize, to: usize, row_shift: i8| {
-                let discs = self.starts[self.index([column, from])] as usize
-                    ..self.starts[self.index([column, to]) + 1] as usize;
-                if !discs.is_empty() {
-                    runs.push(Run { discs, shift: [column_shift, row_shift] });
-                }
+                let ends = [self.index([column, from]), self.index([column, to])];
+                self.add(ends, [column_shift, row_shift], found);
             };
             if last < next_band {
                 add(first, last, 0);

@@ -1,5 +1,7 @@
 //! The discs in memory, in the order of the cells that they stood in when the neighbour list was built.
 
+use super::forces::Own;
+use super::neighbours::BLOCK;
 use serde::{Deserialize, Serialize};
 
 /// The discs, column by column, all of one length and in one order. `ids` says who stands where.
@@ -45,6 +47,20 @@ impl Discs {
         self.spins = sorted(&self.spins, order);
         self.radii = sorted(&self.radii, order);
         self.masses = sorted(&self.masses, order);
+    }
+
+    /// All discs as one block.
+    pub(super) fn own(&mut self) -> Own<'_> {
+        let Self { states, spins, radii, masses, .. } = self;
+        Own { states, spins, radii, masses }
+    }
+
+    /// The discs of each block.
+    pub(super) fn blocks(&mut self) -> Vec<Own<'_>> {
+        let moving = self.states.chunks_mut(BLOCK).zip(self.spins.chunks_mut(BLOCK));
+        let bodies = self.radii.chunks(BLOCK).zip(self.masses.chunks(BLOCK));
+        let own = |((states, spins), (radii, masses))| Own { states, spins, radii, masses };
+        moving.zip(bodies).map(own).collect()
     }
 
     /// Where each disc stands in memory, in the order of the ids.

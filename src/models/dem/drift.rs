@@ -1,143 +1,124 @@
-//! Kick and drift of a block's discs, four at a time in columns, so that the compiler can use wide instructions.
+//! Kick and drift of a block's discs, two at a time, so that the compiler can use wide instructions.
 
-use super::discs::Discs;
-use super::forces::{Forces, Scene};
+use super::forces::{Forces, Own};
 use super::motion;
 use super::parameters::Parameters;
 use super::step::Moved;
 use crate::vector_width::{self, Kernel};
 
-/// Discs at a time.
-const LANES: usize = 4;
+/// Numbers of two discs, x and y of the first, then of the second.
+type Pair = [f64; 4];
 
-/// A number for each of the discs taken at a time.
-type Lanes = [f64; LANES];
-
-/// Equation (3) for the discs of a block: v' = v + a dt, x' = x + v' dt; and w' = w + alpha dt with friction. What they do
-/// is written to `moved`, their new states and spins to `after`.
+/// Equation (3) for the discs of a block: v' = v + a dt, x' = x + v' dt; and w' = w + alpha dt with friction. `start` is
+/// where they begin in memory.
 pub(super) fn kick_and_drift(
-    moved: &mut Moved,
+    own: &mut Own<'_>,
     forces: &Forces,
     start: usize,
-    scene: &Scene<'_>,
     parameters: &Parameters,
-    (states, spins): (&mut [[f64; 4]], &mut [f64]),
-) {
-    let own = start..start + states.len();
+) -> Moved {
     let Parameters { sides, gravity, time_step, periodic, .. } = *parameters;
     // Discs may leave through a periodic side until they are put back when the list is built.
     let open = |axis: usize| if periodic[axis] { f64::INFINITY } else { 0.0 };
     let low = [-open(0), -open(1)];
     let high = [sides[0] + open(0), sides[1] + open(1)];
     let sums = vector_width::run(Drift {
-        before: &scene.discs.states[own.clone()],
-        masses: &scene.discs.masses[own],
+        states: own.states,
+        masses: own.masses,
         forces: &forces.forces,
-        after: states,
         gravity,
         time_step,
-        low,
-        high,
     });
-    moved.contacts.clone_from(&forces.sums);
-    moved.dashpot_power = sums.dashpot_power.iter().sum();
-    moved.fastest_squared =
-        sums.fastest_squared.iter().fold(0.0, |top, &one| if one > top { one } else { top });
-    moved.outside = None;
-    if sums.outside != [0.0; LANES] {
-        // No number is inside nothing.
-        let is_inside =
-            |[x, y, ..]: &[f64; 4]| *x >= low[0] && *x <= high[0] && *y >= low[1] && *y <= high[1];
-        moved.outside = states.iter().position(|state| !is_inside(state)).map(|disc| start + disc);
+    let [power, fastest] = [sums.dashpot_power, sums.fastest_squared];
+    let dashpot_power = (power[0] + power[2]) + (power[1] + power[3]);
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    let fastest_squared = larger(fastest[0], fastest[2]) + larger(fastest[1], fastest[3]);
+    let is_inside =
+        |[x, y, ..]: &[f64; 4]| *x >= low[0] && *x <= high[0] && *y >= low[1] && *y <= high[1];
+    let ends =
+        [sums.lowest, sums.highest].map(|[x, y, other_x, other_y]| [[x, y], [other_x, other_y]]);
+    let all_inside = ends.iter().flatten().all(|&[x, y]| is_inside(&[x, y, 0.0, 0.0]));
+    let mut outside = None;
+    // Where a place is no number, a velocity is none, and the power neither.
+    if !all_inside || dashpot_power.is_nan() {
+        outside = own.states.iter().position(|state| !is_inside(state)).map(|disc| start + disc);
     }
-    moved.dashpot_power += turn(forces, start, scene.discs, time_step, spins);
+    Moved {
+        dashpot_power: dashpot_power + turn(own, forces, time_step),
+        contacts: forces.sums.clone(),
+        fastest_squared,
+        outside,
+    }
 }
 
 /// w' = w + alpha dt; the power that dashpots take from the spins, W.
-fn turn(forces: &Forces, start: usize, discs: &Discs, time_step: f64, spins: &mut [f64]) -> f64 {
+fn turn(own: &mut Own<'_>, forces: &Forces, time_step: f64) -> f64 {
     let half = 0.5 * time_step;
     let mut power = 0.0;
-    for (disc, (spin, &[torque, loss])) in spins.iter_mut().zip(&forces.torques).enumerate() {
-        let (before, mass) = (discs.spins[start + disc], discs.masses[start + disc]);
-        let alpha = motion::angular_acceleration(torque, mass, discs.radii[start + disc]);
-        *spin = before + alpha * time_step;
-        power += loss * (before + alpha * half);
+    let bodies = own.masses.iter().zip(own.radii);
+    let turning = own.spins.iter_mut().zip(bodies).zip(&forces.torques);
+    for ((spin, (&mass, &radius)), &[torque, loss]) in turning {
+        let alpha = motion::angular_acceleration(torque, mass, radius);
+        power += loss * (*spin + alpha * half);
+        *spin += alpha * time_step;
     }
     power
 }
 
 /// The loop over a block.
 struct Drift<'a> {
-    before: &'a [[f64; 4]],
+    states: &'a mut [[f64; 4]],
     masses: &'a [f64],
     forces: &'a [[f64; 4]],
-    after: &'a mut [[f64; 4]],
     gravity: [f64; 2],
     time_step: f64,
-    /// The box.
-    low: [f64; 2],
-    high: [f64; 2],
 }
 
-/// Sums over every fourth disc: their order does not depend on how many are taken at a time.
-#[derive(Default)]
+/// Sums over every other disc, axis by axis: their order does not depend on how many are taken at a time.
 struct Sums {
     /// Power taken by the dashpots, W.
-    dashpot_power: Lanes,
-    /// Largest speed after the kick, squared, m^2/s^2.
-    fastest_squared: Lanes,
-    /// 1 where a disc left the box.
-    outside: Lanes,
+    dashpot_power: Pair,
+    /// Largest squares of the velocities' components after the kick, m^2/s^2.
+    fastest_squared: Pair,
+    /// Smallest and largest coordinates after the drift, m.
+    lowest: Pair,
+    highest: Pair,
 }
 
 #[inline(always)]
-fn each(value: impl Fn(usize) -> f64) -> Lanes {
+fn each(value: impl Fn(usize) -> f64) -> Pair {
     [value(0), value(1), value(2), value(3)]
 }
 
-/// Rows to columns, and back.
-#[inline(always)]
-fn transposed(rows: &[[f64; 4]; LANES]) -> [Lanes; 4] {
-    let column = |number: usize| each(|lane| rows[lane][number]);
-    [column(0), column(1), column(2), column(3)]
-}
-
-impl Drift<'_> {
-    /// Four discs.
+impl Sums {
+    /// Two discs.
     #[inline(always)]
     fn move_on(
-        &self,
-        states: &[[f64; 4]; LANES],
-        masses: &Lanes,
-        forces: &[[f64; 4]; LANES],
-        sums: &mut Sums,
-    ) -> [[f64; 4]; LANES] {
-        let (step, half) = (self.time_step, 0.5 * self.time_step);
-        let [x, y, vx, vy] = transposed(states);
-        let [fx, fy, dx, dy] = transposed(forces);
-        let acceleration =
-            |lane: usize| motion::acceleration(self.gravity, [fx[lane], fy[lane]], masses[lane]);
-        let (ax, ay) = (each(|lane| acceleration(lane)[0]), each(|lane| acceleration(lane)[1]));
-        let power = each(|lane| {
-            dx[lane] * (vx[lane] + ax[lane] * half) + dy[lane] * (vy[lane] + ay[lane] * half)
-        });
-        sums.dashpot_power = each(|lane| sums.dashpot_power[lane] + power[lane]);
-        let vx = each(|lane| vx[lane] + ax[lane] * step);
-        let vy = each(|lane| vy[lane] + ay[lane] * step);
-        let x = each(|lane| x[lane] + vx[lane] * step);
-        let y = each(|lane| y[lane] + vy[lane] * step);
-        let squared = each(|lane| vx[lane] * vx[lane] + vy[lane] * vy[lane]);
-        let fastest = sums.fastest_squared;
-        sums.fastest_squared =
-            each(|lane| if squared[lane] > fastest[lane] { squared[lane] } else { fastest[lane] });
-        sums.outside = each(|lane| {
-            let is_inside = (x[lane] >= self.low[0])
-                & (x[lane] <= self.high[0])
-                & (y[lane] >= self.low[1])
-                & (y[lane] <= self.high[1]);
-            if is_inside { sums.outside[lane] } else { 1.0 }
-        });
-        transposed(&[x, y, vx, vy])
+        &mut self,
+        gravity: [f64; 2],
+        time_step: f64,
+        states: &mut [[f64; 4]; 2],
+        masses: [f64; 2],
+        forces: &[[f64; 4]; 2],
+    ) {
+        let half = 0.5 * time_step;
+        let [[x, y, vx, vy], [other_x, other_y, other_vx, other_vy]] = *states;
+        let (places, before) = ([x, y, other_x, other_y], [vx, vy, other_vx, other_vy]);
+        let [[fx, fy, dx, dy], [other_fx, other_fy, other_dx, other_dy]] = *forces;
+        let losses = [dx, dy, other_dx, other_dy];
+        let [ax, ay] = motion::acceleration(gravity, [fx, fy], masses[0]);
+        let [other_ax, other_ay] = motion::acceleration(gravity, [other_fx, other_fy], masses[1]);
+        let a = [ax, ay, other_ax, other_ay];
+        let power = self.dashpot_power;
+        self.dashpot_power = each(|at| power[at] + losses[at] * (before[at] + a[at] * half));
+        let v = each(|at| before[at] + a[at] * time_step);
+        let x = each(|at| places[at] + v[at] * time_step);
+        let squared = each(|at| v[at] * v[at]);
+        let Self { fastest_squared: top, lowest: low, highest: high, .. } = *self;
+        self.fastest_squared = each(|at| if squared[at] > top[at] { squared[at] } else { top[at] });
+        self.lowest = each(|at| if x[at] < low[at] { x[at] } else { low[at] });
+        self.highest = each(|at| if x[at] > high[at] { x[at] } else { high[at] });
+        *states = [[x[0], x[1], v[0], v[1]], [x[2], x[3], v[2], v[3]]];
     }
 }
 
@@ -146,27 +127,26 @@ impl Kernel for Drift<'_> {
 
     #[inline(always)]
     fn run(self) -> Sums {
-        let mut sums = Sums::default();
-        let (states, states_left) = self.before.as_chunks::<LANES>();
-        let (masses, masses_left) = self.masses.as_chunks::<LANES>();
-        let (forces, forces_left) = self.forces.as_chunks::<LANES>();
-        let whole = states.len();
-        for number in 0..Ord::min(whole, Ord::min(masses.len(), forces.len())) {
-            let moved = self.move_on(&states[number], &masses[number], &forces[number], &mut sums);
-            self.after[number * LANES..][..LANES].copy_from_slice(&moved);
+        let (gravity, time_step) = (self.gravity, self.time_step);
+        let mut sums = Sums {
+            dashpot_power: [0.0; 4],
+            fastest_squared: [0.0; 4],
+            lowest: [f64::INFINITY; 4],
+            highest: [f64::NEG_INFINITY; 4],
+        };
+        let (states, last_state) = self.states.as_chunks_mut::<2>();
+        let (masses, last_mass) = self.masses.as_chunks::<2>();
+        let (forces, last_force) = self.forces.as_chunks::<2>();
+        for ((states, &masses), forces) in states.iter_mut().zip(masses).zip(forces) {
+            sums.move_on(gravity, time_step, states, masses, forces);
         }
-        let left = states_left.len();
-        if left > 0 {
-            // The last discs, with copies of the very last that take no power.
-            let place = |lane: usize| Ord::min(lane, left - 1);
-            let states = [0, 1, 2, 3].map(|lane| states_left[place(lane)]);
-            let masses = [0, 1, 2, 3].map(|lane| masses_left[place(lane)]);
-            let forces = [0, 1, 2, 3].map(|lane| {
-                let [fx, fy, dx, dy] = forces_left[place(lane)];
-                if lane < left { [fx, fy, dx, dy] } else { [fx, fy, 0.0, 0.0] }
-            });
-            let moved = self.move_on(&states, &masses, &forces, &mut sums);
-            self.after[whole * LANES..].copy_from_slice(&moved[..left]);
+        if let ([state], [mass], [force]) = (last_state, last_mass, last_force) {
+            // The last disc, with a copy that takes no power.
+            let [fx, fy, ..] = *force;
+            let mut states = [*state, *state];
+            let forces = [*force, [fx, fy, 0.0, 0.0]];
+            sums.move_on(gravity, time_step, &mut states, [*mass, *mass], &forces);
+            *state = states[0];
         }
         sums
     }

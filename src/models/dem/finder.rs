@@ -1,6 +1,6 @@
 //! Finding the pairs of a block's lists.
 
-use super::cells::{Cells, Run};
+use super::cells::{Cells, Run, Runs};
 use super::discs::Discs;
 use super::motion;
 use super::neighbours::{Block, Surroundings, WallPair};
@@ -23,7 +23,7 @@ pub(super) struct Grid<'a> {
 /// Memory of the search.
 #[derive(Default)]
 pub(super) struct Finder {
-    runs: Vec<Run>,
+    around: Runs,
     near: Found,
     far: Found,
 }
@@ -77,25 +77,28 @@ impl Finder {
         block.shifts.clear();
         block.walls.clear();
         (self.near.count, self.far.count) = (0, 0);
-        let mut place = None;
+        self.around = Runs::default();
+        let mut is_inside = false;
         for disc in own.clone() {
-            let here = cells.place(discs.position(disc));
             // Discs of one cell follow each other.
-            if place != Some(here) {
-                cells.around(here, &mut self.runs);
-                place = Some(here);
+            if cells.around(discs.position(disc), &mut self.around) {
+                is_inside = self.around.are_within(&own);
             }
-            for number in 0..self.runs.len() {
-                let Run { ref discs, shift } = self.runs[number];
-                let all = discs.clone();
-                if shift == [0, 0] {
-                    // Edges below and above the block, and each inner pair once.
-                    list_edges(block, disc, all.start..Ord::min(all.end, own.start), shift, grid);
-                    let after = Ord::max(all.start, disc + 1)..Ord::min(all.end, own.end);
-                    self.list_inner(own.start, disc, after, grid);
-                    list_edges(block, disc, Ord::max(all.start, own.end)..all.end, shift, grid);
-                } else {
-                    list_edges(block, disc, all, shift, grid);
+            for number in 0..self.around.runs.len() {
+                let Run { discs: ref run, shift } = self.around.runs[number];
+                let (start, end) = (run.start, run.end);
+                if is_inside || shift == [0, 0] {
+                    // Each inner pair once.
+                    let after = Ord::max(start, disc + 1)..Ord::min(end, own.end);
+                    if !after.is_empty() {
+                        self.list_inner(own.start, disc, after, grid);
+                    }
+                }
+                if !is_inside {
+                    // What stands before and after the block; images stand beside it as a whole.
+                    let own = if shift == [0, 0] { own.clone() } else { end..end };
+                    list_edges(block, disc, start..Ord::min(end, own.start), shift, grid);
+                    list_edges(block, disc, Ord::max(start, own.end)..end, shift, grid);
                 }
             }
             list_walls(block, disc, grid);

@@ -125,8 +125,8 @@ mod avx2 {
                 let mut overlaps = [0.0; 4];
                 store(&mut overlaps, overlap);
                 for lane in (0..LANES).filter(|lane| touching >> lane & 1 == 1) {
-                    let (a, b) = (first[lane] as usize, second[lane] as usize);
-                    deepest.note(overlaps[lane], radii[a], radii[b]);
+                    let ends = [first[lane] as usize, second[lane] as usize];
+                    deepest.note_pair(overlaps[lane], ends, radii);
                 }
             }
             // A pair apart adds +0, which changes no bit: a sum that began with +0 is never -0. It costs less than a branch.

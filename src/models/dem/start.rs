@@ -1,6 +1,6 @@
 //! The discs at the start: how large, how heavy, where and how fast.
 
-use super::cells::Cells;
+use super::cells::{Cells, Runs};
 use super::discs::Discs;
 use super::parameters::{Parameters, mass_of};
 use super::walls::PlacedWall;
@@ -183,10 +183,10 @@ fn first_overlap(
     let reach = 2.0 * parameters.radius_range.1;
     let count = positions.len();
     let (cells, order) = Cells::sort(&states, parameters.sides, reach, parameters.periodic, count);
-    let mut runs = Vec::new();
+    let mut found = Runs::default();
     for disc in 0..count {
-        cells.around(cells.place(positions[disc]), &mut runs);
-        for run in &runs {
+        cells.around(positions[disc], &mut found);
+        for run in &found.runs {
             for &other in &order[run.discs.clone()] {
                 let other = other as usize;
                 let across = |axis: usize| {
