@@ -1,7 +1,7 @@
 //! Normal forces of four pairs at a time with AVX2, where the machine has it: the same operations in the same order as
 //! `forces::inner_pairs`, so the same bits (a test compares them). No fused multiply-add.
 //!
-//! The only unsafe code of the project.
+//! What is unsafe here:
 //! - Loads and stores of a whole `[f64; 4]` through its own reference: in bounds, and unaligned by instruction.
 //! - Rows of states and forces by a pair's indices, unchecked pair by pair: all indices are checked before the loop.
 //! - The call of a function compiled for AVX2, made only where `is_x86_feature_detected!` has found it.
