@@ -136,7 +136,7 @@ fn the_list_is_that_of_all_pairs() {
         pairs += count;
     }
     println!("{pairs} pairs, from either side");
-    assert!(pairs > 50_000, "{pairs}");
+    assert!(pairs > 20_000, "{pairs}");
 }
 
 #[test]
