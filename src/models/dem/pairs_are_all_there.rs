@@ -135,7 +135,7 @@ fn the_list_is_that_of_all_pairs() {
         assert!(listed == case.all(case.skin()), "{:?} in {:?}", case.discs.len(), case.sides);
         pairs += count;
     }
-    println!("{pairs} pairs, from either side");
+    // Seen from either side.
     assert!(pairs > 20_000, "{pairs}");
 }
 
