@@ -134,7 +134,10 @@ fn a_dem_scene_reads_back() {
     ] {
         assert!(text.contains(line), "{text}");
     }
-    assert!(text.contains("moves_s = [0.1, 0.2] }]") && text.contains("starts_s = 0.0 }"), "{text}");
+    assert!(
+        text.contains("moves_s = [0.1, 0.2] }]") && text.contains("starts_s = 0.0 }"),
+        "{text}"
+    );
 }
 
 #[test]
