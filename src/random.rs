@@ -22,6 +22,10 @@ pub enum Stream {
     Compression = 5,
     /// What a thermal wall gives back: one place in the stream for each hit of each particle.
     ThermalWall = 7,
+    /// Materials of discs.
+    Materials = 8,
+    /// Places where discs enter.
+    Rain = 9,
 }
 
 /// The manifest's seed together with the replicate's number.

@@ -3,8 +3,8 @@
 //!
 //! Source: the bands at e = 0.9 with the attractive tail against a wall are an independent program's over 1000 phases
 //! (N_t 20: mean 0.89985, [0.8986, 0.9095]; 50: 0.89991, [0.8997, 0.9036]). The first step of a contact lasts between
-//! nothing and dt, so the error is of first order in w0 dt; A was measured here (largest 0.252 attractive, 0.238 clamped,
-//! both at e = 0.2) and is fixed with a fifth to spare.
+//! nothing and dt, so the error is of first order in w0 dt; A = 0.3 bounds its factor for any e and either tail, as
+//! `tests/dem_restitution_of_fifty_draws.rs` derives.
 //! Setup: 1000 collisions side by side in one box without gravity, each begun 1/1000 of a step later.
 //! Tolerance: one unit of the bands' last digit for the scatter's ends; A w0 dt; momentum to rounding, 1e-14.
 

@@ -258,6 +258,32 @@ pub fn power_law_exponent(points: &[(f64, f64)]) -> Option<f64> {
     least_squares_line(&logarithms).map(|line| line.slope)
 }
 
+/// The scale s of y = s (1 - exp(-x/s)) through points with x > 0, by least squares of the relative distances, and their root
+/// mean square. `None` where the points lie on y = x or above: the scale would be beyond ten times the largest x.
+#[must_use]
+pub fn saturation(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let largest = points.iter().map(|point| point.0).fold(0.0, f64::max);
+    if points.len() < 2 || points.iter().any(|&(x, y)| x <= 0.0 || y <= 0.0) {
+        return None;
+    }
+    let misfit = |scale: f64| {
+        let squares = points.iter().map(|&(x, y)| {
+            let distance = y / (-scale * (-x / scale).exp_m1()) - 1.0;
+            distance * distance
+        });
+        (squares.sum::<f64>() / points.len() as f64).sqrt()
+    };
+    // Golden sections of the logarithm of the scale: the misfit has one minimum.
+    let (mut low, mut high) = ((1e-3 * largest).ln(), (1e2 * largest).ln());
+    let section = (5.0_f64.sqrt() - 1.0) / 2.0;
+    for _ in 0..100 {
+        let (left, right) = (high - section * (high - low), low + section * (high - low));
+        if misfit(left.exp()) < misfit(right.exp()) { high = right } else { low = left }
+    }
+    let scale = ((low + high) / 2.0).exp();
+    (scale < 10.0 * largest).then(|| (scale, misfit(scale)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -397,5 +423,15 @@ mod tests {
             assert!((0.9..1.1).contains(&ratio), "rho {rho}: {ratio}");
             assert!((248..=296).contains(&inside), "rho {rho}: {inside} of 400");
         }
+    }
+
+    /// Points on the curve give its scale back; points on y = x have none.
+    #[test]
+    fn a_saturating_curve_is_found() {
+        let curve = |x: f64| (x, 3.0 * (1.0 - (-x / 3.0).exp()));
+        let points: Vec<(f64, f64)> = [0.5, 1.0, 4.0, 12.0].map(curve).to_vec();
+        let (scale, misfit) = saturation(&points).unwrap();
+        assert!((scale - 3.0).abs() < 1e-7 && misfit < 1e-8, "{scale} {misfit}");
+        assert!(saturation(&[(1.0, 1.0), (2.0, 2.0), (4.0, 4.0)]).is_none());
     }
 }

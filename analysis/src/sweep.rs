@@ -8,7 +8,9 @@ use crate::coordinates::{self, grouped, without};
 use crate::laws::{gas, orbit};
 use crate::metrics::{Metric, Place, SweepPlace};
 use crate::run::RunAnalysis;
-use crate::statistics::{least_squares_line, mean, mean_of_independent, power_law_exponent};
+use crate::statistics::{
+    least_squares_line, mean, mean_of_independent, power_law_exponent, saturation,
+};
 use kinetoscope_manifest::Coordinate;
 use kinetoscope_manifest::model::ModelConfig;
 use std::collections::BTreeMap;
@@ -72,12 +74,16 @@ enum Shape {
     Line { slope: &'static Definition, intercept: &'static Definition },
     /// A power law.
     Power(&'static Definition),
+    /// A saturating exponential y = s (1 - exp(-x/s)), and its root mean square relative distance.
+    Saturation { scale: &'static Definition, misfit: &'static Definition },
 }
 
 /// A fit along an axis.
 #[derive(Clone, Copy)]
 struct Fit {
     along: &'static str,
+    /// The metric that is the abscissa; `None` for the swept key itself.
+    over: Option<&'static str>,
     of: &'static str,
     shape: Shape,
     theory: fn(&ModelConfig) -> Option<f64>,
@@ -93,6 +99,7 @@ const ROUNDING_SHARE: f64 = 1e-9;
 const FITS: &[Fit] = &[
     Fit {
         along: "model.gas.temperature_k",
+        over: None,
         of: "pressure.measured",
         shape: Shape::Line { slope: metric::MEASURED_SLOPE, intercept: metric::MEASURED_INTERCEPT },
         theory: |model| gas_slope(model, |moments| moments.mean_square_m2_per_s2),
@@ -100,6 +107,7 @@ const FITS: &[Fit] = &[
     },
     Fit {
         along: "model.gas.temperature_k",
+        over: None,
         of: "pressure.mean_speed_formula",
         shape: Shape::Line {
             slope: metric::MEAN_SPEED_SLOPE,
@@ -110,6 +118,7 @@ const FITS: &[Fit] = &[
     },
     Fit {
         along: "model.gas.temperature_k",
+        over: None,
         of: "pressure.mean_square_formula",
         shape: Shape::Line {
             slope: metric::MEAN_SQUARE_SLOPE,
@@ -120,6 +129,7 @@ const FITS: &[Fit] = &[
     },
     Fit {
         along: "model.gas.radius_m",
+        over: None,
         of: "pressure.measured",
         shape: Shape::Power(metric::PRESSURE_RADIUS_EXPONENT),
         theory: |_| Some(-2.0),
@@ -127,6 +137,7 @@ const FITS: &[Fit] = &[
     },
     Fit {
         along: "model.gas.temperature_k",
+        over: None,
         of: "mean_speed",
         shape: Shape::Power(metric::MEAN_SPEED_EXPONENT),
         theory: |_| Some(0.5),
@@ -134,6 +145,7 @@ const FITS: &[Fit] = &[
     },
     Fit {
         along: "model.orbit.time_step_days",
+        over: None,
         of: "position_error.final",
         shape: Shape::Power(metric::CONVERGENCE_ORDER),
         theory: |model| orbit::orbit_order(model, orbit::order),
@@ -141,10 +153,38 @@ const FITS: &[Fit] = &[
     },
     Fit {
         along: "model.orbit.time_step_days",
+        over: None,
         of: "energy.largest_error_relative",
         shape: Shape::Power(metric::ENERGY_CONVERGENCE_ORDER),
         theory: |model| orbit::orbit_order(model, orbit::energy_order),
         equal_ends: true,
+    },
+    Fit {
+        along: "variant",
+        over: Some("outlet.free_width"),
+        of: "outlet.rate",
+        shape: Shape::Power(metric::BEVERLOO_EXPONENT),
+        theory: |_| Some(1.5),
+        equal_ends: false,
+    },
+    Fit {
+        along: "model.dem.discs",
+        over: None,
+        of: "bed.run_out",
+        shape: Shape::Power(metric::RUN_OUT_EXPONENT),
+        theory: |_| None,
+        equal_ends: false,
+    },
+    Fit {
+        along: "model.dem.discs",
+        over: Some("bed.weight"),
+        of: "piston.force",
+        shape: Shape::Saturation {
+            scale: metric::SCREENING_WEIGHT,
+            misfit: metric::JANSSEN_MISFIT,
+        },
+        theory: |_| None,
+        equal_ends: false,
     },
 ];
 
@@ -167,6 +207,9 @@ pub fn fits(points: &[SweepPoint<'_>]) -> (Vec<Metric>, Vec<String>) {
         for (others, group) in
             grouped(swept.map(|point| (without(&point.coordinates, fit.along), point)))
         {
+            if !fit.is_seen(&group) {
+                continue;
+            }
             // An error without an order, of the exact solution or one down at rounding, makes no fit.
             let has_order = !fit.equal_ends || (fit.theory)(group[0].runs[0].model()).is_some();
             if group.len() > 1 && has_order {
@@ -198,19 +241,28 @@ impl Fit {
                     least_squares_line(points).map(|line| (line.slope, line.intercept))
                 }
                 Shape::Power(_) => power_law_exponent(points).map(|exponent| (exponent, 0.0)),
+                Shape::Saturation { .. } => saturation(points),
             })
             .collect();
         if lines.is_empty() {
             let of = self.of;
-            return Err(
-                self.refusal(others, &format!("no replicate has a {of} above zero at every point"))
-            );
+            let why = match self.shape {
+                Shape::Saturation { .. } => format!("{of} does not level off in any replicate"),
+                Shape::Line { .. } | Shape::Power(_) => {
+                    format!("no replicate has a {of} above zero at every point")
+                }
+            };
+            return Err(self.refusal(others, &why));
         }
         let theory = (self.theory)(group[0].runs[0].model());
         let slopes: Vec<f64> = lines.iter().map(|line| line.0).collect();
         let intercepts: Vec<f64> = lines.iter().map(|line| line.1).collect();
         Ok(match self.shape {
             Shape::Power(exponent) => vec![self.metric(exponent, &slopes, theory, others)],
+            Shape::Saturation { scale, misfit } => vec![
+                self.metric(scale, &slopes, theory, others),
+                self.metric(misfit, &intercepts, None, others),
+            ],
             Shape::Line { slope, intercept } => {
                 let zero = theory.map(|_| 0.0);
                 let found = self.metric(intercept, &intercepts, zero, others);
@@ -227,6 +279,15 @@ impl Fit {
         .collect())
     }
 
+    /// Whether any run has what is fitted.
+    fn is_seen(&self, group: &[&SweepPoint<'_>]) -> bool {
+        let has = |name: &str| {
+            let mut runs = group.iter().flat_map(|point| &point.runs);
+            runs.any(|run| run.measurement(name).is_some())
+        };
+        has(self.of) && self.over.is_none_or(has)
+    }
+
     fn largest_ordinate(&self, group: &[&SweepPoint<'_>]) -> f64 {
         let runs = group.iter().flat_map(|point| &point.runs);
         let ordinates = runs.filter_map(|run| run.measurement(self.of));
@@ -238,9 +299,12 @@ impl Fit {
         let mut replicates: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
         for point in group {
             let place = point.coordinates.iter().find(|place| place.key == self.along);
-            let Some(x) = place.and_then(|place| place.value.parse().ok()) else { continue };
             for run in &point.runs {
-                if let Some(found) = run.measurement(self.of) {
+                let x = match self.over {
+                    Some(name) => run.measurement(name).map(|found| found.estimate.value),
+                    None => place.and_then(|place| place.value.parse().ok()),
+                };
+                if let (Some(x), Some(found)) = (x, run.measurement(self.of)) {
                     let points = replicates.entry(run.manifest.replicate).or_default();
                     points.push((x, found.estimate.value));
                 }
@@ -274,7 +338,9 @@ impl Fit {
 
     fn name(&self) -> &'static str {
         match self.shape {
-            Shape::Power(metric) | Shape::Line { slope: metric, .. } => metric.name,
+            Shape::Power(metric)
+            | Shape::Line { slope: metric, .. }
+            | Shape::Saturation { scale: metric, .. } => metric.name,
         }
     }
 

@@ -109,7 +109,8 @@ channels! {
         time_unit: String [string] = "4",
     }
 
-    /// DEM: where the energy is. kinetic + gravitational + elastic + dissipated + removed - wall_work = total at the start + residual.
+    /// DEM: where the energy is. kinetic + gravitational + elastic + dissipated + removed - entered - wall_work
+    /// = total at the start + residual.
     DemEnergy on "/energy" {
         /// Sum of m v^2 / 2, from the velocity at the positions' time, J.
         kinetic_j: f64 [double] = "1",
@@ -123,7 +124,7 @@ channels! {
         wall_work_j: f64 [double] = "5",
         /// kinetic + gravitational + elastic, J.
         total_j: f64 [double] = "6",
-        /// total + dissipated + removed - wall work - total at the start: the integrator's error, J.
+        /// total + dissipated + removed - entered - wall work - total at the start: the integrator's error, J.
         residual_j: f64 [double] = "7",
         /// Part of `elastic_j`: tangential and rolling springs, J.
         elastic_tangential_j: f64 [double] = "8",
@@ -133,9 +134,11 @@ channels! {
         rolling_j: f64 [double] = "10",
         /// Energy that removed discs took along, J.
         removed_j: f64 [double] = "11",
+        /// Energy that discs brought along that fell in, J.
+        entered_j: f64 [double] = "12",
     }
 
-    /// DEM: the ledger as shares of the energy at the start, for plots.
+    /// DEM: the ledger as shares of the energy at the start and of discs that fell in, for plots.
     DemEnergyShare on "/energy_share" {
         /// Per cent of the energy at the start.
         kinetic_percent: f64 [double] = "1",
@@ -172,6 +175,8 @@ channels! {
         work_j: Vec<f64> [double, repeated] = "3",
         /// Discs removed since the start.
         discs_removed: u64 [uint64] = "4",
+        /// Discs that fell in since the start.
+        discs_entered: u64 [uint64] = "5",
     }
 
     /// DEM: fluctuation of the velocities about their mean.

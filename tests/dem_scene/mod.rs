@@ -5,8 +5,9 @@ use kinetoscope::model::{Model, Target};
 use kinetoscope::models::dem::Dem;
 use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{
-    DemConfig, DemWall, DemWallShape, DiscRadius, Dissipation, GivenState, PeriodicSides,
-    Placement, Stability, TimeStep,
+    DemConfig, DemContactConstants, DemContactPair, DemMaterial, DemRain, DemWall, DemWallShape,
+    DiscRadius, Dissipation, GivenState, ModelConfig, PeriodicSides, Placement, Stability,
+    TimeStep,
 };
 use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive, Share};
 use kinetoscope_recording::channels::DemEnergy;
@@ -24,6 +25,8 @@ pub(crate) struct Disc {
     /// The integrator's own.
     pub(crate) step_velocity: [f64; 2],
     pub(crate) radius: f64,
+    pub(crate) id: u32,
+    pub(crate) mass: f64,
 }
 
 pub(crate) fn positive(value: f64) -> Positive {
@@ -87,12 +90,14 @@ pub(crate) fn frame(model: &Dem) -> Frame {
 pub(crate) fn discs(model: &Dem) -> Vec<Disc> {
     frame(model)
         .state()
-        .chunks_exact(9)
+        .chunks_exact(10)
         .map(|row| Disc {
             position: [row[0], row[1]],
             velocity: [row[2], row[3]],
             step_velocity: [row[4], row[5]],
             radius: row[6],
+            id: row[8] as u32,
+            mass: row[9],
         })
         .collect()
 }
@@ -120,6 +125,7 @@ pub(crate) fn segment(from: [f64; 2], to: [f64; 2]) -> DemWall {
         velocity_m_per_s: finite([0.0; 2]),
         amplitude_m: finite([0.0; 2]),
         frequency_hz: non_negative(0.0),
+        moves_s: None,
     }
 }
 
@@ -128,6 +134,52 @@ pub(crate) fn drum(centre: [f64; 2], radius: f64, spin: f64) -> DemWall {
     let shape =
         DemWallShape::Drum { centre_m: finite(centre), radius_m: positive(radius), spin_rad_per_s };
     DemWall { shape, ..segment([0.0; 2], [1.0; 2]) }
+}
+
+/// The runs of a shipped experiment, each with its coordinates in words.
+pub(crate) fn shipped(name: &str) -> Vec<(String, DemConfig, Seed)> {
+    let path = format!("{}/experiments/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let experiment = kinetoscope_manifest::parse(&text, &path, &[])
+        .unwrap_or_else(|diagnostics| panic!("{diagnostics}"));
+    let words =
+        |place: &kinetoscope_manifest::Coordinate| format!("{}={} ", place.key, place.value);
+    experiment
+        .runs
+        .iter()
+        .map(|run| {
+            let ModelConfig::Dem(config) = &run.manifest.model else { panic!("{name} is no DEM") };
+            let seed = Seed { seed: run.manifest.seed, replicate: run.manifest.replicate };
+            (run.coordinates.iter().map(words).collect(), config.clone(), seed)
+        })
+        .collect()
+}
+
+/// A shipped run by words that its coordinates hold.
+pub(crate) fn shipped_run(name: &str, words: &str) -> (DemConfig, Seed) {
+    let mut runs = shipped(name).into_iter().filter(|run| run.0.contains(words));
+    let Some((_, config, seed)) = runs.next() else { panic!("{name} has no run with {words}") };
+    (config, seed)
+}
+
+/// Moves on to a time, s.
+pub(crate) fn run_to_time(model: &mut Dem, time: f64) {
+    if let Err(fault) = model.advance(Target::Time(time), u64::MAX) {
+        panic!("{fault}");
+    }
+}
+
+pub(crate) fn material(name: &str, restitution: f64, friction: f64) -> DemMaterial {
+    DemMaterial {
+        name: name.to_owned(),
+        share: positive(1.0),
+        density_ratio: positive(1.0),
+        constants: DemContactConstants {
+            restitution: Share::new(restitution),
+            friction: NonNegative::new(friction),
+            rolling_friction: None,
+        },
+    }
 }
 
 /// A scene of every kind, in full motion within a few hundred steps, by name.
@@ -185,8 +237,42 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
                 ],
                 outlet_below_m: Finite::new(0.004),
                 region_m: Some([finite([0.0, 0.005]), finite([0.04, 0.036])]),
-                ..small
+                ..small.clone()
             },
         ),
+        ("rain on two materials behind a gate", rain_scene(small)),
     ]
+}
+
+/// Discs of two materials, more of which fall in, behind a gate that opens.
+fn rain_scene(small: DemConfig) -> DemConfig {
+    DemConfig {
+        materials: vec![
+            DemMaterial { density_ratio: positive(2.0), ..material("heavy", 0.9, 0.2) },
+            material("light", 0.4, 0.6),
+        ],
+        contact_pairs: vec![DemContactPair {
+            between: ["light".to_owned(), "wall".to_owned()],
+            constants: DemContactConstants {
+                friction: Some(non_negative(0.0)),
+                ..DemContactConstants::default()
+            },
+        }],
+        walls: vec![DemWall {
+            velocity_m_per_s: finite([20.0, 0.0]),
+            moves_s: Some([non_negative(2e-4), non_negative(1e-3)]),
+            ..segment([0.02, 0.0], [0.02, 0.03])
+        }],
+        region_m: Some([finite([0.0, 0.0]), finite([0.02, 0.03])]),
+        discs: NonZeroU32::new(200).expect("not zero"),
+        rain: Some(DemRain {
+            discs: NonZeroU32::new(100).expect("not zero"),
+            discs_per_s: positive(5e4),
+            from_m: finite([0.002, 0.035]),
+            to_m: finite([0.038, 0.035]),
+            velocity_m_per_s: finite([0.0, -5.0]),
+            starts_s: non_negative(1e-4),
+        }),
+        ..small
+    }
 }

@@ -43,22 +43,11 @@ class Recording:
                     self.events.append(decoded.step_or_event_count)
 
 
-def mean_of_radii(radius):
-    """Mean of the radii that a manifest asks for: equal, uniform, normal, or two sizes."""
-    if not isinstance(radius, dict):
-        return radius
-    if "mean" in radius:
-        return radius["mean"]
-    return (radius["min"] + radius["max"]) / 2
-
-
 def dem(recording, model):
     gravity = model["gravity_m_per_s2"]
-    radius = model["radius_m"]
-    mean_radius = mean_of_radii(radius)
 
     def mechanical_energy(state, energy):
-        mass = model["mass_kg"] * (state["radius"] / mean_radius) ** 2
+        mass = state["mass"]
         x, y, r = state["x"], state["y"], state["radius"]
         kinetic = 0.5 * mass * (state["vx"] ** 2 + state["vy"] ** 2 + 0.5 * (r * state["spin"]) ** 2)
         potential = -mass * (gravity[0] * x + gravity[1] * y)
@@ -78,6 +67,7 @@ def dem(recording, model):
     start = mechanical_energy(recording.states[0], energies[0])
     end = mechanical_energy(recording.states[-1], energies[-1])
     last = energies[-1]
+    start += last.entered_j
     elsewhere = last.dissipated_j + last.removed_j - last.wall_work_j
     state = recording.states[-1]
     area = math.pi * state["radius"] ** 2
@@ -91,7 +81,8 @@ def dem(recording, model):
         ),
         "coordination_number": recording.messages["/contact_count"][-1].coordination_number,
     }
-    if len(area) > 1:
+    has_floor = model["periodic"] in ("none", "x") and gravity[1] < 0
+    if len(area) > 1 and has_floor:
         height = 2 * (area * state["y"]).sum() / covered
         floor = model["stiffness_n_per_m"] * numpy.maximum(state["radius"] - state["y"], 0).sum()
         sides = numpy.maximum(state["radius"] - state["x"], 0) + numpy.maximum(state["radius"] + state["x"] - width, 0)
@@ -99,9 +90,10 @@ def dem(recording, model):
             "bed.height": height,
             "bed.packing_fraction": covered / (width * height),
             "floor.force": floor,
-            "side_wall.stress": model["stiffness_n_per_m"] * sides.sum() / (2 * height),
         }
-    elif gravity[0] == 0:
+        if model["periodic"] == "none":
+            numbers["side_wall.stress"] = model["stiffness_n_per_m"] * sides.sum() / (2 * height)
+    elif gravity[0] == 0 and has_floor and not model.get("rain"):
         numbers |= rebounds(recording, model, -gravity[1])
     return numbers
 

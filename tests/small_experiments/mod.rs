@@ -93,6 +93,16 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
          { gm_au3_per_day2 = 1e-6, position_au = [1, 0, 0], velocity_au_per_day = [0, 0.017, 0] }, \
          { gm_au3_per_day2 = 1e-7, position_au = [0, 2, 0], velocity_au_per_day = [-0.012, 0, 0] }]\n[record]\nframes = 20\n",
     ),
+    (
+        "dem_rain_on_two_materials_behind_a_gate",
+        "seed = 17\n[model.dem]\ndiscs = 30\nwidth_m = 0.016\nheight_m = 0.016\nfriction = 0.3\nduration_s = 0.03\n\
+         velocity_deviation_m_per_s = 0.2\nregion_m = [[0.0, 0.0], [0.008, 0.012]]\n\
+         materials = [{ name = \"heavy\", density_ratio = 2.0, restitution = 0.9 }, { name = \"light\", share = 2.0 }]\n\
+         contact_pairs = [{ between = [\"light\", \"wall\"], friction = 0.0 }]\n\
+         walls = [{ from_m = [0.008, 0.0], to_m = [0.008, 0.014], velocity_m_per_s = [1.0, 0.0], moves_s = [0.01, 0.016] }]\n\
+         rain = { discs = 20, discs_per_s = 1000.0, from_m = [0.002, 0.015], to_m = [0.014, 0.015], \
+         velocity_m_per_s = [0.0, -0.5], starts_s = 2e-3 }\n[record]\nframes = 20\n",
+    ),
 ];
 
 /// The one run of a manifest.

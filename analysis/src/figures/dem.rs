@@ -2,9 +2,10 @@
 
 use super::{Comparison, Figures, chart, curve, pictures};
 use crate::observables::dem::{DemRun, Ledger};
-use crate::plot::{Axis, Container, Picture, Plot, Point, Style, short_number, thinned};
-use kinetoscope_manifest::model::DiscRadius;
-use std::f64::consts::PI;
+use crate::plot::{Axis, Container, InnerWall, Picture, Plot, Point, Style, short_number, thinned};
+use kinetoscope_manifest::model::{DemWall, DemWallShape, DiscRadius};
+use kinetoscope_manifest::quantity::Finite;
+use std::f64::consts::{PI, TAU};
 
 /// All plots of a run.
 #[must_use]
@@ -90,7 +91,7 @@ fn packing_by_height(run: &DemRun) -> Option<Plot> {
     let slabs = ((top / diameter).ceil() as usize).clamp(1, MOST_SLABS);
     let thickness = top / slabs as f64;
     let mut covered = vec![0.0; slabs];
-    for [_, height, radius] in discs {
+    for [_, height, radius, _] in discs {
         let first = ((height - radius) / thickness).max(0.0) as usize;
         for (slab, covered) in covered.iter_mut().enumerate().skip(first) {
             let [low, high] = [slab, slab + 1].map(|edge| edge as f64 * thickness - height);
@@ -128,12 +129,42 @@ fn states(run: &DemRun) -> Vec<Plot> {
     let [width, height] = [run.config.width_m.get(), run.config.height_m.get()];
     let sheet = Picture::empty(Container::Rectangle([0.0, 0.0], [width, height]), "m", "m/s");
     let caption = |count: &str, time: &str| format!("{count}, {radius}, t = {time} s");
-    pictures(run.pictures.placed(run.equal_radius()), "Discs", caption, &sheet)
+    let placed = run.pictures.placed(run.equal_radius());
+    let times: Vec<f64> = placed.iter().map(|picture| picture.snapshot.time).collect();
+    let mut plots = pictures(placed, "Discs", caption, &sheet);
+    for (plot, time) in plots.iter_mut().zip(times) {
+        if let Plot::Picture(picture) = plot {
+            picture.inner_walls = run.config.walls.iter().map(|wall| wall_at(wall, time)).collect();
+        }
+    }
+    plots
+}
+
+/// A wall of the manifest at a time: displaced by u t + A sin(2 pi f t), where t runs while it moves.
+fn wall_at(wall: &DemWall, time: f64) -> InnerWall {
+    let clock = match wall.moves_s {
+        Some([begin, end]) => time.clamp(begin.get(), end.get()) - begin.get(),
+        None => time,
+    };
+    let phase = (TAU * wall.frequency_hz.get() * clock).sin();
+    let moved = |place: [Finite; 2]| {
+        [0, 1].map(|axis: usize| {
+            let velocity = wall.velocity_m_per_s[axis].get();
+            place[axis].get() + velocity * clock + wall.amplitude_m[axis].get() * phase
+        })
+    };
+    match wall.shape {
+        DemWallShape::Segment { from_m, to_m } => InnerWall::Segment(moved(from_m), moved(to_m)),
+        DemWallShape::Drum { centre_m, radius_m, .. } => {
+            InnerWall::Circle(moved(centre_m), radius_m.get())
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kinetoscope_manifest::quantity::NonNegative;
 
     #[test]
     fn the_area_below_a_line_is_that_of_the_segment() {
@@ -143,5 +174,27 @@ mod tests {
         // A segment of the height r/2: r^2 (pi/3 - sqrt(3)/4).
         let segment = PI / 3.0 - 3.0_f64.sqrt() / 4.0;
         assert!((area_below(-0.5, 1.0) - segment).abs() < 1e-14);
+    }
+
+    /// A wall at u = (1, 0) m/s that moves from 0.1 s to 0.3 s only.
+    #[test]
+    fn a_wall_is_drawn_where_it_is() {
+        let zero = NonNegative::literal(0.0);
+        let wall = DemWall {
+            shape: DemWallShape::Segment {
+                from_m: [Finite::literal(0.0); 2],
+                to_m: [Finite::literal(0.0), Finite::literal(1.0)],
+            },
+            velocity_m_per_s: [Finite::literal(1.0), Finite::literal(0.0)],
+            amplitude_m: [Finite::literal(0.0); 2],
+            frequency_hz: zero,
+            moves_s: Some([NonNegative::literal(0.1), NonNegative::literal(0.3)]),
+        };
+        for (time, x) in [(0.0, 0.0), (0.1, 0.0), (0.2, 0.1), (0.3, 0.2), (5.0, 0.2)] {
+            let InnerWall::Segment([from, _], _) = wall_at(&wall, time) else {
+                panic!("no segment")
+            };
+            assert!((from - x).abs() < 1e-15, "{time}: {from}");
+        }
     }
 }

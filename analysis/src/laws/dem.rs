@@ -1,7 +1,10 @@
 //! Laws of spring–dashpot contacts.
 
 use super::Law;
-use kinetoscope_manifest::model::{DemConfig, Dissipation, ForceTail};
+use kinetoscope_manifest::model::{
+    DISC, DemConfig, DemContactPair, DiscRadius, Dissipation, ForceTail, Placement, WALL,
+};
+use kinetoscope_manifest::quantity::{Finite, NonNegative};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// The ledger of energies closes.
@@ -27,6 +30,89 @@ pub const WEIGHT: Law = Law {
     statement: "sum of m g, for discs at rest",
     source: "equilibrium of forces without friction at the side walls",
 };
+
+/// How a gas of dissipative discs cools.
+pub const HAFF: Law = Law {
+    statement: "1/tau = (1 - e^2) w0/4 of T = T0/(1 + t/tau)^2, w0 = 2 sqrt(pi) n s g sqrt(T0), g = (1 - 7f/16)/(1 - f)^2",
+    source: "Haff 1983; Enskog's collision rate in two dimensions, Henderson 1975",
+};
+
+/// How a push passes through a row of equal discs that collide one after the other.
+pub const ROW_OF_DISCS: Law = Law {
+    statement: "((1 + e)/2)^(N - 1) where each gap is longer than the way in a contact, v pi/w",
+    source: "conservation of momentum, collision by collision; Herrmann and Seitz 1982",
+};
+
+/// How the rate of discharge grows with the opening.
+pub const BEVERLOO: Law = Law {
+    statement: "3/2 of the opening less 1.4 diameters, in two dimensions",
+    source: "Beverloo, Leniger and van de Velde 1961",
+};
+
+/// How far a column runs out.
+pub const RUN_OUT: Law = Law {
+    statement: "between 2/3 and 1 of the aspect ratio: linear for low columns, about 0.7 for tall ones",
+    source: "Staron and Hinch 2005; Lube et al. 2005",
+};
+
+/// What a silo's floor carries.
+pub const JANSSEN: Law = Law {
+    statement: "F = Ws (1 - exp(-W/Ws)): the walls carry the rest of the weight W",
+    source: "Janssen 1895",
+};
+
+/// Diameters that an opening is narrower for a flow than it is wide.
+pub const EMPTY_ANNULUS: f64 = 1.4;
+
+/// Whether no disc rubs against the walls.
+#[must_use]
+pub fn walls_are_smooth(config: &DemConfig) -> bool {
+    let smooth = |name: &str, own: Option<NonNegative>| {
+        let is_this = |pair: &&DemContactPair| {
+            let [one, other] = [&*pair.between[0], &*pair.between[1]];
+            [one, other] == [name, WALL] || [other, one] == [name, WALL]
+        };
+        let pair = config.contact_pairs.iter().find(is_this);
+        let mixed = own.map_or(config.friction.get(), |own| own.get().min(config.friction.get()));
+        pair.and_then(|pair| pair.constants.friction).map_or(mixed, NonNegative::get) == 0.0
+    };
+    if config.materials.is_empty() {
+        return smooth(DISC, None);
+    }
+    let mut materials = config.materials.iter();
+    materials.all(|material| smooth(&material.name, material.constants.friction))
+}
+
+/// Haff's 1/tau, 1/s, of equal discs without friction at a granular temperature T0 = <v^2>/2.
+#[must_use]
+pub fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<f64> {
+    let DiscRadius::Equal(radius) = config.radius_m else { return None };
+    let Dissipation::Restitution(restitution) = config.dissipation else { return None };
+    let area = config.width_m.get() * config.height_m.get();
+    let density = f64::from(config.discs.get()) / area;
+    let (radius, e) = (radius.get(), restitution.get());
+    let fraction = density * PI * radius * radius;
+    let crowding = (1.0 - 7.0 * fraction / 16.0) / ((1.0 - fraction) * (1.0 - fraction));
+    let collisions = 2.0 * PI.sqrt() * density * 2.0 * radius * crowding * temperature.sqrt();
+    let plain = config.friction.get() == 0.0 && config.materials.is_empty();
+    plain.then(|| (1.0 - e * e) * collisions / 4.0)
+}
+
+/// The share of the first disc's velocity that the last one of a row takes, where every gap is longer than v pi/w.
+#[must_use]
+pub fn transmitted_velocity(config: &DemConfig) -> Option<f64> {
+    let Placement::Given(state) = &config.placement else { return None };
+    let DiscRadius::Equal(radius) = config.radius_m else { return None };
+    let Dissipation::Restitution(restitution) = config.dissipation else { return None };
+    let e = restitution.get();
+    let zeta = damping_ratio(e, config.force_tail);
+    let frequency = (2.0 * config.stiffness_n_per_m.get() / config.mass_kg.get()).sqrt();
+    let way = state.velocities.first()?[0].get() * PI / (frequency * (1.0 - zeta * zeta).sqrt());
+    let gap = |pair: &[[Finite; 2]]| pair[1][0].get() - pair[0][0].get() - 2.0 * radius.get();
+    let is_apart = state.positions.windows(2).all(|pair| gap(pair) >= way);
+    let collisions = state.positions.len() as i32 - 1;
+    is_apart.then(|| ((1.0 + e) / 2.0).powi(collisions))
+}
 
 /// The damping ratio eta / (2 sqrt(k m_eff)) that rebounds with a restitution, in 0 to 1; found by bisection, since the
 /// rebound falls with it.

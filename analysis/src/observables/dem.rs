@@ -1,12 +1,13 @@
 //! What is seen of a DEM run: the energy ledger, contacts, and the rebound of a single disc.
 
 use super::rebounds::Rebounds;
+use super::scenes::{self, Cooling, Outflow};
 use super::{Observer, Pictures, Series, relative_change};
 use crate::catalogue::dem as metric;
 use crate::figures::{self, Figures};
 use crate::laws::dem as law;
 use crate::measurement::Measurement;
-use kinetoscope_manifest::model::{DemConfig, DiscRadius};
+use kinetoscope_manifest::model::{DemConfig, DiscRadius, PeriodicSides};
 use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemTemperature, DemWalls};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
@@ -31,6 +32,8 @@ pub struct Ledger {
     pub wall_work_j: f64,
     /// Taken along by discs that were removed.
     pub removed_j: f64,
+    /// Brought along by discs that fell in.
+    pub entered_j: f64,
 }
 
 impl Ledger {
@@ -40,10 +43,10 @@ impl Ledger {
         self.kinetic_j + self.gravitational_j + self.elastic_j
     }
 
-    /// What must stay constant: mechanical energy + dissipated + removed - wall work.
+    /// What must stay constant: mechanical energy + dissipated + removed - entered - wall work.
     #[must_use]
     pub fn balance_j(&self) -> f64 {
-        self.total_j() + self.dissipated_j + self.removed_j - self.wall_work_j
+        self.total_j() + self.dissipated_j + self.removed_j - self.entered_j - self.wall_work_j
     }
 }
 
@@ -56,6 +59,11 @@ pub struct DemRun {
     largest_residual_j: f64,
     last_motion_s: f64,
     rebounds: Option<Rebounds>,
+    outflow: Outflow,
+    cooling: Cooling,
+    /// Mean upward force of a piston since the frame before, N, by time.
+    piston: Series<(f64, f64)>,
+    reach_at_start_m: Option<f64>,
     contacts: Option<DemContacts>,
     discs_removed: Option<u64>,
     largest_overlap_over_radius: f64,
@@ -71,13 +79,18 @@ impl DemRun {
     #[must_use]
     pub fn new(config: DemConfig, pictures: Pictures) -> Self {
         let [across, along] = config.gravity_m_per_s2.map(|component| component.get());
-        let drop = config.discs.get() == 1 && across == 0.0 && along < 0.0;
+        let is_alone = config.discs.get() == 1 && config.rain.is_none();
+        let drop = is_alone && across == 0.0 && along < 0.0;
         let sag = config.mass_kg.get() * -along / config.stiffness_n_per_m.get();
         Self {
             rebounds: drop.then(|| Rebounds::new(-along, sag)),
             config,
             pictures,
             ledger: Series::default(),
+            outflow: Outflow::default(),
+            cooling: Cooling::default(),
+            piston: Series::default(),
+            reach_at_start_m: None,
             largest_residual_j: 0.0,
             last_motion_s: 0.0,
             contacts: None,
@@ -122,17 +135,19 @@ impl DemRun {
         let radius_of = |row: &[f64]| radius.map_or(equal.unwrap_or(0.0), |column| row[column]);
         if let (Some(ledger), Some(vx), Some(vy)) = (ledger, index("vx"), index("vy")) {
             let spin = index("spin");
-            // Masses go with the square of the radius: that of a disc of 1 m is the factor. A disc turns with m r^2 / 2.
-            let squares: f64 = (0..state.rows())
+            // A disc turns with m r^2 / 2.
+            let mass = index("mass");
+            let doubled: f64 = (0..state.rows())
                 .map(|disc| {
                     let row = state.row(disc);
                     let radius = radius_of(row);
                     let turning = radius * spin.map_or(0.0, |column| row[column]);
                     let squares = row[vx] * row[vx] + row[vy] * row[vy];
-                    radius * radius * (squares + turning * turning / 2.0)
+                    let mass = mass.map_or_else(|| self.mass_kg(radius), |column| row[column]);
+                    mass * (squares + turning * turning / 2.0)
                 })
                 .sum();
-            let kinetic = self.mass_kg(1.0) * squares / 2.0;
+            let kinetic = doubled / 2.0;
             let apart = (kinetic - ledger.kinetic_j).abs();
             let largest = self.largest_kinetic_disagreement_j.get_or_insert(0.0);
             *largest = largest_or_nan(*largest, apart);
@@ -164,7 +179,7 @@ impl DemRun {
         if self.last_motion_s < last.time_s {
             found.push(Measurement::new(metric::SETTLING_TIME, self.last_motion_s));
         }
-        let start = first.total_j();
+        let start = first.total_j() + last.entered_j;
         if start == 0.0 {
             return;
         }
@@ -184,33 +199,88 @@ impl DemRun {
     fn bed_measurements(&self, found: &mut Vec<Measurement>) {
         let Some(discs) = self.discs_at_end() else { return };
         let (width, height) = (self.config.width_m.get(), self.config.height_m.get());
-        let area = |[_, _, radius]: &[f64; 3]| PI * radius * radius;
+        let area = |[_, _, radius, _]: &[f64; 4]| PI * radius * radius;
         let covered: f64 = discs.iter().map(area).sum();
         let raised: f64 = discs.iter().map(|disc| area(disc) * disc[1]).sum();
         let bed_height = 2.0 * raised / covered;
-        let overlaps = |gap: &dyn Fn(&[f64; 3]) -> f64| -> f64 {
+        let overlaps = |gap: &dyn Fn(&[f64; 4]) -> f64| -> f64 {
             let overlaps = discs.iter().map(|disc| disc[2] - gap(disc));
             overlaps.filter(|overlap| *overlap > 0.0).sum()
         };
         let stiffness = self.config.stiffness_n_per_m.get();
         let floor = stiffness * overlaps(&|disc| disc[1]);
         let sides = stiffness * (overlaps(&|disc| disc[0]) + overlaps(&|disc| width - disc[0]));
-        let [across, along] = self.config.gravity_m_per_s2.map(|component| component.get());
-        let weight: f64 = discs.iter().map(|disc| self.mass_kg(disc[2]) * -along).sum();
-        let rests = across == 0.0 && self.has_settled();
-        let weight = rests.then_some(weight);
         found.push(Measurement::new(metric::PACKING_FRACTION, covered / (width * height)));
-        if discs.len() < 2 {
+        let has_floor = !matches!(self.config.periodic, PeriodicSides::Y | PeriodicSides::Both);
+        let down = -self.config.gravity_m_per_s2[1].get();
+        if discs.len() < 2 || !has_floor || down <= 0.0 {
             return;
         }
+        let weight = self.resting_weight_n();
+        let carried = discs.iter().map(|disc| disc[3] * down).sum::<f64>();
         found.extend([
             Measurement::new(metric::BED_HEIGHT, bed_height),
             Measurement::new(metric::BED_PACKING_FRACTION, covered / (width * bed_height)),
+            Measurement::new(metric::WEIGHT, carried),
             Measurement::new(metric::FLOOR_FORCE, floor).against(weight),
             Measurement::new(metric::FLOOR_STRESS, floor / width)
                 .against(weight.map(|weight| weight / width)),
-            Measurement::new(metric::SIDE_WALL_STRESS, sides / (2.0 * bed_height)),
         ]);
+        if self.config.periodic == PeriodicSides::None {
+            let stress = sides / (2.0 * bed_height);
+            found.push(Measurement::new(metric::SIDE_WALL_STRESS, stress));
+        }
+    }
+
+    /// What the discs of the last frame weigh, N, where they rest and nothing but what they lie on can carry them.
+    fn resting_weight_n(&self) -> Option<f64> {
+        let [across, along] = self.config.gravity_m_per_s2.map(|component| component.get());
+        let rests = across == 0.0 && self.has_settled() && law::walls_are_smooth(&self.config);
+        let discs = self.discs_at_end().filter(|_| rests)?;
+        Some(discs.iter().map(|disc| disc[3] * -along).sum())
+    }
+
+    /// What scenes with a law of their own are looked at for.
+    fn scene_measurements(&self, found: &mut Vec<Measurement>) {
+        if let Some(width) = scenes::opening_width_m(&self.config) {
+            found.push(Measurement::new(metric::OPENING_WIDTH, width));
+            let free = width - law::EMPTY_ANNULUS * 2.0 * self.config.radius_m.mean();
+            found.push(Measurement::new(metric::FREE_OPENING_WIDTH, free));
+        }
+        if let Some(rate) = self.outflow.rate_per_s() {
+            found.push(Measurement::new(metric::OUTFLOW_RATE, rate));
+        }
+        if scenes::is_free_gas(&self.config)
+            && let Some(rate) = self.cooling.rate_per_s()
+        {
+            let temperature = self.cooling.first();
+            let theory = temperature.and_then(|first| law::cooling_rate_per_s(&self.config, first));
+            found.push(Measurement::new(metric::COOLING_RATE, rate).against(theory));
+        }
+        let last = self.pictures.last();
+        if let Some(passed) = last.and_then(|end| scenes::transmitted_velocity(&self.config, end)) {
+            let theory = law::transmitted_velocity(&self.config);
+            found.push(Measurement::new(metric::TRANSMITTED_VELOCITY, passed).against(theory));
+        }
+        if let Some(force) = scenes::late_mean(&self.piston) {
+            let weight = self.resting_weight_n();
+            found.push(Measurement::new(metric::PISTON_FORCE, force).against(weight));
+        }
+        let falls = self.config.gravity_m_per_s2[1].get() < 0.0;
+        let discs = self.discs_at_end().filter(|discs| falls && discs.len() > 1);
+        let Some(discs) = discs else { return };
+        let width = self.config.width_m.get();
+        if let Some(slope) = scenes::slope_deg(&discs, width) {
+            found.push(Measurement::new(metric::SLOPE, slope));
+        }
+        if let (Some(reach), Some(start)) = (scenes::reach_m(&discs, width), self.reach_at_start_m)
+        {
+            found.push(Measurement::new(metric::REACH, reach));
+            found.extend(
+                scenes::has_gate(&self.config)
+                    .then(|| Measurement::new(metric::RUN_OUT, reach / start - 1.0)),
+            );
+        }
     }
 
     /// Whether the discs move so little that what they weigh is carried: the kinetic energy is far below the elastic.
@@ -218,16 +288,19 @@ impl DemRun {
         self.ledger.last().is_some_and(|last| last.kinetic_j < SETTLED_SHARE * last.elastic_j)
     }
 
-    /// x, y and radius (m) of all discs in the last frame.
-    pub(crate) fn discs_at_end(&self) -> Option<Vec<[f64; 3]>> {
+    /// x, y, radius (m) and mass (kg) of all discs in the last frame.
+    pub(crate) fn discs_at_end(&self) -> Option<Vec<[f64; 4]>> {
         let state = self.pictures.last()?;
         let index = |name: &str| state.columns().iter().position(|column| column == name);
         let (x, y, radius) = (index("x")?, index("y")?, index("radius"));
+        let mass = index("mass");
         let equal = self.equal_radius();
         (0..state.rows())
             .map(|disc| {
                 let row = state.row(disc);
-                Some([row[x], row[y], radius.map(|column| row[column]).or(equal)?])
+                let radius = radius.map(|column| row[column]).or(equal)?;
+                let mass = mass.map_or_else(|| self.mass_kg(radius), |column| row[column]);
+                Some([row[x], row[y], radius, mass])
             })
             .collect()
     }
@@ -245,6 +318,7 @@ impl Observer for DemRun {
             friction_j: energy.friction_j,
             wall_work_j: energy.wall_work_j,
             removed_j: energy.removed_j,
+            entered_j: energy.entered_j,
         });
         ledger.into_iter().for_each(|entry| self.see_ledger(entry));
         if let Some(contacts) = frame.get::<DemContacts>()? {
@@ -255,14 +329,26 @@ impl Observer for DemRun {
             self.contacts = Some(contacts);
         }
         if let Some(walls) = frame.get::<DemWalls>()? {
+            self.outflow.see(time_s, walls.discs_removed);
+            if let Some(number) = scenes::piston(&self.config)
+                && let Some(&force) = walls.mean_force_y_n.get(number)
+            {
+                self.piston.add((time_s, force));
+            }
             self.discs_removed = Some(walls.discs_removed);
         }
         if let Some(temperature) = frame.get::<DemTemperature>()? {
+            self.cooling.see(time_s, temperature.granular_temperature_m2_per_s2);
             self.granular_temperature = Some(temperature.granular_temperature_m2_per_s2);
         }
         if let Some(state) = frame.take_state() {
             self.see_state(time_s, &state, ledger.as_ref());
             self.pictures.see(time_s, state, self.equal_radius());
+            if self.reach_at_start_m.is_none() {
+                let width = self.config.width_m.get();
+                let discs = self.discs_at_end();
+                self.reach_at_start_m = discs.and_then(|discs| scenes::reach_m(&discs, width));
+            }
         }
         Ok(())
     }
@@ -296,6 +382,7 @@ impl Observer for DemRun {
             found.push(Measurement::new(metric::GRANULAR_TEMPERATURE, temperature));
         }
         self.bed_measurements(&mut found);
+        self.scene_measurements(&mut found);
         found
     }
 

@@ -8,6 +8,7 @@ pub mod orbit;
 pub mod packing;
 mod pictures;
 mod rebounds;
+pub(crate) mod scenes;
 mod series;
 mod structure;
 
@@ -18,7 +19,7 @@ use crate::figures::Figures;
 use crate::measurement::Measurement;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_recording::error::ReadError;
-use kinetoscope_recording::reader::RecordedFrame;
+use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 
 /// Watches the frames of one run and then tells what was seen.
 pub trait Observer {

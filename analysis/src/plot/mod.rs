@@ -7,7 +7,7 @@ mod picture;
 
 pub use axis::{Axis, Scale, short_number, three_digits};
 pub use chart::{Chart, Curve, Point, Style, thinned};
-pub use picture::{Body, Container, MOST_BODIES, Picture};
+pub use picture::{Body, Container, InnerWall, MOST_BODIES, Picture};
 
 use serde::{Deserialize, Serialize};
 

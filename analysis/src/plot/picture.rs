@@ -27,6 +27,15 @@ pub enum Container {
     Circle([f64; 2], f64),
 }
 
+/// A wall within the container.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum InnerWall {
+    /// A straight piece between two points.
+    Segment([f64; 2], [f64; 2]),
+    /// A circle by centre and radius.
+    Circle([f64; 2], f64),
+}
+
 /// Particles in their container.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Picture {
@@ -42,6 +51,8 @@ pub struct Picture {
     pub speed_unit: String,
     /// The walls.
     pub container: Container,
+    /// Walls within it; what of them lies outside is not drawn.
+    pub inner_walls: Vec<InnerWall>,
     /// The particles, the first of them where they are too many to draw.
     pub bodies: Vec<Body>,
 }
@@ -106,6 +117,7 @@ impl Picture {
             length_unit: length_unit.to_owned(),
             speed_unit: speed_unit.to_owned(),
             container,
+            inner_walls: Vec::new(),
             bodies: Vec::new(),
         }
     }
@@ -192,7 +204,42 @@ impl Picture {
                 sheet.draw(&Circle::new(view.place(centre), view.length(radius), line))
             }
         }
-        .map_err(failure)
+        .map_err(failure)?;
+        let line = stroke(INK, 2);
+        for wall in &self.inner_walls {
+            match *wall {
+                InnerWall::Segment(from, to) => {
+                    let Some(ends) = self.within(from, to) else { continue };
+                    sheet.draw(&PathElement::new(ends.map(|end| view.place(end)), line))
+                }
+                InnerWall::Circle(centre, radius) => {
+                    sheet.draw(&Circle::new(view.place(centre), view.length(radius), line))
+                }
+            }
+            .map_err(failure)?;
+        }
+        Ok(())
+    }
+
+    /// The part of a straight piece that lies in a rectangle (Liang and Barsky 1984).
+    fn within(&self, from: [f64; 2], to: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+        let Container::Rectangle(low, high) = self.container else { return Some([from, to]) };
+        let (mut first, mut last) = (0.0_f64, 1.0_f64);
+        for axis in 0..2 {
+            let along = to[axis] - from[axis];
+            if along == 0.0 {
+                if from[axis] < low[axis] || from[axis] > high[axis] {
+                    return None;
+                }
+                continue;
+            }
+            let shares = [low[axis], high[axis]].map(|edge| (edge - from[axis]) / along);
+            first = first.max(shares[0].min(shares[1]));
+            last = last.min(shares[0].max(shares[1]));
+        }
+        let at =
+            |share: f64| [0, 1].map(|axis: usize| from[axis] + share * (to[axis] - from[axis]));
+        (first < last).then(|| [at(first), at(last)])
     }
 
     fn draw_colour_bar(

@@ -1,7 +1,7 @@
 //! `[model.dem]`: discs with spring–dashpot contacts in a box.
 
 use super::dem_radius::MOST_RADIUS_RATIO;
-use super::{DemWall, DemWallShape, DiscRadius, Placement};
+use super::{DemContactPair, DemMaterial, DemRain, DemWall, DiscRadius, Placement};
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
 use crate::quantity::{Finite, NonNegative, Positive, Share};
@@ -39,6 +39,10 @@ pub struct DemConfig {
     pub tangential_stiffness_share: Positive,
     /// Damping eta_t of the tangential spring over eta, while the contact sticks.
     pub tangential_damping_share: NonNegative,
+    /// What the discs are made of; empty where all are alike.
+    pub materials: Vec<DemMaterial>,
+    /// Constants of contacts between two materials, or of one with the walls, where they do not follow from the two.
+    pub contact_pairs: Vec<DemContactPair>,
     /// Directions in which the box is periodic and has no walls.
     pub periodic: PeriodicSides,
     /// Walls besides the box's own.
@@ -47,6 +51,10 @@ pub struct DemConfig {
     pub outlet_below_m: Option<Finite>,
     /// The part of the box that discs are placed in at the start, lower left and upper right corner, m.
     pub region_m: Option<[[Finite; 2]; 2]>,
+    /// Discs that fall in while it runs.
+    pub rain: Option<DemRain>,
+    /// Standard deviation of each component of the velocities at the start, m/s; `None` for discs at rest.
+    pub velocity_deviation_m_per_s: Option<Positive>,
     /// How the equation of motion is discretised.
     pub integrator: DemIntegrator,
     /// The time step, by contacts or in seconds.
@@ -146,10 +154,14 @@ impl Default for DemConfig {
             rolling_friction: const { NonNegative::literal(0.0) },
             tangential_stiffness_share: const { Positive::literal(2.0 / 7.0) },
             tangential_damping_share: const { NonNegative::literal(0.5) },
+            materials: Vec::new(),
+            contact_pairs: Vec::new(),
             periodic: PeriodicSides::None,
             walls: Vec::new(),
             outlet_below_m: None,
             region_m: None,
+            rain: None,
+            velocity_deviation_m_per_s: None,
             integrator: DemIntegrator::SemiImplicitEuler,
             time_step: TimeStep::PerContact(const { Positive::literal(20.0) }),
             stability: Stability::Refuse,
@@ -213,6 +225,7 @@ impl DemConfig {
             &mut self.force_tail,
         );
         self.friction_keys(keys);
+        self.material_keys(keys);
         self.scene_keys(keys);
         keys.key(
             "integrator",
@@ -301,7 +314,8 @@ impl DemConfig {
             "walls",
             "",
             "Walls besides the box's: { from_m, to_m } or { centre_m, radius_m, spin_rad_per_s } (a drum, discs inside), \
-            each with velocity_m_per_s, amplitude_m, frequency_hz: displacement u t + A sin(2 pi f t).",
+            each with velocity_m_per_s, amplitude_m, frequency_hz: displacement u t + A sin(2 pi f t), the clock t running \
+            within moves_s = [from, to] only, where it is given.",
             &mut self.walls,
         );
         self.outlet_below_m = keys.optional(
@@ -316,6 +330,44 @@ impl DemConfig {
             "The part of the box that discs are placed in, [[x, y], [x, y]]: lower left and upper right corner.",
             self.region_m,
         );
+        self.rain = keys.optional(
+            "rain",
+            "",
+            "Discs that fall in while it runs: { discs, discs_per_s, from_m, to_m, velocity_m_per_s, starts_s }: one after \
+            the other, at random on the line between the two points, later where there is no room.",
+            self.rain,
+        );
+        self.velocity_deviation_m_per_s = keys.optional(
+            "velocity_deviation_m_per_s",
+            "m/s",
+            "Standard deviation of each component of normal velocities at the start, with no mean; without it discs that are \
+            not given are at rest.",
+            self.velocity_deviation_m_per_s,
+        );
+    }
+
+    fn material_keys(&mut self, keys: &mut impl Keys) {
+        let given = Some(std::mem::take(&mut self.materials)).filter(|list| !list.is_empty());
+        self.materials = keys
+            .optional(
+                "materials",
+                "",
+                "What the discs are made of, drawn by share: { name, share, density_ratio, restitution, friction, \
+                rolling_friction }; what is left out is as for all. The stiffness is one for all.",
+                given,
+            )
+            .unwrap_or_default();
+        let given = Some(std::mem::take(&mut self.contact_pairs)).filter(|list| !list.is_empty());
+        self.contact_pairs = keys
+            .optional(
+                "contact_pairs",
+                "",
+                "Constants of contacts between two materials (\"disc\" where none is named), or of one with a \"wall\": \
+                { between, restitution, friction, rolling_friction }. Others follow: the smaller friction of the two, and \
+                e^2 the mean of both e^2.",
+                given,
+            )
+            .unwrap_or_default();
     }
 
     fn time_step_keys(&mut self, keys: &mut impl Keys) {
@@ -378,73 +430,6 @@ impl DemConfig {
         }
         self.check_scene(radius, table);
         super::at_least_one_step(steps, table, &["time_step_s", "duration_s"]);
-    }
-}
-
-impl DemConfig {
-    fn check_scene(&self, largest_radius: f64, table: &mut Reader<'_>) {
-        let (width, height) = (self.width_m.get(), self.height_m.get());
-        let moves = self.walls.iter().any(|wall| !wall.is_at_rest());
-        let rubs = self.friction.get() > 0.0 || self.rolling_friction.get() > 0.0;
-        if self.integrator == DemIntegrator::ImplicitDashpot && (moves || rubs) {
-            table.refuse(
-                &["integrator", "friction", "rolling_friction", "walls"],
-                "the implicit dashpot knows neither friction nor moving walls",
-                "take \"semi-implicit-euler\" or \"velocity-verlet\"",
-            );
-        }
-        // Neighbours across a periodic side must not be neighbours within the box as well.
-        let least = 12.0 * largest_radius;
-        let (x, y) = match self.periodic {
-            PeriodicSides::None => (false, false),
-            PeriodicSides::X => (true, false),
-            PeriodicSides::Y => (false, true),
-            PeriodicSides::Both => (true, true),
-        };
-        if (x && width < least) || (y && height < least) {
-            table.refuse(
-                &["periodic", "width_m", "height_m", "radius_m"],
-                "the periodic box is too small for its discs",
-                "a periodic side must be at least 12 of the largest radii long",
-            );
-        }
-        if let Some([low, high]) = self.region_m {
-            let is_inside = |at: [Finite; 2]| {
-                (0.0..=width).contains(&at[0].get()) && (0.0..=height).contains(&at[1].get())
-            };
-            if !is_inside(low) || !is_inside(high) || low[0] >= high[0] || low[1] >= high[1] {
-                table.refuse(
-                    &["region_m", "width_m", "height_m"],
-                    "the region is no rectangle within the box",
-                    "its corners, lower left first, must lie within the box",
-                );
-            }
-        }
-        for wall in &self.walls {
-            self.check_wall(wall, table);
-        }
-    }
-
-    fn check_wall(&self, wall: &DemWall, table: &mut Reader<'_>) {
-        let (width, height) = (self.width_m.get(), self.height_m.get());
-        let is_inside = |x: f64, y: f64| (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
-        let fits = match wall.shape {
-            DemWallShape::Segment { from_m, to_m } => {
-                [from_m, to_m].iter().all(|end| is_inside(end[0].get(), end[1].get()))
-            }
-            DemWallShape::Drum { centre_m, radius_m, .. } => {
-                let ([x, y], r) = (centre_m.map(Finite::get), radius_m.get());
-                let slack = 1e-9 * r;
-                is_inside(x - r + slack, y - r + slack) && is_inside(x + r - slack, y + r - slack)
-            }
-        };
-        if !fits {
-            table.refuse(
-                &["walls", "width_m", "height_m"],
-                "a wall reaches outside the box",
-                "walls must begin within the box: an outlet cannot be wider than its hopper",
-            );
-        }
     }
 }
 

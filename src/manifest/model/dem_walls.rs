@@ -1,13 +1,13 @@
 //! Walls of a DEM run besides the box's own: straight pieces and drums, at rest or moving.
 
 use crate::diagnostics::Diagnostic;
-use crate::keys::Reader;
+use crate::keys::{Keys, Reader};
 use crate::quantity::{Finite, NonNegative, Positive};
 use crate::tree::{Node, Value};
 use crate::value::{TomlValue, refuse};
 use serde_json::{Value as Json, json};
 
-/// One wall with its motion: displacement at the time t is u t + A sin(2 pi f t).
+/// One wall with its motion: displacement at the time t is u t + A sin(2 pi f t), where the clock t runs within `moves_s` only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DemWall {
     /// Its shape at the start.
@@ -18,6 +18,8 @@ pub struct DemWall {
     pub amplitude_m: [Finite; 2],
     /// Frequency f of the oscillation, Hz.
     pub frequency_hz: NonNegative,
+    /// When its motion, a drum's turning included, begins and ends, s; `None` for all the time.
+    pub moves_s: Option<[NonNegative; 2]>,
 }
 
 /// The shape of a wall.
@@ -86,13 +88,19 @@ impl TomlValue for DemWall {
         let velocity = optional(&mut reader, "velocity_m_per_s", zero);
         let amplitude = optional(&mut reader, "amplitude_m", zero);
         let frequency = optional(&mut reader, "frequency_hz", NonNegative::literal(0.0));
-        let sound = reader.is_sound();
+        let moves: Option<[NonNegative; 2]> = reader.optional("moves_s", "", "", None);
+        let is_ordered = moves.is_none_or(|[begin, end]| begin < end);
+        if !is_ordered {
+            reader.refuse(&["moves_s"], "a motion ends before it begins", "must be [begin, end]");
+        }
+        let sound = reader.is_sound() && is_ordered;
         reader.finish();
         shape.filter(|_| sound).map(|shape| Self {
             shape,
             velocity_m_per_s: velocity,
             amplitude_m: amplitude,
             frequency_hz: frequency,
+            moves_s: moves,
         })
     }
 
@@ -108,8 +116,10 @@ impl TomlValue for DemWall {
                 spin_rad_per_s.write()
             ),
         };
+        let moves =
+            self.moves_s.map_or_else(String::new, |moves| format!(", moves_s = {}", moves.write()));
         format!(
-            "{{ {shape}, velocity_m_per_s = {}, amplitude_m = {}, frequency_hz = {} }}",
+            "{{ {shape}, velocity_m_per_s = {}, amplitude_m = {}, frequency_hz = {}{moves} }}",
             self.velocity_m_per_s.write(),
             self.amplitude_m.write(),
             self.frequency_hz.write()
@@ -119,7 +129,10 @@ impl TomlValue for DemWall {
     fn schema() -> Json {
         let pair = <[Finite; 2]>::schema();
         let motion = json!({
-            "velocity_m_per_s": pair, "amplitude_m": pair, "frequency_hz": NonNegative::schema()
+            "velocity_m_per_s": pair,
+            "amplitude_m": pair,
+            "frequency_hz": NonNegative::schema(),
+            "moves_s": <[NonNegative; 2]>::schema()
         });
         let table = |own: Json, required: &[&str]| {
             let mut properties = motion.clone();
@@ -143,6 +156,5 @@ impl TomlValue for DemWall {
 
 /// A key's value where it stands in the table, else its default.
 fn optional<T: TomlValue>(reader: &mut Reader<'_>, key: &'static str, default: T) -> T {
-    use crate::keys::Keys;
-    Keys::optional(reader, key, "", "", None).unwrap_or(default)
+    reader.optional(key, "", "", None).unwrap_or(default)
 }

@@ -1,7 +1,10 @@
 //! One type a model: all its physics and its duration, every value in range.
 
 mod dem;
+mod dem_materials;
 mod dem_radius;
+mod dem_rain;
+mod dem_scene;
 mod dem_walls;
 mod gas;
 mod orbit;
@@ -10,7 +13,9 @@ mod packing;
 pub use dem::{
     DemConfig, DemIntegrator, Dissipation, ForceTail, PeriodicSides, Stability, TimeStep,
 };
+pub use dem_materials::{DISC, DemContactConstants, DemContactPair, DemMaterial, WALL};
 pub use dem_radius::DiscRadius;
+pub use dem_rain::DemRain;
 pub use dem_walls::{DemWall, DemWallShape};
 pub use gas::{
     BoltzmannConstant, GasConfig, PlaceDistribution, Propagation, SpeedDistribution, SpeedScale,

@@ -116,6 +116,30 @@ fn the_text_gives_the_run_back() {
     }
 }
 
+/// Keys that are tables read back as they were written, and what is left out stays out.
+#[test]
+fn a_dem_scene_reads_back() {
+    let scene = "[model.dem]\nmaterials = [{ name = \"a \\\"b\\\"\", share = 2, friction = 0.5 }, { name = \"c\", density_ratio = 3 }]\n\
+        contact_pairs = [{ between = [\"c\", \"wall\"], restitution = 0.9, rolling_friction = 0.1 }]\n\
+        walls = [{ from_m = [0, 0.01], to_m = [0.01, 0.01], velocity_m_per_s = [1, 0], moves_s = [0.1, 0.2] }]\n\
+        velocity_deviation_m_per_s = 0.5\nrain = { discs = 7, discs_per_s = 10, from_m = [0.01, 0.01], to_m = [0.02, 0.01], \
+        velocity_m_per_s = [0, -1] }\n";
+    let manifest = parse_run(scene).unwrap();
+    let text = manifest.canonical();
+    assert_eq!(parse_run(&text).unwrap(), manifest, "{text}");
+    for line in [
+        r#"materials = [{ name = "a \"b\"", share = 2.0, density_ratio = 1.0, friction = 0.5 }, { name = "c", share = 1.0, density_ratio = 3.0 }]"#,
+        r#"contact_pairs = [{ between = ["c", "wall"], restitution = 0.9, rolling_friction = 0.1 }]"#,
+        "velocity_deviation_m_per_s = 0.5",
+    ] {
+        assert!(text.contains(line), "{text}");
+    }
+    assert!(
+        text.contains("moves_s = [0.1, 0.2] }]") && text.contains("starts_s = 0.0 }"),
+        "{text}"
+    );
+}
+
 #[test]
 fn ways_of_writing_do_not_matter() {
     let written = "seed = 0x10\nname = \"a\"\ndescription = \"b\"\n[record]\nchannels = [\"pressure\", \"state\"]\n\

@@ -166,6 +166,73 @@ fn dem_scenes_make_sense() {
 }
 
 #[test]
+fn dem_materials_have_names_and_pairs_know_them() {
+    const TWO: &str = "materials = [{ name = \"glass\" }, { name = \"cork\", friction = 0.5 }]";
+    let dem = |rest: &str| format!("[model.dem]\n{TWO}\n{rest}");
+    accepted(&dem("contact_pairs = [{ between = [\"glass\", \"wall\"], restitution = 0.9 }]"));
+    accepted("[model.dem]\ncontact_pairs = [{ between = [\"disc\", \"wall\"], friction = 0.1 }]");
+    refused(
+        &dem("contact_pairs = [{ between = [\"glass\", \"steel\"] }] # <-"),
+        "known: glass, cork, wall",
+    );
+    refused(
+        &dem("contact_pairs = [{ between = [\"wall\", \"wall\"] }] # <-"),
+        "walls do not touch each other",
+    );
+    refused(
+        &dem(
+            "contact_pairs = [{ between = [\"glass\", \"cork\"] }, { between = [\"cork\", \"glass\"] }] # <-",
+        ),
+        "stands twice",
+    );
+    refused("[model.dem]\nmaterials = [{ name = \"wall\" }] # <-", "must be a name of its own");
+    refused(
+        "[model.dem]\nmaterials = [{ name = \"a\" }, { name = \"a\" }] # <-",
+        "each with a name of its own",
+    );
+    refused("[model.dem]\nmaterials = [{ share = 0.5 }] # <-", "needs `name`");
+    refused(
+        "[model.dem]\nmaterials = [{ name = \"a\", restitution = 0 }] # <-",
+        "must be a number in (0, 1]",
+    );
+    refused(
+        "[model.dem]\nmaterials = [{ name = \"a\", density_ratio = 0 }] # <-",
+        "must be a number > 0",
+    );
+    refused(
+        "[model.dem]\ndamping_n_s_per_m = 0.1\nmaterials = [{ name = \"a\", restitution = 0.5 }] # <-",
+        "give restitution in place of damping_n_s_per_m",
+    );
+    refused(&dem("integrator = \"implicit-dashpot\" # <-"), "neither friction nor moving walls");
+}
+
+#[test]
+fn dem_rain_falls_into_the_box() {
+    let rain = |rest: &str| {
+        format!(
+            "[model.dem]\nrain = {{ discs = 5, discs_per_s = 10, from_m = [0.01, 0.03], to_m = [0.03, 0.03], {rest} }} # <-"
+        )
+    };
+    accepted(&rain("velocity_m_per_s = [0, -1]"));
+    refused(&rain("velocity_m_per_s = [0, 0]"), "must not be [0, 0]");
+    refused(&rain("velocity_m_per_s = [0, -1], starts_s = -1"), "must be a number >= 0");
+    refused(&rain("starts_s = 1"), "needs `velocity_m_per_s`");
+    refused(
+        "[model.dem]\nrain = { discs = 5, discs_per_s = 10, from_m = [0, 0.03], to_m = [0.03, 0.03], velocity_m_per_s = [0, -1] } # <-",
+        "keep the largest radius off",
+    );
+    refused("[model.dem]\nrain = 5 # <-", "a table { discs, discs_per_s");
+    refused(
+        "[model.dem]\nvelocity_deviation_m_per_s = 1\nplacement = { positions_m = [[0.01, 0.01]], velocities_m_per_s = [[0, 0]] } # <-",
+        "a given start has its own velocities",
+    );
+    refused(
+        "[model.dem]\nwalls = [{ from_m = [0, 0], to_m = [0.01, 0], moves_s = [2, 1] }] # <-",
+        "must be [begin, end]",
+    );
+}
+
+#[test]
 fn dem_discs_fit_their_box() {
     refused("[model.dem]\nradius_m = 0.02 # <-", "does not fit into a box of 0.04 m x 0.04 m");
     refused("[model.dem]\nradius_m = 0.02\nheight_m = 0.03 # <-", "does not fit");

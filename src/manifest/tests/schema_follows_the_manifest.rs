@@ -68,6 +68,10 @@ fn every_key_has_its_meaning_unit_range_and_default() {
         "damping_n_s_per_m",
         "outlet_below_m",
         "region_m",
+        "materials",
+        "contact_pairs",
+        "rain",
+        "velocity_deviation_m_per_s",
         "contact_time",
         "cutoff_velocity",
         "compression_pressure",
@@ -173,6 +177,9 @@ fn the_schemas_words_are_the_readers() {
 fn the_canonical_form_writes_every_key_of_the_schema() {
     let more = [
         "[model.dem]\ndamping_n_s_per_m = 1\ntime_step_s = 1e-6\noutlet_below_m = 0\nregion_m = [[0, 0], [0.01, 0.01]]\n[record]\nevery_s = 1",
+        "[model.dem]\nmaterials = [{ name = \"a\" }]\ncontact_pairs = [{ between = [\"a\", \"wall\"] }]\n\
+         velocity_deviation_m_per_s = 1\nrain = { discs = 1, discs_per_s = 1, from_m = [0.01, 0.01], to_m = [0.02, 0.01], \
+         velocity_m_per_s = [0, -1] }",
         "[model.gas]\nmax_speed_m_per_s = 1\npropagation = \"stepped\"\ntime_step_s = 1e-6\n[record]\nevery_steps = 1",
         "[model.packing]\nduration = 1\n[record]\nevery_time = 1\nchannels = []",
         "[model.packing]\ncontact_time = 1\ncompression_pressure = 1\n[record]\nevery_collisions = 1",

@@ -1,28 +1,19 @@
 //! Who touches whom, one by one: for looking, for the implicit dashpot, and for the words of a fault.
 
 use super::discs::Discs;
+use super::materials::Materials;
 use super::motion;
 use super::neighbours::{Block, Neighbours};
-use super::restitution;
 use super::walls::PlacedWall;
 use serde::{Deserialize, Serialize};
 
-/// How the damping of a contact is found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) enum Dashpot {
-    /// From the damping ratio zeta, for each pair by its effective mass: one restitution for all.
-    Ratio(f64),
-    /// One damping eta for all, N s/m.
-    Damping(f64),
-}
-
 /// The force law of a contact.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct ContactLaw {
     /// Stiffness k, N/m.
     pub(super) stiffness: f64,
-    /// The dashpot.
-    pub(super) dashpot: Dashpot,
+    /// Dashpots and friction by pairs of materials.
+    pub(super) materials: Materials,
     /// Whether the force is clamped at zero where it would pull.
     pub(super) only_pushes: bool,
     /// Whether the dashpot takes the velocities at the step's end.
@@ -31,10 +22,6 @@ pub(super) struct ContactLaw {
     pub(super) tangential_stiffness: f64,
     /// eta_t over eta.
     pub(super) tangential_damping_share: f64,
-    /// Coefficient of friction mu.
-    pub(super) friction: f64,
-    /// Coefficient of rolling friction mu_r.
-    pub(super) rolling_friction: f64,
 }
 
 /// Two discs, or a disc and a wall, that overlap.
@@ -66,20 +53,16 @@ pub(super) enum Partner {
 }
 
 impl ContactLaw {
-    /// Damping eta of a contact, N s/m.
-    pub(super) fn damping(&self, effective_mass: f64) -> f64 {
-        match self.dashpot {
-            Dashpot::Ratio(ratio) => restitution::damping(ratio, self.stiffness, effective_mass),
-            Dashpot::Damping(damping) => damping,
-        }
+    /// Damping eta of a pair of discs, N s/m.
+    pub(super) fn damping(&self, discs: &Discs, disc: usize, other: usize) -> f64 {
+        let mass = motion::effective_mass(discs.masses[disc], discs.masses[other]);
+        let pair = self.materials.between(discs.materials[disc], discs.materials[other]);
+        pair.damping(self.stiffness, mass)
     }
 
-    /// Damping ratio zeta = eta / (2 sqrt(k m_eff)) of a contact.
-    pub(super) fn damping_ratio(&self, effective_mass: f64) -> f64 {
-        match self.dashpot {
-            Dashpot::Ratio(ratio) => ratio,
-            Dashpot::Damping(damping) => damping / (2.0 * (self.stiffness * effective_mass).sqrt()),
-        }
+    /// Damping eta of a disc with a wall, N s/m.
+    pub(super) fn wall_damping(&self, discs: &Discs, disc: usize) -> f64 {
+        self.materials.with_walls(discs.materials[disc]).damping(self.stiffness, discs.masses[disc])
     }
 
     /// What the normal force does not fall below, N: zero where it only pushes.
@@ -95,7 +78,7 @@ impl ContactLaw {
 
     /// Whether contacts have tangential or rolling springs.
     pub(super) fn has_friction(&self) -> bool {
-        self.friction > 0.0 || self.rolling_friction > 0.0
+        self.materials.have_friction()
     }
 }
 

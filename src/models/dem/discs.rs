@@ -17,6 +17,23 @@ pub(super) struct Discs {
     pub(super) radii: Vec<f64>,
     /// Masses, kg.
     pub(super) masses: Vec<f64>,
+    /// Materials, by their number.
+    pub(super) materials: Vec<u8>,
+}
+
+/// One disc.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Disc {
+    pub(super) id: u32,
+    /// Centre, m.
+    pub(super) position: [f64; 2],
+    /// The integrator's velocity, m/s.
+    pub(super) velocity: [f64; 2],
+    /// m
+    pub(super) radius: f64,
+    /// kg
+    pub(super) mass: f64,
+    pub(super) material: u8,
 }
 
 impl Discs {
@@ -47,19 +64,38 @@ impl Discs {
         self.spins = sorted(&self.spins, order);
         self.radii = sorted(&self.radii, order);
         self.masses = sorted(&self.masses, order);
+        self.materials = sorted(&self.materials, order);
+    }
+
+    /// Adds a disc that does not turn.
+    pub(super) fn push(&mut self, disc: &Disc) {
+        let ([x, y], [vx, vy]) = (disc.position, disc.velocity);
+        self.ids.push(disc.id);
+        self.states.push([x, y, vx, vy]);
+        self.spins.push(0.0);
+        self.radii.push(disc.radius);
+        self.masses.push(disc.mass);
+        self.materials.push(disc.material);
     }
 
     /// All discs as one block.
     pub(super) fn own(&mut self) -> Own<'_> {
-        let Self { states, spins, radii, masses, .. } = self;
-        Own { states, spins, radii, masses }
+        let Self { states, spins, radii, masses, materials, .. } = self;
+        Own { states, spins, radii, masses, materials }
     }
 
     /// The discs of each block.
     pub(super) fn blocks(&mut self) -> Vec<Own<'_>> {
         let moving = self.states.chunks_mut(BLOCK).zip(self.spins.chunks_mut(BLOCK));
         let bodies = self.radii.chunks(BLOCK).zip(self.masses.chunks(BLOCK));
-        let own = |((states, spins), (radii, masses))| Own { states, spins, radii, masses };
+        let bodies = bodies.zip(self.materials.chunks(BLOCK));
+        let own = |((states, spins), ((radii, masses), materials))| Own {
+            states,
+            spins,
+            radii,
+            masses,
+            materials,
+        };
         moving.zip(bodies).map(own).collect()
     }
 

@@ -1,4 +1,4 @@
-//! The energy ledger: kinetic + m g y + elastic + dissipated + removed - work of the walls = constant.
+//! The energy ledger: kinetic + m g y + elastic + dissipated + removed - entered - work of the walls = constant.
 //!
 //! What is left of that constant is the integrator's error, and is reported apart.
 //!
@@ -78,6 +78,8 @@ pub(super) struct Ledger {
     walls: Vec<CompensatedSum>,
     /// Energy that discs took along when they were removed.
     pub(super) removed: CompensatedSum,
+    /// Energy that discs brought along when they came in.
+    pub(super) entered: CompensatedSum,
     /// What gravity loses where discs are put back through a periodic side.
     pub(super) put_back: CompensatedSum,
 }

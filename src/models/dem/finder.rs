@@ -2,7 +2,6 @@
 
 use super::cells::{Cells, Run, Runs};
 use super::discs::Discs;
-use super::motion;
 use super::neighbours::{Block, Surroundings, WallPair};
 use std::ops::Range;
 
@@ -131,7 +130,7 @@ impl Finder {
     /// Makes what was found the block's list, with what does not change until it is built again.
     fn hand_over(&self, block: &mut Block, grid: &Grid<'_>) {
         let own = block.start..block.start + block.len(grid.discs);
-        let (radii, masses) = (&grid.discs.radii[own.clone()], &grid.discs.masses[own]);
+        let radii = &grid.discs.radii[own.clone()];
         let (near, far) = (self.near.in_four_strands(), self.far.all());
         let found = || near.clone().chain(far);
         let list = &mut block.inner;
@@ -141,8 +140,8 @@ impl Finder {
         list.second.extend(found().map(|pair| pair[1]));
         list.reach.extend(found().map(|pair| radii[pair[0] as usize] + radii[pair[1] as usize]));
         list.damping.extend(found().map(|pair| {
-            let [first, second] = pair.map(|disc| masses[disc as usize]);
-            grid.around.law.damping(motion::effective_mass(first, second))
+            let [first, second] = pair.map(|disc| own.start + disc as usize);
+            grid.around.law.damping(grid.discs, first, second)
         }));
     }
 }
@@ -167,11 +166,10 @@ fn list_edges(
         let touching = discs.radii[disc] + discs.radii[other];
         let reach = touching + grid.skin;
         if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
-            let mass = motion::effective_mass(discs.masses[disc], discs.masses[other]);
             block.edges.first.push((disc - block.start) as u32);
             block.edges.second.push(other as u32);
             block.edges.reach.push(touching);
-            block.edges.damping.push(grid.around.law.damping(mass));
+            block.edges.damping.push(grid.around.law.damping(discs, disc, other));
             block.shifts.push(shift);
         }
     }
@@ -184,7 +182,7 @@ fn list_walls(block: &mut Block, disc: usize, grid: &Grid<'_>) {
             block.walls.push(WallPair {
                 disc: (disc - block.start) as u32,
                 wall: wall as u32,
-                damping: grid.around.law.damping(discs.masses[disc]),
+                damping: grid.around.law.wall_damping(discs, disc),
                 stretch: [0.0; 2],
             });
         }

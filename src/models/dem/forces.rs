@@ -115,6 +115,8 @@ pub(super) struct Own<'a> {
     pub(super) radii: &'a [f64],
     /// Masses, kg.
     pub(super) masses: &'a [f64],
+    /// Materials, by their number.
+    pub(super) materials: &'a [u8],
 }
 
 impl EdgeForces {
@@ -144,7 +146,9 @@ impl EdgeForces {
                 self.forces.push((own, push.along(touch.normal)));
                 continue;
             };
-            let rub = touch.rub(scene.law, scene.time_step, radii, &push, damping, stretch);
+            let [first, second] = ends.map(|disc| discs.materials[disc]);
+            let pair = scene.law.materials.between(first, second);
+            let rub = touch.rub(scene.law, pair, scene.time_step, radii, &push, damping, stretch);
             self.sums.take(&rub, 0.5);
             self.forces.push((own, push.and(&rub, touch.normal)));
             self.torques.push(rub.torques(radii[0], 1.0));
@@ -208,7 +212,9 @@ impl Forces {
                 sums.deepest.note_pair(touch.overlap, ends, own.radii);
             }
             let push = touch.push(law, damping);
-            let rub = touch.rub(law, time_step, radii, &push, damping, stretch);
+            let [first, second] = ends.map(|disc| own.materials[disc]);
+            let pair = law.materials.between(first, second);
+            let rub = touch.rub(law, pair, time_step, radii, &push, damping, stretch);
             sums.take(&rub, 1.0);
             let on_first = push.and(&rub, touch.normal);
             add(&mut self.forces[ends[0]], on_first);
@@ -247,7 +253,9 @@ impl Forces {
                 // Against a wall the reduced radius is the disc's own.
                 let radii = [radius, f64::INFINITY];
                 let (damping, stretch) = (pair.damping, &mut pair.stretch);
-                let rub = touch.rub(scene.law, scene.time_step, radii, &push, damping, stretch);
+                let pair = scene.law.materials.with_walls(own.materials[disc]);
+                let rub =
+                    touch.rub(scene.law, pair, scene.time_step, radii, &push, damping, stretch);
                 self.sums.take(&rub, 1.0);
                 on_disc = push.and(&rub, normal);
                 add_torque(&mut self.torques[disc], rub.torques(radius, 1.0));

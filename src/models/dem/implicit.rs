@@ -23,7 +23,7 @@ const MOST_SWEEPS: u32 = 50;
 
 /// Replaces the contacts' forces by those with implicit dashpots.
 pub(super) fn solve_dashpots(discs: &Discs, parameters: &Parameters, contacts: &mut [Contact]) {
-    let Parameters { gravity, law, time_step, .. } = *parameters;
+    let Parameters { gravity, ref law, time_step, .. } = *parameters;
     // The velocities at the step's end, as far as they are known: by gravity and the springs, then by the dashpots too.
     // So a bed at rest is solved at once.
     let values = (0..discs.len()).map(|disc| discs.velocity(disc)).collect();
@@ -44,7 +44,11 @@ pub(super) fn solve_dashpots(discs: &Discs, parameters: &Parameters, contacts: &
         let mut largest_change = 0.0;
         for contact in contacts.iter_mut() {
             let effective_mass = end.effective_mass(contact);
-            let damping = law.damping(effective_mass);
+            let disc = contact.disc as usize;
+            let damping = match contact.partner {
+                Partner::Disc(other) => law.damping(discs, disc, other as usize),
+                Partner::Wall(_) => law.wall_damping(discs, disc),
+            };
             // What the contact would find without its own force.
             let free = end.separating(contact) - contact.force * time_step / effective_mass;
             let explicit = motion::contact_force(law.stiffness, damping, contact.overlap, free);

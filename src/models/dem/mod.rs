@@ -16,11 +16,13 @@ mod finder;
 mod forces;
 mod implicit;
 mod lanes;
+mod materials;
 mod neighbours;
 mod observe;
 #[cfg(test)]
 mod pairs_are_all_there;
 mod parameters;
+mod rain;
 mod remedies;
 mod report;
 mod stability;
@@ -42,8 +44,10 @@ use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
 use neighbours::{Neighbours, Surroundings};
 use parameters::Parameters;
+use rain::Rain;
 use serde::{Deserialize, Serialize};
 use stability::Diagnosis;
+use start::Kinds;
 use step::{BlowUp, Evaluation, Moved, Workspace};
 use walls::PlacedWall;
 
@@ -59,6 +63,8 @@ pub struct Dem {
     ledger: Ledger,
     /// Discs removed since the start.
     removed: u64,
+    /// Discs that are still to come.
+    rain: Option<Rain>,
     /// Speed of the fastest disc at the start, m/s.
     initial_top_speed: f64,
     /// c = eta dt/m_eff of the lightest pair, for the words of a fault.
@@ -112,6 +118,7 @@ impl Model for Dem {
         StateColumn { name: "radius", unit: "m" },
         StateColumn { name: "spin", unit: "rad/s" },
         StateColumn { name: "id", unit: "" },
+        StateColumn { name: "mass", unit: "kg" },
     ];
     const CHANNELS: &'static [ChannelDeclaration] = &[
         ChannelDeclaration::of::<DemEnergy>(),
@@ -134,7 +141,9 @@ impl Model for Dem {
         }
         warnings.extend(diagnosis.doubts());
         let parameters = Parameters::new(config);
-        let mut discs = start::discs(config, &parameters, seed)?;
+        let kinds = Kinds::drawn(config, &parameters, seed);
+        let mut discs = start::discs(config, &parameters, seed, &kinds)?;
+        let rain = Rain::new(config, &parameters, seed, kinds.rain(config, &parameters));
         let facts = report::facts(config, &parameters, &diagnosis, &discs);
         let initial_top_speed = discs.states.iter().fold(0.0, |top, [_, _, vx, vy]| {
             let speed = (vx * vx + vy * vy).sqrt();
@@ -150,6 +159,7 @@ impl Model for Dem {
             count: 0,
             ledger: Ledger::default(),
             removed: 0,
+            rain,
             initial_top_speed,
             damping_step: diagnosis.damping_step,
             window: Window { is_closed: true, ..Window::default() },
@@ -232,6 +242,7 @@ impl Dem {
             self.list_neighbours();
             self.remove_discs();
         }
+        self.let_discs_in();
         if self.count.is_multiple_of(AUDIT_INTERVAL) { self.audit() } else { Ok(()) }
     }
 
@@ -266,6 +277,26 @@ impl Dem {
         self.removed += leaving as u64;
     }
 
+    /// Lets discs of the rain in, with their energy.
+    fn let_discs_in(&mut self) {
+        let time = self.time();
+        let Some(rain) = self.rain.as_mut().filter(|rain| rain.opens_at(self.count)) else {
+            return;
+        };
+        let walls = self.parameters.walls_at(self.count);
+        let entering = rain.entering(time, &self.discs, &walls, &self.parameters);
+        if entering.is_empty() {
+            return;
+        }
+        let before = self.energies(&self.evaluate()).total();
+        let springs = self.neighbours.springs(&self.discs);
+        entering.iter().for_each(|disc| self.discs.push(disc));
+        self.neighbours.hold(springs);
+        self.list_neighbours();
+        let after = self.energies(&self.evaluate()).total();
+        self.ledger.entered.add(after - before);
+    }
+
     fn list_only(&mut self, stays: &[u32]) {
         let springs = self.neighbours.springs(&self.discs);
         self.discs.reorder(stays);
@@ -295,7 +326,8 @@ impl Dem {
         let balance = self.ledger.balance(&evaluation.moved, self.parameters.time_step);
         let residual = self.residual(&energies, &balance);
         let throughput = energies.kinetic + energies.elastic_normal + energies.elastic_tangential;
-        let scale = self.ledger.initial.abs() + throughput + balance.dissipated().abs();
+        let came = self.ledger.initial.abs() + self.ledger.entered.value().abs();
+        let scale = came + throughput + balance.dissipated().abs();
         let share = residual.abs() / scale;
         // Written so that no number is no closed ledger.
         let is_closed = share <= LARGEST_RESIDUAL || scale == 0.0;
@@ -324,7 +356,7 @@ impl Dem {
     }
 
     fn residual(&self, energies: &Energies, balance: &energy::Balance) -> f64 {
-        let gone = balance.dissipated() + self.ledger.removed.value();
+        let gone = balance.dissipated() + self.ledger.removed.value() - self.ledger.entered.value();
         energies.total() + gone - balance.wall_work - self.ledger.initial
     }
 }

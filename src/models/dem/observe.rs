@@ -35,7 +35,8 @@ impl Dem {
             let [vx_step, vy_step] = self.discs.velocity(disc);
             let (radius, spin) = (self.discs.radii[disc], evaluation.spins[disc]);
             let id = f64::from(self.discs.ids[disc]);
-            frame.push_state(&[x, y, vx, vy, vx_step, vy_step, radius, spin, id]);
+            let mass = self.discs.masses[disc];
+            frame.push_state(&[x, y, vx, vy, vx_step, vy_step, radius, spin, id, mass]);
         }
         self.push_energy(frame, &evaluation);
         self.push_contacts(frame, &evaluation);
@@ -70,8 +71,9 @@ impl Dem {
             friction_j: balance.friction,
             rolling_j: balance.rolling,
             removed_j: self.ledger.removed.value(),
+            entered_j: self.ledger.entered.value(),
         });
-        let scale = self.ledger.initial.abs();
+        let scale = (self.ledger.initial + self.ledger.entered.value()).abs();
         let share = |energy: f64| if scale > 0.0 { energy / scale } else { 0.0 };
         frame.push(&DemEnergyShare {
             kinetic_percent: 100.0 * share(energies.kinetic),
@@ -92,6 +94,7 @@ impl Dem {
             mean_force_y_n: if has_begun { mean(1) } else { nothing() },
             work_j: balance.walls,
             discs_removed: self.removed,
+            discs_entered: self.rain.as_ref().map_or(0, |rain| rain.entered),
         });
     }
 

@@ -45,6 +45,7 @@ impl Case {
             spins: vec![0.0; length],
             radii: (0..count).map(|_| generator.uniform_in(radii[0], radii[1])).collect(),
             masses: vec![1.0; length],
+            materials: vec![0; length],
         };
         let neighbours = Neighbours::new(0.5 * (radii[0] + radii[1]));
         let mut case = Self { sides, periodic, radii, discs, neighbours };

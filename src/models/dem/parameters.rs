@@ -1,11 +1,10 @@
 //! The constants of a run, derived from the manifest once.
 
-use super::contacts::{ContactLaw, Dashpot};
-use super::restitution;
+use super::contacts::ContactLaw;
+use super::materials::Materials;
 use super::walls::{Motion, PlacedWall, Shape, Wall};
 use kinetoscope_manifest::model::{
-    DemConfig, DemIntegrator, DemWall, DemWallShape, Dissipation, ForceTail, PeriodicSides,
-    TimeStep,
+    DemConfig, DemIntegrator, DemWall, DemWallShape, ForceTail, PeriodicSides, TimeStep,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -48,30 +47,25 @@ impl Parameters {
         let radius_range = config.radius_m.range();
         let radius = config.radius_m.mean();
         let mass = config.mass_kg.get();
-        let smallest_mass = mass_of(radius_range.0, radius, mass);
         let stiffness = config.stiffness_n_per_m.get();
         let law = ContactLaw {
             stiffness,
-            dashpot: match config.dissipation {
-                Dissipation::Restitution(wanted) => {
-                    Dashpot::Ratio(restitution::damping_ratio(wanted.get(), config.force_tail))
-                }
-                Dissipation::Damping(damping) => Dashpot::Damping(damping.get()),
-            },
+            materials: Materials::new(config),
             only_pushes: config.force_tail == ForceTail::Clamped,
             is_implicit: config.integrator == DemIntegrator::ImplicitDashpot,
             tangential_stiffness: stiffness * config.tangential_stiffness_share.get(),
             tangential_damping_share: config.tangential_damping_share.get(),
-            friction: config.friction.get(),
-            rolling_friction: config.rolling_friction.get(),
         };
+        let smallest_mass = law.materials.density_range().0 * mass_of(radius_range.0, radius, mass);
         let per_contact = |steps: f64| PI * (smallest_mass / stiffness).sqrt() / steps;
         let time_step = match config.time_step {
             TimeStep::PerContact(steps) => per_contact(steps.get()),
             TimeStep::Fixed(step) => step.get(),
             TimeStep::Automatic => {
                 let pair_mass = 0.5 * smallest_mass;
-                let by_dashpot = AUTOMATIC_DAMPING_STEP * pair_mass / law.damping(pair_mass);
+                let strongest = law.materials.strongest_dashpot();
+                let damping = strongest.damping(stiffness, pair_mass);
+                let by_dashpot = AUTOMATIC_DAMPING_STEP * pair_mass / damping;
                 let by_spring = per_contact(AUTOMATIC_STEPS_PER_CONTACT);
                 if by_dashpot < by_spring { by_dashpot } else { by_spring }
             }
@@ -104,6 +98,34 @@ impl Parameters {
     /// Effective mass of the lightest pair: two discs of the smallest mass.
     pub(super) fn lightest_pair_mass(&self) -> f64 {
         0.5 * self.smallest_mass
+    }
+
+    /// eta of the lightest pair with the strongest dashpot, N s/m.
+    pub(super) fn strongest_damping(&self) -> f64 {
+        let pair = self.law.materials.strongest_dashpot();
+        pair.damping(self.law.stiffness, self.lightest_pair_mass())
+    }
+
+    /// Damping ratio of the weakest dashpot at an effective mass.
+    pub(super) fn weakest_damping_ratio(&self, effective_mass: f64) -> f64 {
+        let pairs = self.law.materials.all().iter();
+        let ratios = pairs.map(|pair| pair.damping_ratio(self.law.stiffness, effective_mass));
+        ratios.fold(f64::INFINITY, |least, ratio| if ratio < least { ratio } else { least })
+    }
+
+    /// Damping ratio of the strongest dashpot at an effective mass.
+    pub(super) fn strongest_damping_ratio(&self, effective_mass: f64) -> f64 {
+        let pair = self.law.materials.strongest_dashpot();
+        pair.damping_ratio(self.law.stiffness, effective_mass)
+    }
+
+    /// From the second point to the first, over a periodic side where that is nearer, m.
+    pub(super) fn apart(&self, one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|axis: usize| {
+            let apart = one[axis] - other[axis];
+            let side = self.sides[axis];
+            if self.periodic[axis] { apart - side * (apart / side).round() } else { apart }
+        })
     }
 
     /// The walls after so many steps.
@@ -153,6 +175,7 @@ fn wall(config: &DemWall) -> Wall {
         velocity: pair(config.velocity_m_per_s),
         amplitude: pair(config.amplitude_m),
         frequency: config.frequency_hz.get(),
+        moves: config.moves_s.map(|moves| moves.map(|time| time.get())),
         spin,
     };
     Wall { shape, motion }

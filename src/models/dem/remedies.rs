@@ -34,7 +34,7 @@ fn keys(config: &DemConfig) -> Vec<Key> {
     let (mass, stiffness) = (parameters.smallest_mass, parameters.law.stiffness);
     let pair_mass = parameters.lightest_pair_mass();
     let present =
-        restitution::restitution(parameters.law.damping_ratio(pair_mass), config.force_tail);
+        restitution::restitution(parameters.strongest_damping_ratio(pair_mass), config.force_tail);
     // An overdamped dashpot has no restitution to start from.
     let restitution = if present > 1e-3 { present } else { 1e-3 };
     vec![
@@ -56,7 +56,7 @@ fn keys(config: &DemConfig) -> Vec<Key> {
         },
         Key {
             name: "damping_n_s_per_m",
-            current: parameters.law.damping(pair_mass),
+            current: parameters.strongest_damping(),
             change: |config, value| {
                 let dissipation = Dissipation::Damping(NonNegative::new(value)?);
                 Some(DemConfig { dissipation, ..config.clone() })

@@ -1,8 +1,9 @@
 //! What the user is told in words: of the start, of a refusal, of a blow-up.
 
 use super::Dem;
-use super::contacts::{Dashpot, Partner};
+use super::contacts::Partner;
 use super::discs::Discs;
+use super::materials::Dashpot;
 use super::parameters::Parameters;
 use super::stability::{Diagnosis, figure};
 use super::{remedies, restitution, start, step};
@@ -65,7 +66,7 @@ fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
     let steps = |effective_mass: f64| {
         let law = &parameters.law;
         let natural_frequency = (law.stiffness / effective_mass).sqrt();
-        let ratio = law.damping_ratio(effective_mass);
+        let ratio = parameters.strongest_damping_ratio(effective_mass);
         restitution::contact_duration(ratio, natural_frequency, config.force_tail)
             .map(|duration| duration / parameters.time_step)
     };
@@ -79,12 +80,12 @@ fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
 
 fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -> String {
     let mass = parameters.lightest_pair_mass();
-    let ratio = parameters.law.damping_ratio(mass);
+    let ratio = parameters.strongest_damping_ratio(mass);
     let tail = match config.force_tail {
         ForceTail::Attractive => "with the attractive tail",
         ForceTail::Clamped => "clamped at zero",
     };
-    let given = match parameters.law.dashpot {
+    let given = match parameters.law.materials.strongest_dashpot().dashpot {
         Dashpot::Ratio(_) => "from the restitution wanted",
         Dashpot::Damping(_) => "as given",
     };
@@ -97,7 +98,7 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
     format!(
         "Lightest pair: eta = {:.6e} N s/m {given}, zeta = {ratio:.6}, restitution {:.6} {tail}, \
          c = eta dt/m_eff = {}.{implicit}",
-        parameters.law.damping(mass),
+        parameters.strongest_damping(),
         restitution::restitution(ratio, config.force_tail),
         figure(diagnosis.damping_step)
     )

@@ -19,6 +19,8 @@ const DOUBTFUL_STEPS_PER_CONTACT: f64 = 10.0;
 const LARGEST_OVERLAP: f64 = 0.5;
 /// Overlap over radius from which the user is told.
 const DOUBTFUL_OVERLAP: f64 = 0.3;
+/// Standard deviations of drawn velocities that are reckoned with.
+const DRAWN_DEVIATIONS: f64 = 4.0;
 /// Whole numbers beyond this are not all floating-point numbers.
 const MOST_STEPS: u64 = 1 << 53;
 
@@ -45,7 +47,7 @@ impl Diagnosis {
         let is_implicit = config.integrator == DemIntegrator::ImplicitDashpot;
         let (step, mass) = (parameters.time_step, parameters.smallest_mass);
         let stiffness = parameters.law.stiffness;
-        let damping = parameters.law.damping(parameters.lightest_pair_mass());
+        let damping = parameters.strongest_damping();
         let dashpot_part = if is_implicit { 0.0 } else { 12.0 * damping * step / mass };
         Self {
             damping_step: damping * step / parameters.lightest_pair_mass(),
@@ -145,15 +147,17 @@ impl Diagnosis {
 /// of resting discs that its weight adds, all discs lying in even layers.
 fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
     let law = &parameters.law;
-    let natural_frequency = (law.stiffness / parameters.mass).sqrt();
+    let mass = parameters.mass * law.materials.density_range().1;
+    let natural_frequency = (law.stiffness / mass).sqrt();
     let hit = restitution::largest_overlap(
         impact_speed(config, parameters),
-        law.damping_ratio(parameters.mass),
+        parameters.weakest_damping_ratio(mass),
         natural_frequency,
     );
-    let layers =
-        |side: f64| 1.0 + f64::from(config.discs.get() - 1) * 2.0 * parameters.radius / side;
-    let weight = parameters.mass
+    let rain = config.rain.map_or(0, |rain| rain.discs.get());
+    let discs = f64::from(config.discs.get()) + f64::from(rain);
+    let layers = |side: f64| 1.0 + (discs - 1.0) * 2.0 * parameters.radius / side;
+    let weight = mass
         * (parameters.gravity[0].abs() * layers(parameters.sides[1])
             + parameters.gravity[1].abs() * layers(parameters.sides[0]));
     hit + weight / law.stiffness
@@ -171,10 +175,16 @@ fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
         };
         if height > 0.0 { 2.0 * gravity.abs() * height } else { 0.0 }
     };
+    let whole_fall = fall(0, None) + fall(1, None);
+    let mut fastest = config.rain.map_or(0.0, |rain| {
+        let [vx, vy] = rain.velocity_m_per_s.map(|v| v.get());
+        vx * vx + vy * vy + whole_fall
+    });
     let Placement::Given(given) = &config.placement else {
-        return (fall(0, None) + fall(1, None)).sqrt();
+        let drawn = DRAWN_DEVIATIONS * config.velocity_deviation_m_per_s.map_or(0.0, |v| v.get());
+        let squared = drawn * drawn + whole_fall;
+        return if squared > fastest { squared } else { fastest }.sqrt();
     };
-    let mut fastest = 0.0;
     for (position, velocity) in given.positions.iter().zip(&given.velocities) {
         let [vx, vy] = [velocity[0].get(), velocity[1].get()];
         let squared =

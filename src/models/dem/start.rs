@@ -1,7 +1,7 @@
 //! The discs at the start: how large, how heavy, where and how fast.
 
 use super::cells::{Cells, Runs};
-use super::discs::Discs;
+use super::discs::{Disc, Discs};
 use super::parameters::{Parameters, mass_of};
 use super::walls::PlacedWall;
 use crate::model::Refusal;
@@ -20,8 +20,10 @@ pub(super) fn discs(
     config: &DemConfig,
     parameters: &Parameters,
     seed: Seed,
+    kinds: &Kinds,
 ) -> Result<Discs, Refusal> {
-    let radii = radii(config, seed);
+    let placed = config.discs.get() as usize;
+    let radii = &kinds.radii[..placed];
     let (_, largest) = parameters.radius_range;
     if 2.0 * largest > parameters.sides[0] || 2.0 * largest > parameters.sides[1] {
         return Err(Refusal(format!(
@@ -41,17 +43,17 @@ pub(super) fn discs(
         Placement::Random => {
             let mut generator = seed.stream(Stream::Positions);
             let stands_free = |centre, radius| overlapped_wall(&walls, centre, radius).is_none();
-            random_sequential_addition_where(rectangle, &radii, &mut generator, stands_free)
+            random_sequential_addition_where(rectangle, radii, &mut generator, stands_free)
                 .map_err(|jammed| {
-                    no_room(config, parameters, &radii, &format!("only {} stand", jammed.placed))
+                    no_room(config, parameters, radii, &format!("only {} stand", jammed.placed))
                 })?
         }
         Placement::Lattice => square_lattice(rectangle, largest, radii.len()).ok_or_else(|| {
-            no_room(config, parameters, &radii, "a square lattice is too small for them")
+            no_room(config, parameters, radii, "a square lattice is too small for them")
         })?,
-        Placement::Given(given) => given_positions(given, parameters, &radii)?,
+        Placement::Given(given) => given_positions(given, parameters, radii)?,
     };
-    for (disc, (&centre, &radius)) in positions.iter().zip(&radii).enumerate() {
+    for (disc, (&centre, &radius)) in positions.iter().zip(radii).enumerate() {
         if let Some(wall) = overlapped_wall(&walls, centre, radius) {
             return Err(Refusal(format!(
                 "Disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m overlaps wall {wall} at the \
@@ -65,22 +67,80 @@ pub(super) fn discs(
         Placement::Given(given) => {
             given.velocities.iter().map(|velocity| velocity.map(|v| v.get())).collect()
         }
-        Placement::Random | Placement::Lattice => vec![[0.0, 0.0]; radii.len()],
+        Placement::Random | Placement::Lattice => drawn_velocities(config, seed, placed),
     };
-    let masses =
-        radii.iter().map(|&radius| mass_of(radius, parameters.radius, parameters.mass)).collect();
-    let moving = positions.iter().zip(velocities);
-    Ok(Discs {
-        ids: (0..radii.len() as u32).collect(),
-        states: moving.map(|(&[x, y], [vx, vy])| [x, y, vx, vy]).collect(),
-        spins: vec![0.0; radii.len()],
-        radii,
-        masses,
-    })
+    let mut discs = Discs::default();
+    for (number, (&position, velocity)) in positions.iter().zip(velocities).enumerate() {
+        discs.push(&Disc { position, velocity, ..kinds.disc(number, parameters) });
+    }
+    Ok(discs)
+}
+
+/// Radii and materials of all discs, those that fall in later included, in the order of their ids.
+pub(super) struct Kinds {
+    radii: Vec<f64>,
+    materials: Vec<u8>,
+}
+
+impl Kinds {
+    pub(super) fn drawn(config: &DemConfig, parameters: &Parameters, seed: Seed) -> Self {
+        let rain = config.rain.map_or(0, |rain| rain.discs.get());
+        let count = config.discs.get() as usize + rain as usize;
+        Self {
+            radii: radii(config, seed, count),
+            materials: parameters.law.materials.drawn(count, seed),
+        }
+    }
+
+    /// A disc by its number, with its radius, mass and material alone.
+    pub(super) fn disc(&self, number: usize, parameters: &Parameters) -> Disc {
+        let (radius, material) = (self.radii[number], self.materials[number]);
+        let density_ratio = parameters.law.materials.density_ratio(material);
+        Disc {
+            id: number as u32,
+            position: [0.0; 2],
+            velocity: [0.0; 2],
+            radius,
+            mass: density_ratio * mass_of(radius, parameters.radius, parameters.mass),
+            material,
+        }
+    }
+
+    /// The discs that fall in later.
+    pub(super) fn rain(
+        &self,
+        config: &DemConfig,
+        parameters: &Parameters,
+    ) -> impl DoubleEndedIterator<Item = Disc> {
+        let later = config.discs.get() as usize..self.radii.len();
+        later.map(|number| self.disc(number, parameters))
+    }
+}
+
+/// Normal velocities without a mean, or discs at rest.
+fn drawn_velocities(config: &DemConfig, seed: Seed, count: usize) -> Vec<[f64; 2]> {
+    let Some(deviation) = config.velocity_deviation_m_per_s else {
+        return vec![[0.0, 0.0]; count];
+    };
+    let mut generator = seed.stream(Stream::Velocities);
+    let mut drawn: Vec<[f64; 2]> =
+        (0..count).map(|_| generator.normal_pair().map(|v| v * deviation.get())).collect();
+    let mean = [0, 1].map(|axis: usize| {
+        let sum: f64 = drawn.iter().map(|velocity| velocity[axis]).sum();
+        sum / count as f64
+    });
+    for velocity in &mut drawn {
+        *velocity = [velocity[0] - mean[0], velocity[1] - mean[1]];
+    }
+    drawn
 }
 
 /// The first wall that a disc overlaps, touching left out.
-fn overlapped_wall(walls: &[PlacedWall], centre: [f64; 2], radius: f64) -> Option<usize> {
+pub(super) fn overlapped_wall(
+    walls: &[PlacedWall],
+    centre: [f64; 2],
+    radius: f64,
+) -> Option<usize> {
     walls.iter().position(|wall| {
         let distance = wall.shape.footing(centre).distance;
         let is_free = distance >= radius * (1.0 - TOUCHING);
@@ -94,8 +154,7 @@ pub(super) fn packing_fraction(radii: &[f64], sides: [f64; 2]) -> f64 {
     std::f64::consts::PI * squares / (sides[0] * sides[1])
 }
 
-fn radii(config: &DemConfig, seed: Seed) -> Vec<f64> {
-    let count = config.discs.get() as usize;
+fn radii(config: &DemConfig, seed: Seed, count: usize) -> Vec<f64> {
     match config.radius_m {
         DiscRadius::Equal(radius) => vec![radius.get(); count],
         DiscRadius::Uniform { min, max } => {

@@ -253,8 +253,9 @@ fn look(
     let here = block.start..block.start + block.len(discs);
     let (states, spins) = (&discs.states[here.clone()], &discs.spins[here.clone()]);
     let (mut moving, mut turning) = (states.to_vec(), spins.to_vec());
-    let (radii, masses) = (&discs.radii[here.clone()], &discs.masses[here]);
-    let mut own = Own { states: &mut moving, spins: &mut turning, radii, masses };
+    let (radii, masses) = (&discs.radii[here.clone()], &discs.masses[here.clone()]);
+    let materials = &discs.materials[here];
+    let mut own = Own { states: &mut moving, spins: &mut turning, radii, masses, materials };
     if solved.is_none() {
         edges.find(&mut block, discs, scene);
         memory.find(&mut block, &own, &edges, scene);

@@ -1,6 +1,7 @@
 //! One contact: what its springs, dashpots and sliders do to the two that touch.
 
 use super::contacts::ContactLaw;
+use super::materials::ContactConstants;
 use super::motion::{self, SpringSlider};
 use super::neighbours::Stretch;
 
@@ -92,6 +93,7 @@ impl Touch {
     pub(super) fn rub(
         &self,
         law: &ContactLaw,
+        constants: &ContactConstants,
         time_step: f64,
         radii: [f64; 2],
         push: &Push,
@@ -110,7 +112,7 @@ impl Touch {
         };
         let [nx, ny] = self.normal;
         let speed = self.velocity[1] * nx - self.velocity[0] * ny - self.surface_speed;
-        let (tangential, friction_loss) = slide(stretch[0], speed, law.friction * pressing);
+        let (tangential, friction_loss) = slide(stretch[0], speed, constants.friction * pressing);
         let mut rub = Rub {
             force: tangential.force,
             dashpot: tangential.dashpot_force,
@@ -121,10 +123,10 @@ impl Touch {
             rolling_loss: 0.0,
         };
         stretch[0] = tangential.stretch;
-        if law.rolling_friction > 0.0 {
+        if constants.rolling_friction > 0.0 {
             let reduced = 1.0 / (1.0 / radii[0] + 1.0 / radii[1]);
             let travel = reduced * self.rolling_rate * time_step;
-            let limit = law.rolling_friction * pressing;
+            let limit = constants.rolling_friction * pressing;
             // Without a dashpot: rolling friction alone takes the energy.
             let rolling = motion::spring_slider(stiffness, 0.0, stretch[1], travel, 0.0, limit);
             rub.rolling_loss = 0.5 * stiffness * (stretch[1] + rolling.stretch) * rolling.slip;

@@ -23,7 +23,8 @@ pub(super) enum Shape {
     Drum { centre: [f64; 2], radius: f64 },
 }
 
-/// Displacement at the time t: u t + A sin(2 pi f t), and for a drum an angular velocity about its centre.
+/// Displacement at the time t: u t + A sin(2 pi f t), and for a drum an angular velocity about its centre. The clock t runs
+/// while the wall moves, and all the time where nothing is said of that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Motion {
     /// Constant velocity u, m/s.
@@ -34,6 +35,8 @@ pub(super) struct Motion {
     pub(super) frequency: f64,
     /// Angular velocity of a drum, rad/s.
     pub(super) spin: f64,
+    /// When the motion begins and ends, s.
+    pub(super) moves: Option<[f64; 2]>,
 }
 
 /// A wall at a step.
@@ -61,9 +64,24 @@ pub(super) struct Footing {
 impl Motion {
     /// Displacement at a time, m.
     pub(super) fn displacement(&self, time: f64) -> [f64; 2] {
+        let time = self.clock(time);
         let phase = libm::sin(TAU * self.frequency * time);
         let along = |axis: usize| self.velocity[axis] * time + self.amplitude[axis] * phase;
         [along(0), along(1)]
+    }
+
+    /// Time since the motion began, as long as it lasts, s.
+    fn clock(&self, time: f64) -> f64 {
+        match self.moves {
+            Some([begin, _]) if time < begin => 0.0,
+            Some([begin, end]) if time > end => end - begin,
+            Some([begin, _]) => time - begin,
+            None => time,
+        }
+    }
+
+    fn runs_at(&self, time: f64) -> bool {
+        self.moves.is_none_or(|[begin, end]| time >= begin && time < end)
     }
 }
 
@@ -85,7 +103,7 @@ impl Wall {
             shape: self.shape.moved(now),
             step_velocity: over(now, before, time_step),
             mid_velocity: over(after, before, 2.0 * time_step),
-            spin: self.motion.spin,
+            spin: if self.motion.runs_at(step * time_step) { self.motion.spin } else { 0.0 },
         }
     }
 }

@@ -1,0 +1,165 @@
+//! The rules between the keys of a DEM scene: walls, regions, materials, rain.
+
+use super::dem_materials::MOST_MATERIALS;
+use super::{
+    DISC, DemConfig, DemIntegrator, DemWall, DemWallShape, Dissipation, PeriodicSides, Placement,
+    WALL,
+};
+use crate::keys::Reader;
+use crate::quantity::Finite;
+
+impl DemConfig {
+    /// Reports what no scene can be made of.
+    pub(super) fn check_scene(&self, largest_radius: f64, table: &mut Reader<'_>) {
+        let (width, height) = (self.width_m.get(), self.height_m.get());
+        let moves = self.walls.iter().any(|wall| !wall.is_at_rest());
+        if self.integrator == DemIntegrator::ImplicitDashpot && (moves || self.rubs()) {
+            table.refuse(
+                &[
+                    "integrator",
+                    "friction",
+                    "rolling_friction",
+                    "materials",
+                    "contact_pairs",
+                    "walls",
+                ],
+                "the implicit dashpot knows neither friction nor moving walls",
+                "take \"semi-implicit-euler\" or \"velocity-verlet\"",
+            );
+        }
+        // Neighbours across a periodic side must not be neighbours within the box as well.
+        let least = 12.0 * largest_radius;
+        let (x, y) = match self.periodic {
+            PeriodicSides::None => (false, false),
+            PeriodicSides::X => (true, false),
+            PeriodicSides::Y => (false, true),
+            PeriodicSides::Both => (true, true),
+        };
+        if (x && width < least) || (y && height < least) {
+            table.refuse(
+                &["periodic", "width_m", "height_m", "radius_m"],
+                "the periodic box is too small for its discs",
+                "a periodic side must be at least 12 of the largest radii long",
+            );
+        }
+        if let Some([low, high]) = self.region_m {
+            let is_inside = |at: [Finite; 2]| {
+                (0.0..=width).contains(&at[0].get()) && (0.0..=height).contains(&at[1].get())
+            };
+            if !is_inside(low) || !is_inside(high) || low[0] >= high[0] || low[1] >= high[1] {
+                table.refuse(
+                    &["region_m", "width_m", "height_m"],
+                    "the region is no rectangle within the box",
+                    "its corners, lower left first, must lie within the box",
+                );
+            }
+        }
+        for wall in &self.walls {
+            self.check_wall(wall, table);
+        }
+        self.check_materials(table);
+        self.check_rain(largest_radius, table);
+        let is_given = matches!(self.placement, Placement::Given(_));
+        if is_given && self.velocity_deviation_m_per_s.is_some() {
+            table.refuse(
+                &["velocity_deviation_m_per_s", "placement"],
+                "a given start has its own velocities",
+                "leave velocity_deviation_m_per_s out, or the given placement",
+            );
+        }
+    }
+
+    /// Whether any contact has friction or rolling friction.
+    fn rubs(&self) -> bool {
+        let materials = self.materials.iter().map(|material| material.constants);
+        let pairs = self.contact_pairs.iter().map(|pair| pair.constants);
+        let given = materials.chain(pairs).flat_map(|own| [own.friction, own.rolling_friction]);
+        let common = [self.friction, self.rolling_friction];
+        given.flatten().chain(common).any(|coefficient| coefficient.get() > 0.0)
+    }
+
+    fn check_materials(&self, table: &mut Reader<'_>) {
+        let names: Vec<&str> = self.materials.iter().map(|material| &*material.name).collect();
+        let stands_twice = |(index, name): (usize, &&str)| names[..index].contains(name);
+        if names.len() > MOST_MATERIALS || names.iter().enumerate().any(stands_twice) {
+            table.refuse(
+                &["materials"],
+                "the materials cannot be told apart",
+                "at most 8 materials, each with a name of its own",
+            );
+        }
+        let known = if names.is_empty() { vec![DISC] } else { names };
+        let mut seen: Vec<[&str; 2]> = Vec::new();
+        for pair in &self.contact_pairs {
+            let [one, other] = [&*pair.between[0], &*pair.between[1]];
+            let unknown =
+                [one, other].into_iter().find(|name| *name != WALL && !known.contains(name));
+            if let Some(name) = unknown {
+                let label = format!("known: {}, {WALL}", known.join(", "));
+                let title = format!("no material is called {name:?}");
+                table.refuse(&["contact_pairs"], &title, &label);
+            } else if one == WALL && other == WALL {
+                let title = "walls do not touch each other";
+                table.refuse(&["contact_pairs"], title, "one of the two must be a material");
+            } else if seen.contains(&[one, other]) || seen.contains(&[other, one]) {
+                let title = format!("the pair of {one:?} and {other:?} stands twice");
+                table.refuse(&["contact_pairs"], &title, "keep one of them");
+            }
+            seen.push([one, other]);
+        }
+        let materials = self.materials.iter().map(|material| material.constants);
+        let pairs = self.contact_pairs.iter().map(|pair| pair.constants);
+        let wants_restitution = materials.chain(pairs).any(|own| own.restitution.is_some());
+        if wants_restitution && matches!(self.dissipation, Dissipation::Damping(_)) {
+            table.refuse(
+                &["damping_n_s_per_m", "materials", "contact_pairs"],
+                "with one damping for all contacts no material has a restitution of its own",
+                "give restitution in place of damping_n_s_per_m",
+            );
+        }
+    }
+
+    fn check_rain(&self, largest_radius: f64, table: &mut Reader<'_>) {
+        let Some(rain) = &self.rain else { return };
+        let sides = [self.width_m.get(), self.height_m.get()];
+        let has_room = |end: [Finite; 2]| {
+            let fits = |axis: usize| {
+                let at = end[axis].get();
+                at >= largest_radius && at <= sides[axis] - largest_radius
+            };
+            fits(0) && fits(1)
+        };
+        if !has_room(rain.from_m) || !has_room(rain.to_m) {
+            table.refuse(
+                &["rain", "width_m", "height_m", "radius_m"],
+                "discs would enter outside the box",
+                "the line from from_m to to_m must keep the largest radius off the box's sides",
+            );
+        }
+        if self.discs.checked_add(rain.discs.get()).is_none() {
+            table.refuse(&["rain", "discs"], "there are too many discs", "at most 2^32 - 1 in all");
+        }
+    }
+
+    fn check_wall(&self, wall: &DemWall, table: &mut Reader<'_>) {
+        let (width, height) = (self.width_m.get(), self.height_m.get());
+        let is_inside = |x: f64, y: f64| (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
+        let fits = match wall.shape {
+            DemWallShape::Segment { from_m, to_m } => {
+                [from_m, to_m].iter().all(|end| is_inside(end[0].get(), end[1].get()))
+            }
+            DemWallShape::Drum { centre_m, radius_m, .. } => {
+                let ([x, y], r) = (centre_m.map(Finite::get), radius_m.get());
+                let slack = 1e-9 * r;
+                is_inside(x - r + slack, y - r + slack) && is_inside(x + r - slack, y + r - slack)
+            }
+        };
+        if !fits {
+            table.refuse(
+                &["walls", "width_m", "height_m"],
+                "a wall reaches outside the box",
+                "walls must begin within the box: an outlet cannot be wider than its hopper",
+            );
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! What discs and walls are made of: the constants of a contact by the materials of its two sides.
+//!
+//! Constants that the manifest gives for a pair count. Others follow from the two materials:
+//! - friction and rolling friction are the smaller of the two: the weaker surface gives way first (the rule of Itasca's PFC
+//!   and of YADE, Šmilauer et al., Yade Documentation);
+//! - e^2 = (e_i^2 + e_j^2)/2: two springs of one stiffness in series store equal shares of the energy, and each material
+//!   returns e^2 of its own (Coaplen, Stronge and Ravani, Int. J. Impact Eng. 30 (2004) 581, for equal stiffness).
+//!
+//! The stiffness is one for all: it sets how long a contact lasts and how deep it is, which must be short and shallow enough
+//! to matter no more, and not what it does.
+
+use super::restitution;
+use crate::random::{Seed, Stream};
+use kinetoscope_manifest::model::{DISC, DemConfig, DemContactConstants, Dissipation, WALL};
+use serde::{Deserialize, Serialize};
+
+/// How the damping of a contact is found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Dashpot {
+    /// From the damping ratio zeta, for each pair by its effective mass: one restitution for all.
+    Ratio(f64),
+    /// One damping eta for all, N s/m.
+    Damping(f64),
+}
+
+/// Constants of the contacts between two materials.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct ContactConstants {
+    /// The dashpot.
+    pub(super) dashpot: Dashpot,
+    /// Coefficient of friction mu.
+    pub(super) friction: f64,
+    /// Coefficient of rolling friction mu_r.
+    pub(super) rolling_friction: f64,
+}
+
+/// The constants of all pairs of materials; the walls are the last one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Materials {
+    /// Row by row, `count` squared.
+    pairs: Vec<ContactConstants>,
+    /// Materials, walls included.
+    count: usize,
+    /// Each disc material's share of the discs, summed up to it, over the sum of all.
+    shares: Vec<f64>,
+    /// Areal density of each disc material over the manifest's.
+    density_ratios: Vec<f64>,
+}
+
+/// e, mu and mu_r of one material, before they are mixed.
+#[derive(Clone, Copy)]
+struct Surface {
+    restitution: f64,
+    friction: f64,
+    rolling_friction: f64,
+}
+
+impl ContactConstants {
+    /// Damping eta of a contact, N s/m.
+    pub(super) fn damping(&self, stiffness: f64, effective_mass: f64) -> f64 {
+        match self.dashpot {
+            Dashpot::Ratio(ratio) => restitution::damping(ratio, stiffness, effective_mass),
+            Dashpot::Damping(damping) => damping,
+        }
+    }
+
+    /// Damping ratio zeta = eta / (2 sqrt(k m_eff)) of a contact.
+    pub(super) fn damping_ratio(&self, stiffness: f64, effective_mass: f64) -> f64 {
+        match self.dashpot {
+            Dashpot::Ratio(ratio) => ratio,
+            Dashpot::Damping(damping) => damping / (2.0 * (stiffness * effective_mass).sqrt()),
+        }
+    }
+}
+
+impl Surface {
+    fn of(own: &DemContactConstants, common: Self) -> Self {
+        Self {
+            restitution: own.restitution.map_or(common.restitution, |e| e.get()),
+            friction: own.friction.map_or(common.friction, |mu| mu.get()),
+            rolling_friction: own.rolling_friction.map_or(common.rolling_friction, |mu| mu.get()),
+        }
+    }
+
+    /// The mixing rule.
+    fn with(self, other: Self) -> Self {
+        let smaller = |one: f64, other: f64| if one < other { one } else { other };
+        let restitution = if self.restitution == other.restitution {
+            self.restitution
+        } else {
+            let squares =
+                self.restitution * self.restitution + other.restitution * other.restitution;
+            (0.5 * squares).sqrt()
+        };
+        Self {
+            restitution,
+            friction: smaller(self.friction, other.friction),
+            rolling_friction: smaller(self.rolling_friction, other.rolling_friction),
+        }
+    }
+}
+
+impl Materials {
+    pub(super) fn new(config: &DemConfig) -> Self {
+        let common = Surface {
+            restitution: match config.dissipation {
+                Dissipation::Restitution(wanted) => wanted.get(),
+                Dissipation::Damping(_) => 1.0,
+            },
+            friction: config.friction.get(),
+            rolling_friction: config.rolling_friction.get(),
+        };
+        let listed = config.materials.iter();
+        let (mut names, mut surfaces): (Vec<&str>, Vec<Surface>) = listed
+            .map(|material| (&*material.name, Surface::of(&material.constants, common)))
+            .unzip();
+        if names.is_empty() {
+            names.push(DISC);
+            surfaces.push(common);
+        }
+        names.push(WALL);
+        surfaces.push(common);
+        let count = names.len();
+        let constants = |place: usize| {
+            let (one, other) = (place / count, place % count);
+            let mixed = surfaces[one].with(surfaces[other]);
+            let is_this = |between: &[String; 2]| {
+                let [a, b] = [&*between[0], &*between[1]];
+                [a, b] == [names[one], names[other]] || [b, a] == [names[one], names[other]]
+            };
+            let given = config.contact_pairs.iter().find(|pair| is_this(&pair.between));
+            contact_constants(
+                config,
+                given.map_or(mixed, |pair| Surface::of(&pair.constants, mixed)),
+            )
+        };
+        Self {
+            pairs: (0..count * count).map(constants).collect(),
+            count,
+            shares: summed_shares(config),
+            density_ratios: if config.materials.is_empty() {
+                vec![1.0]
+            } else {
+                config.materials.iter().map(|material| material.density_ratio.get()).collect()
+            },
+        }
+    }
+
+    /// The constants of contacts between two materials.
+    #[inline]
+    pub(super) fn between(&self, one: u8, other: u8) -> &ContactConstants {
+        &self.pairs[usize::from(one) * self.count + usize::from(other)]
+    }
+
+    /// The constants of contacts with the walls.
+    #[inline]
+    pub(super) fn with_walls(&self, material: u8) -> &ContactConstants {
+        &self.pairs[(usize::from(material) + 1) * self.count - 1]
+    }
+
+    /// Every pair's constants.
+    pub(super) fn all(&self) -> &[ContactConstants] {
+        &self.pairs
+    }
+
+    /// Whether any contact has tangential or rolling springs.
+    pub(super) fn have_friction(&self) -> bool {
+        self.pairs.iter().any(|pair| pair.friction > 0.0 || pair.rolling_friction > 0.0)
+    }
+
+    /// The constants with the strongest dashpot, for judging a time step.
+    pub(super) fn strongest_dashpot(&self) -> &ContactConstants {
+        let strength = |pair: &ContactConstants| match pair.dashpot {
+            Dashpot::Ratio(strength) | Dashpot::Damping(strength) => strength,
+        };
+        let mut strongest = &self.pairs[0];
+        for pair in &self.pairs {
+            strongest = if strength(pair) > strength(strongest) { pair } else { strongest };
+        }
+        strongest
+    }
+
+    /// Areal density of a material over the manifest's.
+    pub(super) fn density_ratio(&self, material: u8) -> f64 {
+        self.density_ratios[usize::from(material)]
+    }
+
+    /// Smallest and largest of the density ratios.
+    pub(super) fn density_range(&self) -> (f64, f64) {
+        self.density_ratios.iter().fold((f64::INFINITY, 0.0), |(low, high), &ratio| {
+            (if ratio < low { ratio } else { low }, if ratio > high { ratio } else { high })
+        })
+    }
+
+    /// The material of each of so many discs, drawn by the shares.
+    pub(super) fn drawn(&self, count: usize, seed: Seed) -> Vec<u8> {
+        if self.shares.len() < 2 {
+            return vec![0; count];
+        }
+        let mut generator = seed.stream(Stream::Materials);
+        let mut draw = || {
+            let drawn = generator.uniform();
+            // Up to the last but one: rounding cannot lead past the last.
+            let below = |share: &&f64| drawn >= **share;
+            self.shares[..self.shares.len() - 1].iter().take_while(below).count() as u8
+        };
+        (0..count).map(|_| draw()).collect()
+    }
+}
+
+fn contact_constants(config: &DemConfig, surface: Surface) -> ContactConstants {
+    let dashpot = match config.dissipation {
+        Dissipation::Restitution(_) => {
+            Dashpot::Ratio(restitution::damping_ratio(surface.restitution, config.force_tail))
+        }
+        Dissipation::Damping(damping) => Dashpot::Damping(damping.get()),
+    };
+    ContactConstants {
+        dashpot,
+        friction: surface.friction,
+        rolling_friction: surface.rolling_friction,
+    }
+}
+
+fn summed_shares(config: &DemConfig) -> Vec<f64> {
+    let shares = || config.materials.iter().map(|material| material.share.get());
+    let total: f64 = shares().sum();
+    shares()
+        .scan(0.0, |sum, share| {
+            *sum += share;
+            Some(*sum / total)
+        })
+        .collect()
+}
