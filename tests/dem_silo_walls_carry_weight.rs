@@ -1,12 +1,10 @@
 //! Law: the floor of a silo carries Ws (1 - exp(-W/Ws)) of a weight W, Ws = sigma g D^2/(2 mu K) (sigma the mass of unit area, D
-//! the width): from some height on, no more. mu is that of discs which slide along the walls, or less where they roll: a sheared
-//! bed's, 0.26.
+//! the width): from some height on, no more.
 //!
 //! Source: Janssen, Z. VDI 39 (1895) 1045; in the plane, forces on a slice: D d(p)/dz = sigma g D - 2 mu K p. K lies between that
 //! of Rankine's active state, (1 - sin a)/(1 + sin a) = 0.3 at a steep angle of friction of 33 degrees, and somewhat above 1.
-//! 0.26: da Cruz et al., Phys. Rev. E 72 (2005) 021309.
-//! Setup: `experiments/dem_silo.toml`: the floor sinks by a diameter, in a quarter of an oscillation, so that discs slip along the walls everywhere and friction
-//! is used up (as Vanel and Clément did, Eur. Phys. J. B 11 (1999) 525), and comes to rest.
+//! Setup: `experiments/dem_silo.toml`: the floor sinks by a diameter, in a quarter of an oscillation, so that discs slip
+//! along the walls everywhere and friction is used up (as Vanel and Clément did, Eur. Phys. J. B 11 (1999) 525), and comes to rest.
 //! Tolerance: Ws from the deepest bed, W(480 discs), within the range of K; the 120 discs' load within 20 % of that law: chains
 //! of forces make single beds scatter by that much.
 //! Control: with smooth walls the floor carries all, to 1 %, and the judge of Janssen's law rejects that.
@@ -46,13 +44,13 @@ fn screening_weight([load, weight]: [f64; 2]) -> Option<f64> {
     Some(low)
 }
 
-/// The range of Ws, N: sigma g D = 0.8 to 0.85 of the area times 1e-3 kg over pi r^2, mu from 0.26 to 0.5, K from
-/// 0.3 to 1.2.
+/// The range of Ws, N: sigma g D = 0.8 to 0.85 of the area times 1e-3 kg over pi r^2, mu = 0.5, K from 0.3 to
+/// 1.2.
 fn is_janssens(scale: f64) -> bool {
     let per_metre =
         |fraction: f64| fraction * 0.01 * 1e-3 * G / (std::f64::consts::PI * 5e-4 * 5e-4);
     let least = per_metre(0.8) * 0.01 / (2.0 * 0.5 * 1.2);
-    let most = per_metre(0.85) * 0.01 / (2.0 * 0.26 * 0.3);
+    let most = per_metre(0.85) * 0.01 / (2.0 * 0.5 * 0.3);
     (least..=most).contains(&scale)
 }
 

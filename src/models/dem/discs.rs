@@ -1,5 +1,7 @@
 //! The discs in memory, in the order of the cells that they stood in when the neighbour list was built.
 
+use super::forces::Own;
+use super::neighbours::BLOCK;
 use serde::{Deserialize, Serialize};
 
 /// The discs, column by column, all of one length and in one order. `ids` says who stands where.
@@ -74,6 +76,27 @@ impl Discs {
         self.radii.push(disc.radius);
         self.masses.push(disc.mass);
         self.materials.push(disc.material);
+    }
+
+    /// All discs as one block.
+    pub(super) fn own(&mut self) -> Own<'_> {
+        let Self { states, spins, radii, masses, materials, .. } = self;
+        Own { states, spins, radii, masses, materials }
+    }
+
+    /// The discs of each block.
+    pub(super) fn blocks(&mut self) -> Vec<Own<'_>> {
+        let moving = self.states.chunks_mut(BLOCK).zip(self.spins.chunks_mut(BLOCK));
+        let bodies = self.radii.chunks(BLOCK).zip(self.masses.chunks(BLOCK));
+        let bodies = bodies.zip(self.materials.chunks(BLOCK));
+        let own = |((states, spins), ((radii, masses), materials))| Own {
+            states,
+            spins,
+            radii,
+            masses,
+            materials,
+        };
+        moving.zip(bodies).map(own).collect()
     }
 
     /// Where each disc stands in memory, in the order of the ids.

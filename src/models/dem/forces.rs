@@ -2,13 +2,15 @@
 //!
 //! Beside each disc's force F stands its dissipative part D, the sum of (k delta - f) n. The power that dashpots take is
 //! then the sum of D . v over discs, and no contact has to be looked at a second time once accelerations are known.
+//!
+//! Edges see discs of other blocks, so all of them come first, while no disc has moved. What is left of a block follows
+//! from its own discs alone, and they can move on at once.
 
-use super::contacts::ContactLaw;
+use super::contacts::{ContactLaw, Partner};
 use super::discs::Discs;
 use super::lanes;
-use super::materials::ContactConstants;
-use super::motion::{self, SpringSlider};
 use super::neighbours::{Block, Pairs, Stretch};
+use super::touch::{Rub, Touch};
 use super::walls::PlacedWall;
 
 /// Forces on the discs of a block, and what its contacts did.
@@ -19,6 +21,16 @@ pub(super) struct Forces {
     /// Torque and its dissipative part, N m; empty without friction.
     pub(super) torques: Vec<[f64; 2]>,
     pub(super) sums: ContactSums,
+}
+
+/// Forces of a block's edges on its own discs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct EdgeForces {
+    /// The disc, counted from the block's first, with Fx, Fy, Dx, Dy, N.
+    forces: Vec<(u32, [f64; 4])>,
+    /// Torque and its dissipative part, N m, of each; empty without friction.
+    torques: Vec<[f64; 2]>,
+    sums: ContactSums,
 }
 
 /// Sums over the contacts of a block. An edge, which two blocks see, counts half in each.
@@ -34,42 +46,55 @@ pub(super) struct ContactSums {
     pub(super) wall_dissipation: f64,
     /// Force of each wall on the discs, N, and its power, W.
     pub(super) walls: Vec<[f64; 3]>,
-    /// Largest overlap over the smaller radius.
-    pub(super) largest_overlap: f64,
+    pub(super) deepest: Deepest,
 }
 
 /// The deepest contact so far. Most contacts are less deep and are told by one comparison.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Deepest {
-    over_radius: f64,
+    /// Overlap over the smaller radius.
+    pub(super) over_radius: f64,
+    /// Where the disc stands in memory, and its partner; `None` while no contact is deeper than was known before.
+    pub(super) ends: Option<(u32, Partner)>,
     smallest_radius: f64,
+    /// Where the discs begin that pairs are counted from.
+    start: usize,
 }
 
 impl Deepest {
-    /// `over_radius` is the largest overlap over the smaller radius so far.
-    pub(super) fn new(over_radius: f64, smallest_radius: f64) -> Self {
-        Self { over_radius, smallest_radius }
-    }
-
     /// Overlaps up to this, m, need not be noted.
     #[inline]
     pub(super) fn bound(&self) -> f64 {
         self.over_radius * self.smallest_radius
     }
 
+    /// Notes the overlap, m, of two discs of the block.
     #[inline]
-    pub(super) fn note(&mut self, overlap: f64, radius: f64, other_radius: f64) {
-        let ratio = overlap / if radius < other_radius { radius } else { other_radius };
+    pub(super) fn note_pair(&mut self, overlap: f64, [a, b]: [usize; 2], radii: &[f64]) {
+        let partner = Partner::Disc((self.start + b) as u32);
+        self.note(overlap, a, radii[a], partner, radii[b]);
+    }
+
+    #[inline]
+    fn note(&mut self, overlap: f64, disc: usize, radius: f64, partner: Partner, other: f64) {
+        let ratio = overlap / if radius < other { radius } else { other };
         if ratio > self.over_radius {
             self.over_radius = ratio;
+            self.ends = Some(((self.start + disc) as u32, partner));
+        }
+    }
+
+    /// Takes the deeper of two.
+    pub(super) fn take(&mut self, other: &Self) {
+        if other.over_radius > self.over_radius {
+            *self = *other;
         }
     }
 }
 
-/// What a block's forces follow from, besides its own lists.
+/// What forces follow from, besides discs and lists.
 #[derive(Clone, Copy)]
 pub(super) struct Scene<'a> {
-    pub(super) discs: &'a Discs,
     pub(super) law: &'a ContactLaw,
     pub(super) walls: &'a [PlacedWall],
     pub(super) time_step: f64,
@@ -80,101 +105,132 @@ pub(super) struct Scene<'a> {
     pub(super) use_lanes: bool,
 }
 
-impl Scene<'_> {
-    /// Constants of the contact of two discs.
-    #[inline]
-    fn constants(&self, [a, b]: [usize; 2]) -> &ContactConstants {
-        self.law.materials.between(self.discs.materials[a], self.discs.materials[b])
-    }
+/// The discs of a block, column by column.
+pub(super) struct Own<'a> {
+    /// x, y in m, vx, vy in m/s.
+    pub(super) states: &'a mut [[f64; 4]],
+    /// Angular velocities, rad/s.
+    pub(super) spins: &'a mut [f64],
+    /// Radii, m.
+    pub(super) radii: &'a [f64],
+    /// Masses, kg.
+    pub(super) masses: &'a [f64],
+    /// Materials, by their number.
+    pub(super) materials: &'a [u8],
 }
 
-impl Forces {
-    /// Finds all forces on the discs of a block; the springs of its contacts move on by a step.
-    pub(super) fn find(&mut self, block: &mut Block, scene: &Scene<'_>) {
-        let count = block.len(scene.discs);
+impl EdgeForces {
+    /// Finds the forces of a block's edges; the springs of its contacts move on by a step.
+    pub(super) fn find(&mut self, block: &mut Block, discs: &Discs, scene: &Scene<'_>) {
         self.forces.clear();
-        self.forces.resize(count, [0.0; 4]);
         self.torques.clear();
-        let walls = std::mem::take(&mut self.sums.walls);
-        self.sums = ContactSums { walls, ..ContactSums::default() };
-        self.sums.walls.clear();
-        self.sums.walls.resize(scene.walls.len(), [0.0; 3]);
-        let mut deepest = Deepest::new(scene.known_overlap, scene.smallest_radius);
-        if scene.law.has_friction() {
-            self.torques.resize(count, [0.0; 2]);
-            self.rubbing_pairs(block, scene, &mut deepest);
-        } else {
-            let own = block.start..block.start + count;
-            let (states, radii) = (&scene.discs.states[own.clone()], &scene.discs.radii[own]);
-            let (forces, law) = (&mut self.forces, scene.law);
-            let done = if scene.use_lanes {
-                lanes::inner_pairs(&block.inner, states, radii, law, forces, &mut deepest)
-            } else {
-                0
-            };
-            inner_pairs(&block.inner, done, states, radii, law, forces, &mut deepest);
-        }
-        self.edges(block, scene, &mut deepest);
-        self.walls(block, scene, &mut deepest);
-        self.sums.largest_overlap = deepest.over_radius;
-    }
-
-    fn rubbing_pairs(&mut self, block: &mut Block, scene: &Scene<'_>, deepest: &mut Deepest) {
-        let Pairs { first, second, reach, damping, stretch } = &mut block.inner;
-        for pair in 0..first.len() {
-            let (a, b) = (first[pair] as usize, second[pair] as usize);
-            let ends = [block.start + a, block.start + b];
-            let Some(touch) = touch(scene.discs, ends, [0.0; 2], reach[pair]) else {
-                self.sums.let_go(&mut stretch[pair], scene.law, 1.0);
-                continue;
-            };
-            let radii = ends.map(|end| scene.discs.radii[end]);
-            deepest.note(touch.overlap, radii[0], radii[1]);
-            let push = touch.push(scene.law, damping[pair]);
-            let own = scene.constants(ends);
-            let rub = touch.rub(scene, own, radii, &push, damping[pair], &mut stretch[pair]);
-            self.sums.take(&rub, 1.0);
-            let on_first = push.and(&rub, touch.normal);
-            add(&mut self.forces[a], on_first);
-            add(&mut self.forces[b], on_first.map(|part| -part));
-            add_torque(&mut self.torques[a], rub.torques(radii[0], 1.0));
-            add_torque(&mut self.torques[b], rub.torques(radii[1], -1.0));
-        }
-    }
-
-    fn edges(&mut self, block: &mut Block, scene: &Scene<'_>, deepest: &mut Deepest) {
+        self.sums.clear(scene, block.start);
         for edge in 0..block.edges.len() {
-            let own = block.edges.first[edge] as usize;
-            let ends = [block.start + own, block.edges.second[edge] as usize];
+            let own = block.edges.first[edge];
+            let ends = [block.start + own as usize, block.edges.second[edge] as usize];
             let damping = block.edges.damping[edge];
-            let touch = touch(scene.discs, ends, block.shifts[edge], block.edges.reach[edge]);
+            let [state, other] = ends.map(|disc| discs.states[disc]);
+            let touch = Touch::between(state, other, block.shifts[edge], block.edges.reach[edge]);
             let Some(touch) = touch else {
                 if let Some(stretch) = block.edges.stretch.get_mut(edge) {
                     self.sums.let_go(stretch, scene.law, 0.5);
                 }
                 continue;
             };
-            let radii = ends.map(|end| scene.discs.radii[end]);
-            deepest.note(touch.overlap, radii[0], radii[1]);
+            let radii = ends.map(|disc| discs.radii[disc]);
+            let touch = touch.turning(ends.map(|disc| discs.spins[disc]), radii);
+            let partner = Partner::Disc(ends[1] as u32);
+            self.sums.deepest.note(touch.overlap, own as usize, radii[0], partner, radii[1]);
             let push = touch.push(scene.law, damping);
             let Some(stretch) = block.edges.stretch.get_mut(edge) else {
-                add(&mut self.forces[own], push.along(touch.normal));
+                self.forces.push((own, push.along(touch.normal)));
                 continue;
             };
-            let rub = touch.rub(scene, scene.constants(ends), radii, &push, damping, stretch);
+            let [first, second] = ends.map(|disc| discs.materials[disc]);
+            let pair = scene.law.materials.between(first, second);
+            let rub = touch.rub(scene.law, pair, scene.time_step, radii, &push, damping, stretch);
             self.sums.take(&rub, 0.5);
-            add(&mut self.forces[own], push.and(&rub, touch.normal));
-            add_torque(&mut self.torques[own], rub.torques(radii[0], 1.0));
+            self.forces.push((own, push.and(&rub, touch.normal)));
+            self.torques.push(rub.torques(radii[0], 1.0));
         }
     }
+}
 
-    fn walls(&mut self, block: &mut Block, scene: &Scene<'_>, deepest: &mut Deepest) {
+impl Forces {
+    /// Finds all forces on the discs of a block; the springs of its contacts move on by a step.
+    pub(super) fn find(
+        &mut self,
+        block: &mut Block,
+        own: &Own<'_>,
+        edges: &EdgeForces,
+        scene: &Scene<'_>,
+    ) {
+        let count = own.states.len();
+        self.forces.clear();
+        self.forces.resize(count, [0.0; 4]);
+        self.torques.clear();
+        self.sums.clear(scene, block.start);
+        if scene.law.has_friction() {
+            self.torques.resize(count, [0.0; 2]);
+            self.rubbing_pairs(block, own, scene);
+        } else {
+            let (states, radii, law) = (&*own.states, own.radii, scene.law);
+            let (forces, deepest) = (&mut self.forces, &mut self.sums.deepest);
+            let done = if scene.use_lanes {
+                lanes::inner_pairs(&block.inner, states, radii, law, forces, deepest)
+            } else {
+                0
+            };
+            inner_pairs(&block.inner, done, states, radii, law, forces, deepest);
+        }
+        for &(disc, force) in &edges.forces {
+            add(&mut self.forces[disc as usize], force);
+        }
+        for (&(disc, _), &torque) in edges.forces.iter().zip(&edges.torques) {
+            add_torque(&mut self.torques[disc as usize], torque);
+        }
+        self.walls(block, own, scene);
+        self.sums.add(&edges.sums);
+    }
+
+    fn rubbing_pairs(&mut self, block: &mut Block, own: &Own<'_>, scene: &Scene<'_>) {
+        let Pairs { first, second, reach, damping, stretch } = &mut block.inner;
+        let (law, time_step) = (scene.law, scene.time_step);
+        // Sums of its own stay in registers.
+        let mut sums = std::mem::take(&mut self.sums);
+        let constants = reach.iter().zip(damping.iter()).zip(stretch);
+        for ((&a, &b), ((&reach, &damping), stretch)) in first.iter().zip(&*second).zip(constants) {
+            let ends = [a as usize, b as usize];
+            let [state, other] = ends.map(|disc| own.states[disc]);
+            let Some(touch) = Touch::between(state, other, [0.0; 2], reach) else {
+                sums.let_go(stretch, law, 1.0);
+                continue;
+            };
+            let radii = ends.map(|disc| own.radii[disc]);
+            let touch = touch.turning(ends.map(|disc| own.spins[disc]), radii);
+            if touch.overlap > sums.deepest.bound() {
+                sums.deepest.note_pair(touch.overlap, ends, own.radii);
+            }
+            let push = touch.push(law, damping);
+            let [first, second] = ends.map(|disc| own.materials[disc]);
+            let pair = law.materials.between(first, second);
+            let rub = touch.rub(law, pair, time_step, radii, &push, damping, stretch);
+            sums.take(&rub, 1.0);
+            let on_first = push.and(&rub, touch.normal);
+            add(&mut self.forces[ends[0]], on_first);
+            add(&mut self.forces[ends[1]], on_first.map(|part| -part));
+            add_torque(&mut self.torques[ends[0]], rub.torques(radii[0], 1.0));
+            add_torque(&mut self.torques[ends[1]], rub.torques(radii[1], -1.0));
+        }
+        self.sums = sums;
+    }
+
+    fn walls(&mut self, block: &mut Block, own: &Own<'_>, scene: &Scene<'_>) {
         for pair in &mut block.walls {
-            let own = pair.disc as usize;
-            let disc = block.start + own;
+            let disc = pair.disc as usize;
             let wall = &scene.walls[pair.wall as usize];
-            let radius = scene.discs.radii[disc];
-            let [x, y, vx, vy] = scene.discs.states[disc];
+            let radius = own.radii[disc];
+            let [x, y, vx, vy] = own.states[disc];
             let footing = wall.shape.footing([x, y]);
             if footing.distance >= radius {
                 self.sums.let_go(&mut pair.stretch, scene.law, 1.0);
@@ -186,27 +242,25 @@ impl Forces {
                 normal,
                 overlap: radius - footing.distance,
                 velocity: [vx - wall_vx, vy - wall_vy],
-                rolling_rate: scene.discs.spins[disc] - wall.spin,
-                surface_speed: radius * scene.discs.spins[disc],
+                rolling_rate: own.spins[disc] - wall.spin,
+                surface_speed: radius * own.spins[disc],
             };
-            deepest.note(touch.overlap, radius, radius);
+            let partner = Partner::Wall(pair.wall);
+            self.sums.deepest.note(touch.overlap, disc, radius, partner, radius);
             let push = touch.push(scene.law, pair.damping);
             let mut on_disc = push.along(normal);
             if scene.law.has_friction() {
                 // Against a wall the reduced radius is the disc's own.
-                let rub = touch.rub(
-                    scene,
-                    scene.law.materials.with_walls(scene.discs.materials[disc]),
-                    [radius, f64::INFINITY],
-                    &push,
-                    pair.damping,
-                    &mut pair.stretch,
-                );
+                let radii = [radius, f64::INFINITY];
+                let (damping, stretch) = (pair.damping, &mut pair.stretch);
+                let pair = scene.law.materials.with_walls(own.materials[disc]);
+                let rub =
+                    touch.rub(scene.law, pair, scene.time_step, radii, &push, damping, stretch);
                 self.sums.take(&rub, 1.0);
                 on_disc = push.and(&rub, normal);
-                add_torque(&mut self.torques[own], rub.torques(radius, 1.0));
+                add_torque(&mut self.torques[disc], rub.torques(radius, 1.0));
             }
-            add(&mut self.forces[own], on_disc);
+            add(&mut self.forces[disc], on_disc);
             let [u, v] = wall.surface_velocity(wall.mid_velocity, normal);
             self.sums.wall_dissipation -= on_disc[2] * u + on_disc[3] * v;
             let by_wall = &mut self.sums.walls[pair.wall as usize];
@@ -237,7 +291,7 @@ fn inner_pairs(
             let velocity = [state[2] - other[2], state[3] - other[3]];
             let touch = Touch::of(apart, squared, reach, velocity);
             if touch.overlap > deepest.bound() {
-                deepest.note(touch.overlap, radii[a], radii[b]);
+                deepest.note_pair(touch.overlap, [a, b], radii);
             }
             let push = touch.push(law, damping).along(touch.normal);
             add(&mut forces[a], push);
@@ -246,160 +300,30 @@ fn inner_pairs(
     }
 }
 
-/// Two that overlap.
-struct Touch {
-    /// Unit vector from the other to the disc.
-    normal: [f64; 2],
-    /// delta, m.
-    overlap: f64,
-    /// Velocity of the disc against the other, spins left out, m/s.
-    velocity: [f64; 2],
-    /// w_i - w_j, rad/s.
-    rolling_rate: f64,
-    /// r_i w_i + r_j w_j, m/s.
-    surface_speed: f64,
-}
-
-/// Normal force f and its dissipative part k delta - f, N.
-struct Push {
-    force: f64,
-    loss: f64,
-}
-
-/// What friction does in a step.
-struct Rub {
-    /// Tangential force and the dashpot's share of it, N.
-    force: f64,
-    dashpot: f64,
-    /// Torque of the rolling spring over the reduced radius, N; and that radius, m.
-    rolling_force: f64,
-    reduced_radius: f64,
-    /// Energy of both springs, J.
-    elastic: f64,
-    /// Energy taken by either slider, J.
-    friction_loss: f64,
-    rolling_loss: f64,
-}
-
-/// The contact of two discs, the second shifted; `None` where they are apart.
-#[inline]
-fn touch(discs: &Discs, [a, b]: [usize; 2], shift: [f64; 2], reach: f64) -> Option<Touch> {
-    let (state, other) = (discs.states[a], discs.states[b]);
-    let apart = [state[0] - (other[0] + shift[0]), state[1] - (other[1] + shift[1])];
-    let squared = apart[0] * apart[0] + apart[1] * apart[1];
-    if squared < reach * reach {
-        let velocity = [state[2] - other[2], state[3] - other[3]];
-        let (spin, other_spin) = (discs.spins[a], discs.spins[b]);
-        return Some(Touch {
-            rolling_rate: spin - other_spin,
-            surface_speed: discs.radii[a] * spin + discs.radii[b] * other_spin,
-            ..Touch::of(apart, squared, reach, velocity)
-        });
-    }
-    None
-}
-
-impl Touch {
-    #[inline]
-    fn of(apart: [f64; 2], squared: f64, reach: f64, velocity: [f64; 2]) -> Self {
-        let distance = squared.sqrt();
-        // Centres on one point have no normal, and such an overlap ends the run: no force will do.
-        let inverse = 1.0 / if distance > f64::MIN_POSITIVE { distance } else { f64::MIN_POSITIVE };
-        Self {
-            normal: [apart[0] * inverse, apart[1] * inverse],
-            overlap: reach - distance,
-            velocity,
-            rolling_rate: 0.0,
-            surface_speed: 0.0,
-        }
-    }
-
-    #[inline]
-    fn push(&self, law: &ContactLaw, damping: f64) -> Push {
-        let speed = self.velocity[0] * self.normal[0] + self.velocity[1] * self.normal[1];
-        let force = motion::contact_force(law.stiffness, damping, self.overlap, speed);
-        let force = law.clamped(force);
-        Push { force, loss: law.stiffness * self.overlap - force }
-    }
-
-    /// Moves the springs of the contact on. Slippage counts with the mean of the spring's force before and after it: with
-    /// the velocities half a step behind the positions that makes work and energy of the springs agree exactly.
-    #[inline]
-    fn rub(
-        &self,
-        scene: &Scene<'_>,
-        constants: &ContactConstants,
-        radii: [f64; 2],
-        push: &Push,
-        damping: f64,
-        stretch: &mut Stretch,
-    ) -> Rub {
-        let law = scene.law;
-        let pressing = if push.force > 0.0 { push.force } else { 0.0 };
-        let damping = law.tangential_damping_share * damping;
-        let stiffness = law.tangential_stiffness;
-        let slide = |before: f64, speed: f64, limit: f64| {
-            let travel = speed * scene.time_step;
-            let moved: SpringSlider =
-                motion::spring_slider(stiffness, damping, before, travel, speed, limit);
-            let loss = 0.5 * stiffness * (before + moved.stretch) * moved.slip;
-            (moved, loss)
-        };
-        let [nx, ny] = self.normal;
-        let speed = self.velocity[1] * nx - self.velocity[0] * ny - self.surface_speed;
-        let (tangential, friction_loss) = slide(stretch[0], speed, constants.friction * pressing);
-        let mut rub = Rub {
-            force: tangential.force,
-            dashpot: tangential.dashpot_force,
-            rolling_force: 0.0,
-            reduced_radius: 0.0,
-            elastic: 0.5 * stiffness * tangential.stretch * tangential.stretch,
-            friction_loss,
-            rolling_loss: 0.0,
-        };
-        stretch[0] = tangential.stretch;
-        if constants.rolling_friction > 0.0 {
-            let reduced = 1.0 / (1.0 / radii[0] + 1.0 / radii[1]);
-            let travel = reduced * self.rolling_rate * scene.time_step;
-            let limit = constants.rolling_friction * pressing;
-            // Without a dashpot: rolling friction alone takes the energy.
-            let rolling = motion::spring_slider(stiffness, 0.0, stretch[1], travel, 0.0, limit);
-            rub.rolling_loss = 0.5 * stiffness * (stretch[1] + rolling.stretch) * rolling.slip;
-            rub.elastic += 0.5 * stiffness * rolling.stretch * rolling.stretch;
-            rub.rolling_force = rolling.force;
-            rub.reduced_radius = reduced;
-            stretch[1] = rolling.stretch;
-        }
-        rub
-    }
-}
-
-impl Push {
-    /// F and D along a normal.
-    #[inline]
-    fn along(&self, [nx, ny]: [f64; 2]) -> [f64; 4] {
-        [self.force * nx, self.force * ny, self.loss * nx, self.loss * ny]
-    }
-
-    /// F and D with those of the tangent (-ny, nx).
-    #[inline]
-    fn and(&self, rub: &Rub, [nx, ny]: [f64; 2]) -> [f64; 4] {
-        let [fx, fy, dx, dy] = self.along([nx, ny]);
-        let (force, loss) = (rub.force, -rub.dashpot);
-        [fx - force * ny, fy + force * nx, dx - loss * ny, dy + loss * nx]
-    }
-}
-
-impl Rub {
-    /// Torque on a disc of a radius, and its dissipative part. `side` is 1 for the disc that the normal points to, else -1.
-    #[inline]
-    fn torques(&self, radius: f64, side: f64) -> [f64; 2] {
-        let rolling = side * self.reduced_radius * self.rolling_force;
-        [rolling - radius * self.force, radius * self.dashpot]
-    }
-}
-
 impl ContactSums {
+    /// Nothing yet, in a scene, for the block of the discs from `start` on.
+    pub(super) fn clear(&mut self, scene: &Scene<'_>, start: usize) {
+        let mut walls = std::mem::take(&mut self.walls);
+        walls.clear();
+        walls.resize(scene.walls.len(), [0.0; 3]);
+        let (over_radius, smallest_radius) = (scene.known_overlap, scene.smallest_radius);
+        let deepest = Deepest { over_radius, ends: None, smallest_radius, start };
+        *self = Self { walls, deepest, ..Self::default() };
+    }
+
+    /// Adds those of other contacts.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.elastic += other.elastic;
+        self.friction += other.friction;
+        self.rolling += other.rolling;
+        self.wall_dissipation += other.wall_dissipation;
+        self.walls.resize(other.walls.len(), [0.0; 3]);
+        for (sum, part) in self.walls.iter_mut().zip(&other.walls) {
+            *sum = [sum[0] + part[0], sum[1] + part[1], sum[2] + part[2]];
+        }
+        self.deepest.take(&other.deepest);
+    }
+
     #[inline]
     fn take(&mut self, rub: &Rub, share: f64) {
         self.elastic += share * rub.elastic;

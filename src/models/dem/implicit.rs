@@ -66,14 +66,17 @@ pub(super) fn solve_dashpots(discs: &Discs, parameters: &Parameters, contacts: &
 }
 
 /// The forces of solved contacts on the discs, block by block, with their dissipative parts as `forces` has them.
-pub(super) fn forces_of(contacts: &[Contact], scene: &Scene<'_>, blocks: &mut [Forces]) {
+pub(super) fn forces_of(
+    contacts: &[Contact],
+    discs: &Discs,
+    scene: &Scene<'_>,
+    blocks: &mut [Forces],
+) {
     for (number, block) in blocks.iter_mut().enumerate() {
-        let count = Ord::min(BLOCK, scene.discs.len() - number * BLOCK);
+        let count = Ord::min(BLOCK, discs.len() - number * BLOCK);
         block.forces.clear();
         block.forces.resize(count, [0.0; 4]);
-        block.sums.walls.clear();
-        block.sums.walls.resize(scene.walls.len(), [0.0; 3]);
-        block.sums.largest_overlap = scene.known_overlap;
+        block.sums.clear(scene, number * BLOCK);
     }
     for contact in contacts {
         let loss = scene.law.stiffness * contact.overlap - contact.force;
@@ -85,8 +88,10 @@ pub(super) fn forces_of(contacts: &[Contact], scene: &Scene<'_>, blocks: &mut [F
             for (sum, part) in sum.iter_mut().zip(on_disc) {
                 *sum += sign * part;
             }
-            if contact.overlap_over_radius > block.sums.largest_overlap {
-                block.sums.largest_overlap = contact.overlap_over_radius;
+            let deepest = &mut block.sums.deepest;
+            if contact.overlap_over_radius > deepest.over_radius {
+                deepest.over_radius = contact.overlap_over_radius;
+                deepest.ends = Some((contact.disc, contact.partner));
             }
         };
         add(contact.disc, 1.0);

@@ -3,6 +3,7 @@
 //!
 //! What the unsafe code keeps to:
 //! - Loads and stores of a whole `[f64; 4]` through its own reference: in bounds, and unaligned by instruction.
+//! - Rows of states and forces by a pair's indices, unchecked pair by pair: all indices are checked before the loop.
 //! - The call of a function compiled for AVX2, made only where `is_x86_feature_detected!` has found it.
 
 #![allow(unsafe_code)]
@@ -77,6 +78,10 @@ mod avx2 {
         let (seconds, _) = pairs.second.as_chunks::<LANES>();
         let (reaches, _) = pairs.reach.as_chunks::<LANES>();
         let (dampings, _) = pairs.damping.as_chunks::<LANES>();
+        // Also a list out of a damaged checkpoint must not reach beyond.
+        let largest = |of: &[u32]| of.iter().fold(0, |most, &index| Ord::max(most, index)) as usize;
+        let beyond = Ord::max(largest(&pairs.first), largest(&pairs.second));
+        assert!(beyond < own.len() && own.len() <= forces.len(), "a pair of no disc");
         let stiffness = _mm256_set1_pd(law.stiffness);
         let floor = _mm256_set1_pd(law.least_force());
         let smallest = _mm256_set1_pd(f64::MIN_POSITIVE);
@@ -85,7 +90,9 @@ mod avx2 {
             firsts.iter().zip(seconds).zip(reaches).zip(dampings)
         {
             let apart = |lane: usize| {
-                let (a, b) = (&own[first[lane] as usize], &own[second[lane] as usize]);
+                let (a, b) = (first[lane] as usize, second[lane] as usize);
+                // SAFETY: no index reaches beyond, see above.
+                let (a, b) = unsafe { (own.get_unchecked(a), own.get_unchecked(b)) };
                 _mm256_sub_pd(load(a), load(b))
             };
             let [x, y, vx, vy] = transposed([apart(0), apart(1), apart(2), apart(3)]);
@@ -118,16 +125,18 @@ mod avx2 {
                 let mut overlaps = [0.0; 4];
                 store(&mut overlaps, overlap);
                 for lane in (0..LANES).filter(|lane| touching >> lane & 1 == 1) {
-                    let (a, b) = (first[lane] as usize, second[lane] as usize);
-                    deepest.note(overlaps[lane], radii[a], radii[b]);
+                    let ends = [first[lane] as usize, second[lane] as usize];
+                    deepest.note_pair(overlaps[lane], ends, radii);
                 }
             }
             // A pair apart adds +0, which changes no bit: a sum that began with +0 is never -0. It costs less than a branch.
             for (lane, row) in rows.into_iter().enumerate() {
-                let on_first = &mut forces[first[lane] as usize];
+                // SAFETY: as above.
+                let on_first = unsafe { forces.get_unchecked_mut(first[lane] as usize) };
                 let sum = _mm256_add_pd(load(on_first), row);
                 store(on_first, sum);
-                let on_second = &mut forces[second[lane] as usize];
+                // SAFETY: as above.
+                let on_second = unsafe { forces.get_unchecked_mut(second[lane] as usize) };
                 let sum = _mm256_sub_pd(load(on_second), row);
                 store(on_second, sum);
             }

@@ -10,13 +10,17 @@ pub mod restitution;
 mod cells;
 mod contacts;
 mod discs;
+mod drift;
 mod energy;
+mod finder;
 mod forces;
 mod implicit;
 mod lanes;
 mod materials;
 mod neighbours;
 mod observe;
+#[cfg(test)]
+mod pairs_are_all_there;
 mod parameters;
 mod rain;
 mod recorded;
@@ -26,6 +30,7 @@ mod snapshot;
 mod stability;
 mod start;
 mod step;
+mod touch;
 mod walls;
 
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
@@ -225,18 +230,15 @@ impl Dem {
     /// One time step: forces at the present state, the ledger's share, kick and drift; then a good neighbour list again.
     fn step(&mut self) -> Result<(), BlowUp> {
         let walls = self.parameters.walls_at(self.count);
-        let scene = scene(&self.discs, &self.parameters, &walls, &self.window, self.use_lanes);
-        let moved = self.workspace.advance(&mut self.neighbours, &scene, &self.parameters);
+        let scene = scene(&self.parameters, &walls, &self.window, self.use_lanes);
+        let (neighbours, discs) = (&mut self.neighbours, &mut self.discs);
+        let moved = self.workspace.advance(neighbours, discs, &scene, &self.parameters);
         self.window.take(&moved);
-        if moved.contacts.largest_overlap > 1.0 {
-            return Err(self.deepest());
-        }
         let time_step = self.parameters.time_step;
         self.ledger.add(&moved, time_step);
-        self.workspace.hand_over(&mut self.discs);
         self.count += 1;
-        if let Some(disc) = moved.outside {
-            return Err(BlowUp::Outside(disc));
+        if let Some(blow_up) = moved.blow_up() {
+            return Err(blow_up);
         }
         let displacements = self.parameters.displacements_at(self.count);
         let way = moved.longest_way(time_step);
@@ -338,20 +340,6 @@ impl Dem {
         if is_closed { Ok(()) } else { Err(BlowUp::Residual(share)) }
     }
 
-    /// The contact that ended the run.
-    fn deepest(&self) -> BlowUp {
-        let walls = self.parameters.walls_at(self.count);
-        let mut found = Vec::new();
-        let law = &self.parameters.law;
-        contacts::find(&self.discs, law, &walls, &self.neighbours, &mut found);
-        let is_too_deep = |contact: &&contacts::Contact| contact.overlap_over_radius > 1.0;
-        match found.iter().find(is_too_deep) {
-            Some(contact) => BlowUp::Overlap(*contact),
-            // The implicit forces see the same overlaps, so this is not reached.
-            None => BlowUp::Outside(0),
-        }
-    }
-
     /// Takes stock at the start, so that the ledger's residual begins at zero.
     fn open_ledger(&mut self) {
         let evaluation = self.evaluate();
@@ -361,16 +349,14 @@ impl Dem {
 
     /// Forces at the present state, found without touching it.
     fn evaluate(&self) -> Evaluation {
-        // The springs of a copy move on.
-        self.evaluate_with(&mut self.neighbours.clone(), &mut Workspace::default())
+        self.evaluate_with(&self.neighbours)
     }
 
-    /// Forces at the present state. The springs of `neighbours`, which are those of the run or a copy, move on.
-    fn evaluate_with(&self, neighbours: &mut Neighbours, workspace: &mut Workspace) -> Evaluation {
+    /// Forces at the present state, with the lists of the run or a copy of them.
+    fn evaluate_with(&self, neighbours: &Neighbours) -> Evaluation {
         let walls = self.parameters.walls_at(self.count);
-        let scene =
-            scene(&self.discs, &self.parameters, &walls, &Window::default(), self.use_lanes);
-        Evaluation::of(neighbours, workspace, &scene, &self.parameters)
+        let scene = scene(&self.parameters, &walls, &Window::default(), self.use_lanes);
+        Evaluation::of(neighbours, &self.discs, &scene, &self.parameters)
     }
 
     fn energies(&self, evaluation: &Evaluation) -> Energies {
@@ -387,14 +373,12 @@ impl Dem {
 }
 
 fn scene<'a>(
-    discs: &'a Discs,
     parameters: &'a Parameters,
     walls: &'a [PlacedWall],
     window: &Window,
     use_lanes: bool,
 ) -> Scene<'a> {
     Scene {
-        discs,
         law: &parameters.law,
         walls,
         time_step: parameters.time_step,
@@ -407,8 +391,9 @@ fn scene<'a>(
 impl Window {
     /// Adds a step.
     fn take(&mut self, moved: &Moved) {
-        if moved.contacts.largest_overlap > self.largest_overlap {
-            self.largest_overlap = moved.contacts.largest_overlap;
+        let deepest = moved.contacts.deepest.over_radius;
+        if deepest > self.largest_overlap {
+            self.largest_overlap = deepest;
         }
         self.wall_forces.resize(moved.contacts.walls.len(), [0.0; 2]);
         for (sum, [fx, fy, _]) in self.wall_forces.iter_mut().zip(&moved.contacts.walls) {

@@ -7,7 +7,7 @@
 ///
 /// `gravity` is g in m/s^2, `contact_force` the sum of the contact forces f_c on the disc in N, `mass` is m in kg.
 #[must_use]
-#[inline]
+#[inline(always)]
 pub fn acceleration(gravity: [f64; 2], contact_force: [f64; 2], mass: f64) -> [f64; 2] {
     [gravity[0] + contact_force[0] / mass, gravity[1] + contact_force[1] / mass]
 }

@@ -7,9 +7,10 @@
 //! The list holds every pair closer than touching plus the skin, and stays good until a disc or a wall has moved by half the
 //! skin. The order of the discs is part of the sums' bits, so the list belongs to the state.
 
-use super::cells::{Cells, Periodic, Run};
+use super::cells::{Cells, Periodic};
 use super::contacts::ContactLaw;
 use super::discs::Discs;
+use super::finder::{Finder, Grid};
 use super::walls::PlacedWall;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -91,12 +92,11 @@ pub(super) struct Surroundings<'a> {
     pub(super) largest_radius: f64,
 }
 
-/// A list that had to be built anew sooner than this was too short, later than the other too long.
-const YOUNG: u32 = 60;
-const OLD: u32 = 600;
 /// The skin's range over the mean radius, and where it begins.
-const SKIN_RANGE: [f64; 2] = [0.3, 1.0];
+const SKIN_RANGE: [f64; 2] = [0.1, 1.5];
 const FIRST_SKIN: f64 = 0.5;
+/// What it costs to build the list anew for a disc, over a look at a pair that does not touch.
+const BUILD_OVER_LOOK: f64 = 40.0;
 
 impl Neighbours {
     /// An empty list with the skin to begin with.
@@ -136,17 +136,30 @@ impl Neighbours {
         self.moved < 0.9 * limit
     }
 
-    /// Chooses the skin by the age that the last list reached.
+    /// Chooses the skin that costs least, if the discs go on moving as they did.
+    ///
+    /// With s the skin over the mean radius, phi the packing fraction around the discs and u = s/age what motion uses up in a
+    /// step, a disc costs phi ((2 + s)^2 - 4)/2 looks a step and u/s builds. That is least where s^2 (2 + s) = B u/phi, B
+    /// being the cost of a build over that of a look.
     pub(super) fn adapt_skin(&mut self, mean_radius: f64) {
-        let factor = match self.age {
-            0..YOUNG => 1.25,
-            YOUNG..OLD => 1.0,
-            OLD.. => 0.8,
-        };
-        let skin = self.skin * factor;
-        let [low, high] = SKIN_RANGE.map(|share| share * mean_radius);
-        let skin = if skin > low { skin } else { low };
-        self.skin = if skin < high { skin } else { high };
+        let skin = self.skin / mean_radius;
+        let (pairs, edges) = self.blocks.iter().fold((0, 0), |(pairs, edges), block| {
+            (pairs + block.inner.len(), edges + block.edges.len())
+        });
+        let neighbours = (2 * pairs + edges) as f64 / self.built_at.len() as f64;
+        // Neighbours and the disc itself, over all that have room within the reach.
+        let fraction = (neighbours + 1.0) / ((2.0 + skin) * (2.0 + skin));
+        let used = skin / f64::from(self.age);
+        let wanted = BUILD_OVER_LOOK * used / fraction;
+        // Newton's steps from above, where the function is convex, come down to the root.
+        let [least, most] = SKIN_RANGE;
+        let mut best = most;
+        for _ in 0..8 {
+            best -= (best * best * (2.0 + best) - wanted) / (best * (4.0 + 3.0 * best));
+        }
+        let best = if best > least { best } else { least };
+        let best = if best < most { best } else { most };
+        self.skin = best * mean_radius;
     }
 
     /// Sorts the discs and lists their pairs anew; springs of contacts that go on are kept.
@@ -156,14 +169,17 @@ impl Neighbours {
             None => self.springs(discs),
         };
         let reach = 2.0 * around.largest_radius + self.skin;
-        let (cells, order) = Cells::sort(&discs.states, around.sides, reach, around.periodic);
+        let (cells, order) =
+            Cells::sort(&discs.states, around.sides, reach, around.periodic, BLOCK);
         discs.reorder(&order);
         let count = discs.len().div_ceil(BLOCK);
         self.blocks.resize_with(count, Block::default);
         let skin = self.skin;
         let discs = &*discs;
-        self.blocks.par_iter_mut().enumerate().for_each(|(number, block)| {
-            block.fill(number * BLOCK, discs, &cells, around, skin);
+        let blocks = self.blocks.par_iter_mut().enumerate();
+        blocks.for_each_init(Finder::default, |finder, (number, block)| {
+            block.start = number * BLOCK;
+            finder.fill(block, &Grid { discs, cells: &cells, around, skin });
             block.take_up(discs, around.law.has_friction(), &springs);
         });
         self.built_at.clear();
@@ -219,7 +235,7 @@ impl Pairs {
         self.first.len()
     }
 
-    fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.first.clear();
         self.second.clear();
         self.reach.clear();
@@ -227,11 +243,12 @@ impl Pairs {
         self.stretch.clear();
     }
 
-    fn push(&mut self, first: usize, second: usize, reach: f64, damping: f64) {
-        self.first.push(first as u32);
-        self.second.push(second as u32);
-        self.reach.push(reach);
-        self.damping.push(damping);
+    /// Makes room for just so many pairs.
+    pub(super) fn reserve(&mut self, pairs: usize) {
+        self.first.reserve_exact(pairs);
+        self.second.reserve_exact(pairs);
+        self.reach.reserve_exact(pairs);
+        self.damping.reserve_exact(pairs);
     }
 
     fn stretched(&self) -> impl Iterator<Item = (u32, u32, Stretch)> {
@@ -246,73 +263,6 @@ impl Block {
     /// The number of its discs.
     pub(super) fn len(&self, discs: &Discs) -> usize {
         Ord::min(BLOCK, discs.len() - self.start)
-    }
-
-    fn fill(
-        &mut self,
-        start: usize,
-        discs: &Discs,
-        cells: &Cells,
-        around: &Surroundings<'_>,
-        skin: f64,
-    ) {
-        self.start = start;
-        self.inner.clear();
-        self.edges.clear();
-        self.shifts.clear();
-        self.walls.clear();
-        let own = start..start + self.len(discs);
-        for disc in own.clone() {
-            cells.around(discs.position(disc), |run| {
-                self.list_run(disc, &own, &run, discs, around, skin);
-            });
-            for (wall, placed) in around.walls.iter().enumerate() {
-                if placed.shape.footing(discs.position(disc)).distance < discs.radii[disc] + skin {
-                    self.walls.push(WallPair {
-                        disc: (disc - start) as u32,
-                        wall: wall as u32,
-                        damping: around.law.wall_damping(discs, disc),
-                        stretch: [0.0; 2],
-                    });
-                }
-            }
-        }
-    }
-
-    /// Lists a disc's pairs with a run of others.
-    fn list_run(
-        &mut self,
-        disc: usize,
-        own: &std::ops::Range<usize>,
-        run: &Run,
-        discs: &Discs,
-        around: &Surroundings<'_>,
-        skin: f64,
-    ) {
-        let [x, y] = discs.position(disc);
-        let shift = [0, 1].map(|axis: usize| f64::from(run.shift[axis]) * around.sides[axis]);
-        let is_here = run.shift == [0, 0];
-        for other in run.discs.clone() {
-            let is_inner = is_here && own.contains(&other);
-            if is_inner && other <= disc {
-                continue;
-            }
-            let [other_x, other_y] = discs.position(other);
-            let apart = [x - (other_x + shift[0]), y - (other_y + shift[1])];
-            let touching = discs.radii[disc] + discs.radii[other];
-            let reach = touching + skin;
-            // A position that is no number is near nothing.
-            if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
-                let damping = around.law.damping(discs, disc, other);
-                let first = disc - own.start;
-                if is_inner {
-                    self.inner.push(first, other - own.start, touching, damping);
-                } else {
-                    self.edges.push(first, other, touching, damping);
-                    self.shifts.push(shift);
-                }
-            }
-        }
     }
 
     /// Hands the springs of lasting contacts on to the new list.

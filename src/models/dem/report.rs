@@ -110,15 +110,15 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
 /// What went wrong, where and when, and what to do.
 pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> Fault {
     let what = match blow_up {
-        step::BlowUp::Overlap(contact) => {
-            let partner = match contact.partner {
+        step::BlowUp::Overlap(disc, partner, over_radius) => {
+            let partner = match partner {
                 Partner::Disc(partner) => format!("disc {}", model.discs.ids[partner as usize]),
                 Partner::Wall(wall) => format!("wall {wall}"),
             };
             format!(
                 "disc {} and {partner} overlap by {} radii",
-                model.discs.ids[contact.disc as usize],
-                figure(contact.overlap_over_radius)
+                model.discs.ids[disc as usize],
+                figure(over_radius)
             )
         }
         step::BlowUp::Outside(disc) => {

@@ -10,19 +10,11 @@ use super::step::Workspace;
 use kinetoscope_recording::frame::{Frame, Snapshot};
 
 /// All of a run that is looked at. Empty until one is taken.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct DemSnapshot {
     /// The run without its lists.
     run: Option<Dem>,
     neighbours: Neighbours,
-    workspace: Workspace,
-}
-
-impl Default for DemSnapshot {
-    fn default() -> Self {
-        let workspace = Workspace::on_one_thread();
-        Self { run: None, neighbours: Neighbours::default(), workspace }
-    }
 }
 
 impl DemSnapshot {
@@ -53,7 +45,7 @@ impl DemSnapshot {
 impl Snapshot for DemSnapshot {
     fn fill(&mut self, frame: &mut Frame) {
         if let Some(run) = &self.run {
-            let evaluation = run.evaluate_with(&mut self.neighbours, &mut self.workspace);
+            let evaluation = run.evaluate_with(&self.neighbours);
             run.fill(&evaluation, frame);
         }
     }

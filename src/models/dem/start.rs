@@ -1,6 +1,6 @@
 //! The discs at the start: how large, how heavy, where and how fast.
 
-use super::cells::Cells;
+use super::cells::{Cells, Runs};
 use super::discs::{Disc, Discs};
 use super::parameters::{Parameters, mass_of};
 use super::recorded;
@@ -244,10 +244,12 @@ fn first_overlap(
 ) -> Option<(usize, usize, f64)> {
     let states: Vec<[f64; 4]> = positions.iter().map(|&[x, y]| [x, y, 0.0, 0.0]).collect();
     let reach = 2.0 * parameters.radius_range.1;
-    let (cells, order) = Cells::sort(&states, parameters.sides, reach, parameters.periodic);
-    let mut first = None;
-    for disc in 0..positions.len() {
-        cells.around(positions[disc], |run| {
+    let count = positions.len();
+    let (cells, order) = Cells::sort(&states, parameters.sides, reach, parameters.periodic, count);
+    let mut found = Runs::default();
+    for disc in 0..count {
+        cells.around(positions[disc], &mut found);
+        for run in &found.runs {
             for &other in &order[run.discs.clone()] {
                 let other = other as usize;
                 let across = |axis: usize| {
@@ -257,12 +259,11 @@ fn first_overlap(
                 let apart = [across(0), across(1)];
                 let distance = (apart[0] * apart[0] + apart[1] * apart[1]).sqrt();
                 let touching = radii[disc] + radii[other];
-                let is_first = first.is_none() && disc < other;
-                if is_first && distance < touching * (1.0 - TOUCHING) {
-                    first = Some((disc, other, touching - distance));
+                if disc < other && distance < touching * (1.0 - TOUCHING) {
+                    return Some((disc, other, touching - distance));
                 }
             }
-        });
+        }
     }
-    first
+    None
 }

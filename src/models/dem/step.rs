@@ -12,26 +12,31 @@
 //!
 //! The implicit dashpot changes the forces, not the step: see `implicit`.
 //!
-//! Blocks of discs move side by side: each reads the old state of all and writes the new state of its own.
+//! Blocks of discs move side by side. First all edges are found, while every disc stands still; then each block finds the
+//! rest of its forces and moves its own discs, which no other block looks at.
 
-use super::contacts::{self, Contact};
+use super::contacts::{self, Contact, Partner};
 use super::discs::Discs;
-use super::forces::{ContactSums, Forces, Scene};
+use super::drift;
+use super::forces::{ContactSums, EdgeForces, Forces, Own, Scene};
 use super::implicit;
 use super::motion;
 use super::neighbours::{BLOCK, Block, Neighbours};
 use super::parameters::Parameters;
 use rayon::prelude::*;
 
-/// Memory of a step: forces of each block, and the state that they lead to. It is no part of the state.
+/// Blocks are moved in at most so many groups, of at least two; a group shares memory that stays in the cache.
+const GROUPS: usize = 64;
+
+/// Memory of a step. It is no part of the state.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspace {
+    /// Forces at the edges of each block.
+    edges: Vec<EdgeForces>,
+    /// Forces on the discs of the block that a group is at.
     forces: Vec<Forces>,
-    moves: Vec<Moved>,
-    states: Vec<[f64; 4]>,
-    spins: Vec<f64>,
-    /// Blocks are done one after the other: on a thread beside those of the run.
-    is_alone: bool,
+    /// Forces with implicit dashpots on the discs of each block; empty with explicit ones.
+    solved: Vec<Forces>,
 }
 
 /// What a step, or the discs of one block in it, did.
@@ -41,8 +46,8 @@ pub(super) struct Moved {
     pub(super) dashpot_power: f64,
     /// Sums over contacts.
     pub(super) contacts: ContactSums,
-    /// Largest speed after the kick, squared, m^2/s^2.
-    fastest_squared: f64,
+    /// Bound of the largest speed after the kick, squared, m^2/s^2.
+    pub(super) fastest_squared: f64,
     /// Where the first disc that left the box stands in memory.
     pub(super) outside: Option<usize>,
 }
@@ -50,8 +55,8 @@ pub(super) struct Moved {
 /// What can't go on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum BlowUp {
-    /// Two discs, or a disc and a wall, overlap by more than the smaller radius.
-    Overlap(Contact),
+    /// A disc, by its place in memory, and its partner overlapped by so many of the smaller radius, more than one.
+    Overlap(u32, Partner, f64),
     /// A disc's centre is outside the box, or no number; its place in memory.
     Outside(usize),
     /// The ledger's residual is larger than all the energy there was, J.
@@ -64,6 +69,14 @@ impl Moved {
         self.fastest_squared.sqrt() * time_step
     }
 
+    /// Two that overlap by more than the smaller radius, or a disc that left.
+    pub(super) fn blow_up(&self) -> Option<BlowUp> {
+        let deepest = &self.contacts.deepest;
+        let ends = deepest.ends.filter(|_| deepest.over_radius > 1.0);
+        let overlap = ends.map(|(disc, who)| BlowUp::Overlap(disc, who, deepest.over_radius));
+        overlap.or(self.outside.map(BlowUp::Outside))
+    }
+
     /// Adds another block's.
     fn take(&mut self, block: &Self) {
         self.dashpot_power += block.dashpot_power;
@@ -73,157 +86,101 @@ impl Moved {
         self.outside = self.outside.or(block.outside);
         self.contacts.add(&block.contacts);
     }
-}
 
-impl ContactSums {
-    pub(super) fn add(&mut self, other: &Self) {
-        self.elastic += other.elastic;
-        self.friction += other.friction;
-        self.rolling += other.rolling;
-        self.wall_dissipation += other.wall_dissipation;
-        self.walls.resize(other.walls.len(), [0.0; 3]);
-        for (sum, part) in self.walls.iter_mut().zip(&other.walls) {
-            *sum = [sum[0] + part[0], sum[1] + part[1], sum[2] + part[2]];
-        }
-        if other.largest_overlap > self.largest_overlap {
-            self.largest_overlap = other.largest_overlap;
-        }
-    }
-}
-
-impl Workspace {
-    /// One that leaves the run's threads alone.
-    pub(super) fn on_one_thread() -> Self {
-        Self { is_alone: true, ..Self::default() }
-    }
-
-    /// Finds the forces, and the state one step later.
-    pub(super) fn advance(
-        &mut self,
-        neighbours: &mut Neighbours,
-        scene: &Scene<'_>,
-        parameters: &Parameters,
-    ) -> Moved {
-        let discs = scene.discs;
-        self.states.resize(discs.len(), [0.0; 4]);
-        self.spins.resize(discs.len(), 0.0);
-        self.forces.resize_with(neighbours.blocks.len(), Forces::default);
-        self.moves.resize_with(neighbours.blocks.len(), Moved::default);
-        let is_implicit = scene.law.is_implicit;
-        if is_implicit {
-            self.solve_implicit(neighbours, scene, parameters);
-        }
-        let work = |block: &mut Block,
-                    forces: &mut Forces,
-                    moved: &mut Moved,
-                    states: &mut [[f64; 4]],
-                    spins: &mut [f64]| {
-            if !is_implicit {
-                forces.find(block, scene);
-            }
-            *moved = kick_and_drift(forces, block.start, scene, parameters, states, spins);
-            moved.contacts.clone_from(&forces.sums);
-        };
-        let blocks = &mut neighbours.blocks;
-        if self.is_alone || blocks.len() == 1 {
-            blocks
-                .iter_mut()
-                .zip(&mut self.forces)
-                .zip(&mut self.moves)
-                .zip(self.states.chunks_mut(BLOCK))
-                .zip(self.spins.chunks_mut(BLOCK))
-                .for_each(|((((block, forces), moved), states), spins)| {
-                    work(block, forces, moved, states, spins);
-                });
-        } else {
-            blocks
-                .par_iter_mut()
-                .zip(self.forces.par_iter_mut())
-                .zip(self.moves.par_iter_mut())
-                .zip(self.states.par_chunks_mut(BLOCK))
-                .zip(self.spins.par_chunks_mut(BLOCK))
-                .with_max_len(1)
-                .for_each(|((((block, forces), moved), states), spins)| {
-                    work(block, forces, moved, states, spins);
-                });
-        }
-        let mut whole = Moved::default();
-        for block in &self.moves {
+    fn of_all(blocks: &[Self]) -> Self {
+        let mut whole = Self::default();
+        for block in blocks {
             whole.take(block);
         }
         whole
     }
+}
 
-    fn solve_implicit(
+impl Workspace {
+    /// Moves all discs on by a step.
+    pub(super) fn advance(
         &mut self,
-        neighbours: &Neighbours,
+        neighbours: &mut Neighbours,
+        discs: &mut Discs,
         scene: &Scene<'_>,
         parameters: &Parameters,
-    ) {
-        let mut found = Vec::new();
-        contacts::find(scene.discs, scene.law, scene.walls, neighbours, &mut found);
-        implicit::solve_dashpots(scene.discs, parameters, &mut found);
-        implicit::forces_of(&found, scene, &mut self.forces);
-    }
-
-    /// Makes the state one step later the discs'.
-    pub(super) fn hand_over(&mut self, discs: &mut Discs) {
-        std::mem::swap(&mut discs.states, &mut self.states);
-        std::mem::swap(&mut discs.spins, &mut self.spins);
+    ) -> Moved {
+        self.solved = solved(neighbours, discs, scene, parameters);
+        let blocks = &mut neighbours.blocks;
+        let (count, groups) = (blocks.len(), Ord::max(blocks.len().div_ceil(GROUPS), 2));
+        self.edges.resize_with(count, EdgeForces::default);
+        self.forces.resize_with(count.div_ceil(groups), Forces::default);
+        let mut moves = vec![Moved::default(); count];
+        if let [block] = blocks.as_mut_slice() {
+            // Small runs do without the threads' machinery.
+            self.edges[0].find(block, discs, scene);
+            let (solved, memory) = (self.solved.first(), &mut self.forces[0]);
+            return move_block(
+                block,
+                discs.own(),
+                solved,
+                &self.edges[0],
+                memory,
+                scene,
+                parameters,
+            );
+        }
+        let (edges, solved) = (&mut self.edges, &self.solved);
+        let at_rest = &*discs;
+        blocks
+            .par_iter_mut()
+            .zip(edges.par_iter_mut())
+            .for_each(|(block, edges)| edges.find(block, at_rest, scene));
+        blocks
+            .par_iter_mut()
+            .zip(discs.blocks())
+            .zip(edges.par_iter())
+            .zip(moves.par_iter_mut())
+            .chunks(groups)
+            .zip(self.forces.par_iter_mut())
+            .with_max_len(1)
+            .for_each(|(group, memory)| {
+                for (((block, own), edges), moved) in group {
+                    let solved = solved.get(block.start / BLOCK);
+                    *moved = move_block(block, own, solved, edges, memory, scene, parameters);
+                }
+            });
+        Moved::of_all(&moves)
     }
 }
 
-/// Equation (3) for the discs of a block, kick and drift: v' = v + a dt, x' = x + v' dt; and w' = w + alpha dt.
-fn kick_and_drift(
-    forces: &Forces,
-    start: usize,
+/// Moves the discs of a block on by the forces that are solved, or else found now.
+fn move_block(
+    block: &mut Block,
+    mut own: Own<'_>,
+    solved: Option<&Forces>,
+    edges: &EdgeForces,
+    memory: &mut Forces,
     scene: &Scene<'_>,
     parameters: &Parameters,
-    states: &mut [[f64; 4]],
-    spins: &mut [f64],
 ) -> Moved {
-    let discs = scene.discs;
-    let own = start..start + states.len();
-    let Parameters { sides, gravity, time_step, periodic, .. } = *parameters;
-    let half = 0.5 * time_step;
-    let mut moved = Moved::default();
-    // Discs may leave through a periodic side until they are put back when the list is built.
-    let open = |axis: usize| if periodic[axis] { f64::INFINITY } else { 0.0 };
-    let low = [-open(0), -open(1)];
-    let high = [sides[0] + open(0), sides[1] + open(1)];
-    let before = discs.states[own.clone()].iter().zip(&discs.masses[own.clone()]);
-    let moving = states.iter_mut().zip(before).zip(&forces.forces);
-    let mut inside = true;
-    for ((state, (&[x, y, vx, vy], &mass)), &[fx, fy, dx, dy]) in moving {
-        let [ax, ay] = motion::acceleration(gravity, [fx, fy], mass);
-        let v = [vx + ax * time_step, vy + ay * time_step];
-        let [x, y] = [x + v[0] * time_step, y + v[1] * time_step];
-        *state = [x, y, v[0], v[1]];
-        moved.dashpot_power += dx * (vx + ax * half) + dy * (vy + ay * half);
-        let squared = v[0] * v[0] + v[1] * v[1];
-        if squared > moved.fastest_squared {
-            moved.fastest_squared = squared;
-        }
-        // No number is inside nothing.
-        inside &= (x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]);
+    if solved.is_none() {
+        memory.find(block, &own, edges, scene);
     }
-    if !inside {
-        let is_outside = |[x, y, ..]: &[f64; 4]| {
-            !(*x >= low[0] && *x <= high[0] && *y >= low[1] && *y <= high[1])
-        };
-        moved.outside = states.iter().position(is_outside).map(|disc| start + disc);
+    drift::kick_and_drift(&mut own, solved.unwrap_or(memory), block.start, parameters)
+}
+
+/// Forces with implicit dashpots, block by block; none with explicit ones.
+fn solved(
+    neighbours: &Neighbours,
+    discs: &Discs,
+    scene: &Scene<'_>,
+    parameters: &Parameters,
+) -> Vec<Forces> {
+    if !scene.law.is_implicit {
+        return Vec::new();
     }
-    if forces.torques.is_empty() {
-        spins.copy_from_slice(&discs.spins[own]);
-        return moved;
-    }
-    for (disc, (spin, &[torque, loss])) in spins.iter_mut().zip(&forces.torques).enumerate() {
-        let (before, mass) = (discs.spins[start + disc], discs.masses[start + disc]);
-        let alpha = motion::angular_acceleration(torque, mass, discs.radii[start + disc]);
-        *spin = before + alpha * time_step;
-        moved.dashpot_power += loss * (before + alpha * half);
-    }
-    moved
+    let mut found = Vec::new();
+    contacts::find(discs, scene.law, scene.walls, neighbours, &mut found);
+    implicit::solve_dashpots(discs, parameters, &mut found);
+    let mut forces = vec![Forces::default(); neighbours.blocks.len()];
+    implicit::forces_of(&found, discs, scene, &mut forces);
+    forces
 }
 
 /// Forces and accelerations at the present state, for looking at it.
@@ -239,37 +196,39 @@ pub(super) struct Evaluation {
     pub(super) moved: Moved,
 }
 
+/// What a look at one block finds.
+#[derive(Default)]
+struct Seen {
+    velocities: Vec<[f64; 2]>,
+    spins: Vec<f64>,
+    moved: Moved,
+}
+
 impl Evaluation {
-    /// Looks at the state, which stays as it is; the springs of `neighbours` move on.
+    /// Looks at the state, which stays as it is; block by block, since the run's threads may be busy with the next steps.
     pub(super) fn of(
-        neighbours: &mut Neighbours,
-        workspace: &mut Workspace,
+        neighbours: &Neighbours,
+        discs: &Discs,
         scene: &Scene<'_>,
         parameters: &Parameters,
     ) -> Self {
-        let moved = workspace.advance(neighbours, scene, parameters);
-        let mut found = Vec::new();
-        contacts::find(scene.discs, scene.law, scene.walls, neighbours, &mut found);
+        let solved = solved(neighbours, discs, scene, parameters);
+        let blocks = neighbours.blocks.iter().enumerate();
+        let seen: Vec<Seen> = blocks
+            .map(|(number, block)| look(block, discs, solved.get(number), scene, parameters))
+            .collect();
+        let mut contacts = Vec::new();
+        contacts::find(discs, scene.law, scene.walls, neighbours, &mut contacts);
         if scene.law.is_implicit {
-            implicit::solve_dashpots(scene.discs, parameters, &mut found);
+            implicit::solve_dashpots(discs, parameters, &mut contacts);
         }
-        let half = 0.5 * parameters.time_step;
-        let discs = scene.discs;
-        let at_positions = |(disc, forces): (usize, &[f64; 4])| {
-            let mass = discs.masses[disc];
-            let a = motion::acceleration(parameters.gravity, [forces[0], forces[1]], mass);
-            let v = discs.velocity(disc);
-            [v[0] + a[0] * half, v[1] + a[1] * half]
-        };
-        let forces = workspace.forces.iter().flat_map(|block| &block.forces);
-        let velocities = forces.enumerate().map(at_positions).collect();
-        let mut spins = discs.spins.clone();
-        let torques = workspace.forces.iter().flat_map(|block| &block.torques);
-        for (disc, (spin, torque)) in spins.iter_mut().zip(torques).enumerate() {
-            let (mass, radius) = (discs.masses[disc], discs.radii[disc]);
-            *spin += motion::angular_acceleration(torque[0], mass, radius) * half;
+        let mut all = Self { contacts, ..Self::default() };
+        for block in seen {
+            all.velocities.extend(block.velocities);
+            all.spins.extend(block.spins);
+            all.moved.take(&block.moved);
         }
-        Self { contacts: found, velocities, spins, moved }
+        all
     }
 
     /// Largest overlap over the smaller radius of a contact, 0 without contacts.
@@ -279,6 +238,42 @@ impl Evaluation {
             if overlap > largest { overlap } else { largest }
         })
     }
+}
+
+/// Moves a copy of a block.
+fn look(
+    block: &Block,
+    discs: &Discs,
+    solved: Option<&Forces>,
+    scene: &Scene<'_>,
+    parameters: &Parameters,
+) -> Seen {
+    let (mut block, mut edges, mut memory) =
+        (block.clone(), EdgeForces::default(), Forces::default());
+    let here = block.start..block.start + block.len(discs);
+    let (states, spins) = (&discs.states[here.clone()], &discs.spins[here.clone()]);
+    let (mut moving, mut turning) = (states.to_vec(), spins.to_vec());
+    let (radii, masses) = (&discs.radii[here.clone()], &discs.masses[here.clone()]);
+    let materials = &discs.materials[here];
+    let mut own = Own { states: &mut moving, spins: &mut turning, radii, masses, materials };
+    if solved.is_none() {
+        edges.find(&mut block, discs, scene);
+        memory.find(&mut block, &own, &edges, scene);
+    }
+    let forces = solved.unwrap_or(&memory);
+    let moved = drift::kick_and_drift(&mut own, forces, block.start, parameters);
+    let half = 0.5 * parameters.time_step;
+    let bodies = states.iter().zip(masses).zip(&forces.forces);
+    let velocities = bodies.map(|((&[_, _, vx, vy], &mass), &[fx, fy, ..])| {
+        let a = motion::acceleration(parameters.gravity, [fx, fy], mass);
+        [vx + a[0] * half, vy + a[1] * half]
+    });
+    let mut spins = spins.to_vec();
+    let bodies = masses.iter().zip(radii);
+    for ((spin, (&mass, &radius)), torque) in spins.iter_mut().zip(bodies).zip(&forces.torques) {
+        *spin += motion::angular_acceleration(torque[0], mass, radius) * half;
+    }
+    Seen { velocities: velocities.collect(), spins, moved }
 }
 
 /// Turns the velocities of the start, at the positions' time, into those of velocity Verlet's half step before:

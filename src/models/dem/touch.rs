@@ -1,0 +1,165 @@
+//! One contact: what its springs, dashpots and sliders do to the two that touch.
+
+use super::contacts::ContactLaw;
+use super::materials::ContactConstants;
+use super::motion::{self, SpringSlider};
+use super::neighbours::Stretch;
+
+/// Two that overlap.
+pub(super) struct Touch {
+    /// Unit vector from the other to the disc.
+    pub(super) normal: [f64; 2],
+    /// delta, m.
+    pub(super) overlap: f64,
+    /// Velocity of the disc against the other, spins left out, m/s.
+    pub(super) velocity: [f64; 2],
+    /// w_i - w_j, rad/s.
+    pub(super) rolling_rate: f64,
+    /// r_i w_i + r_j w_j, m/s.
+    pub(super) surface_speed: f64,
+}
+
+/// Normal force f and its dissipative part k delta - f, N.
+pub(super) struct Push {
+    pub(super) force: f64,
+    pub(super) loss: f64,
+}
+
+/// What friction does in a step.
+pub(super) struct Rub {
+    /// Tangential force and the dashpot's share of it, N.
+    pub(super) force: f64,
+    pub(super) dashpot: f64,
+    /// Torque of the rolling spring over the reduced radius, N; and that radius, m.
+    pub(super) rolling_force: f64,
+    pub(super) reduced_radius: f64,
+    /// Energy of both springs, J.
+    pub(super) elastic: f64,
+    /// Energy taken by either slider, J.
+    pub(super) friction_loss: f64,
+    pub(super) rolling_loss: f64,
+}
+
+impl Touch {
+    /// The contact of two discs by their x, y, vx, vy, the second shifted; `None` where they are apart.
+    #[inline]
+    pub(super) fn between(
+        state: [f64; 4],
+        other: [f64; 4],
+        shift: [f64; 2],
+        reach: f64,
+    ) -> Option<Self> {
+        let apart = [state[0] - (other[0] + shift[0]), state[1] - (other[1] + shift[1])];
+        let squared = apart[0] * apart[0] + apart[1] * apart[1];
+        let velocity = [state[2] - other[2], state[3] - other[3]];
+        (squared < reach * reach).then(|| Self::of(apart, squared, reach, velocity))
+    }
+
+    /// With the spins of the two.
+    #[inline]
+    pub(super) fn turning(self, [spin, other_spin]: [f64; 2], radii: [f64; 2]) -> Self {
+        Self {
+            rolling_rate: spin - other_spin,
+            surface_speed: radii[0] * spin + radii[1] * other_spin,
+            ..self
+        }
+    }
+
+    #[inline]
+    pub(super) fn of(apart: [f64; 2], squared: f64, reach: f64, velocity: [f64; 2]) -> Self {
+        let distance = squared.sqrt();
+        // Centres on one point have no normal, and such an overlap ends the run: no force will do.
+        let inverse = 1.0 / if distance > f64::MIN_POSITIVE { distance } else { f64::MIN_POSITIVE };
+        Self {
+            normal: [apart[0] * inverse, apart[1] * inverse],
+            overlap: reach - distance,
+            velocity,
+            rolling_rate: 0.0,
+            surface_speed: 0.0,
+        }
+    }
+
+    #[inline]
+    pub(super) fn push(&self, law: &ContactLaw, damping: f64) -> Push {
+        let speed = self.velocity[0] * self.normal[0] + self.velocity[1] * self.normal[1];
+        let force = motion::contact_force(law.stiffness, damping, self.overlap, speed);
+        let force = law.clamped(force);
+        Push { force, loss: law.stiffness * self.overlap - force }
+    }
+
+    /// Moves the springs of the contact on. Slippage counts with the mean of the spring's force before and after it: with
+    /// the velocities half a step behind the positions that makes work and energy of the springs agree exactly.
+    #[inline]
+    pub(super) fn rub(
+        &self,
+        law: &ContactLaw,
+        constants: &ContactConstants,
+        time_step: f64,
+        radii: [f64; 2],
+        push: &Push,
+        damping: f64,
+        stretch: &mut Stretch,
+    ) -> Rub {
+        let pressing = if push.force > 0.0 { push.force } else { 0.0 };
+        let damping = law.tangential_damping_share * damping;
+        let stiffness = law.tangential_stiffness;
+        let slide = |before: f64, speed: f64, limit: f64| {
+            let travel = speed * time_step;
+            let moved: SpringSlider =
+                motion::spring_slider(stiffness, damping, before, travel, speed, limit);
+            let loss = 0.5 * stiffness * (before + moved.stretch) * moved.slip;
+            (moved, loss)
+        };
+        let [nx, ny] = self.normal;
+        let speed = self.velocity[1] * nx - self.velocity[0] * ny - self.surface_speed;
+        let (tangential, friction_loss) = slide(stretch[0], speed, constants.friction * pressing);
+        let mut rub = Rub {
+            force: tangential.force,
+            dashpot: tangential.dashpot_force,
+            rolling_force: 0.0,
+            reduced_radius: 0.0,
+            elastic: 0.5 * stiffness * tangential.stretch * tangential.stretch,
+            friction_loss,
+            rolling_loss: 0.0,
+        };
+        stretch[0] = tangential.stretch;
+        if constants.rolling_friction > 0.0 {
+            let reduced = 1.0 / (1.0 / radii[0] + 1.0 / radii[1]);
+            let travel = reduced * self.rolling_rate * time_step;
+            let limit = constants.rolling_friction * pressing;
+            // Without a dashpot: rolling friction alone takes the energy.
+            let rolling = motion::spring_slider(stiffness, 0.0, stretch[1], travel, 0.0, limit);
+            rub.rolling_loss = 0.5 * stiffness * (stretch[1] + rolling.stretch) * rolling.slip;
+            rub.elastic += 0.5 * stiffness * rolling.stretch * rolling.stretch;
+            rub.rolling_force = rolling.force;
+            rub.reduced_radius = reduced;
+            stretch[1] = rolling.stretch;
+        }
+        rub
+    }
+}
+
+impl Push {
+    /// F and D along a normal.
+    #[inline]
+    pub(super) fn along(&self, [nx, ny]: [f64; 2]) -> [f64; 4] {
+        [self.force * nx, self.force * ny, self.loss * nx, self.loss * ny]
+    }
+
+    /// F and D with those of the tangent (-ny, nx).
+    #[inline]
+    pub(super) fn and(&self, rub: &Rub, [nx, ny]: [f64; 2]) -> [f64; 4] {
+        let [fx, fy, dx, dy] = self.along([nx, ny]);
+        let (force, loss) = (rub.force, -rub.dashpot);
+        [fx - force * ny, fy + force * nx, dx - loss * ny, dy + loss * nx]
+    }
+}
+
+impl Rub {
+    /// Torque on a disc of a radius, and its dissipative part. `side` is 1 for the disc that the normal points to, else -1.
+    #[inline]
+    pub(super) fn torques(&self, radius: f64, side: f64) -> [f64; 2] {
+        let rolling = side * self.reduced_radius * self.rolling_force;
+        [rolling - radius * self.force, radius * self.dashpot]
+    }
+}
