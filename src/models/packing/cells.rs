@@ -8,7 +8,7 @@ use super::motion::Vector;
 const MARGIN: f64 = 1.01;
 
 /// So many cells a disc at most: in dilute systems narrower cells would only be crossed.
-const CELLS_PER_DISC: f64 = 4.0;
+const CELLS_PER_DISC: f64 = 2.0;
 
 /// An empty place.
 pub(super) const NOBODY: u32 = u32::MAX;
@@ -176,19 +176,21 @@ pub(super) struct Cells {
     slots: Vec<[u32; 4]>,
     /// The disc that stands behind a disc in the last place. Empty until a cell has five discs.
     behind: Vec<u32>,
+    /// How many stand behind others.
+    crowd: usize,
 }
 
 impl Cells {
     /// Cells in which nobody stands.
     pub(super) fn new(grid: Grid) -> Self {
         let size = grid.table[0] as usize * grid.table[1] as usize;
-        Self { grid, slots: vec![[NOBODY; 4]; size], behind: Vec::new() }
+        Self { grid, slots: vec![[NOBODY; 4]; size], behind: Vec::new(), crowd: 0 }
     }
 
-    /// Whether there ever was a cell with more discs than places.
+    /// Whether a cell has more discs than places.
     #[inline(always)]
     pub(super) fn are_crowded(&self) -> bool {
-        !self.behind.is_empty()
+        self.crowd > 0
     }
 
     /// The four places of each cell of the block around a cell, row by row.
@@ -237,6 +239,7 @@ impl Cells {
         let last = &mut self.slots[index][3];
         self.behind[disc as usize] = *last;
         *last = disc;
+        self.crowd += 1;
     }
 
     /// Takes a disc out of the cell that it stands in.
@@ -268,8 +271,9 @@ impl Cells {
                 if place != last {
                     slots[place] = moved;
                 }
-                if last == 3 {
+                if slots[last] != NOBODY {
                     self.behind[moved as usize] = NOBODY;
+                    self.crowd -= 1;
                 }
             }
             None => self.unlink(disc, slots[3]),
@@ -285,6 +289,7 @@ impl Cells {
             if next == disc {
                 self.behind[before as usize] = self.behind[disc as usize];
                 self.behind[disc as usize] = NOBODY;
+                self.crowd -= 1;
                 return;
             }
             before = next;

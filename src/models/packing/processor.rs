@@ -244,6 +244,7 @@ pub(super) mod wide {
             if (earliest & earliest.wrapping_sub(1) != 0) & (wait < NEVER) {
                 partner = least_of(&near, earliest);
             }
+            partner = if wait < NEVER { partner } else { seeker.disc };
             Some(Contact { wait, partner })
         }
     }

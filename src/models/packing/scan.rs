@@ -82,12 +82,18 @@ pub(super) fn first_contact_of_equals<const WIDE: bool>(
     {
         return contact;
     }
-    first_contact(Field { discs, cells, shifts, sizes: Sizes::Equal(contact_distance) }, seeker)
+    let field = Field { discs, cells, shifts, sizes: Sizes::Equal(contact_distance) };
+    if WIDE { first_contact(field, seeker) } else { search(field, seeker) }
 }
 
 /// The first contact of a disc with any disc of the block around its cell.
 #[inline(never)]
 pub(super) fn first_contact(field: Field<'_>, seeker: Seeker) -> Contact {
+    search(field, seeker)
+}
+
+#[inline(always)]
+fn search(field: Field<'_>, seeker: Seeker) -> Contact {
     let mut near = Near { discs: [NOBODY; ROOM], places: [0; ROOM], count: 0 };
     collect(field.cells.around(seeker.cell), &mut near);
     let no_contact = Contact { wait: NEVER, partner: seeker.disc };
@@ -306,69 +312,80 @@ fn gather(others: [&Disc; LANES], places: &[u32; LANES], shifts: &Shifts) -> Gat
 #[cfg(test)]
 mod tests {
     use super::super::cells::Grid;
-    use super::super::events::EventCode;
     use super::super::processor::{Kernel, Lanes};
     use super::*;
     use crate::random::{Seed, Stream};
 
-    struct Search<'a>(Field<'a>, Seeker);
+    struct Search<'a> {
+        discs: &'a [Disc],
+        cells: &'a Cells,
+        shifts: &'a Shifts,
+        seeker: Seeker,
+        contact_distance: f64,
+    }
 
     impl Kernel for Search<'_> {
         type Output = Contact;
 
         #[inline(always)]
         fn run<const WIDE: bool>(self) -> Contact {
-            first_contact::<WIDE>(self.0, self.1)
+            let Self { discs, cells, shifts, seeker, contact_distance } = self;
+            first_contact_of_equals::<WIDE>(discs, cells, shifts, seeker, contact_distance)
         }
     }
 
-    /// Promise: every width of lanes gives the same bits, whichever this processor has. Setup: 4000 discs at random places,
-    /// overlapping ones too, in cells of four and in crowded ones, equal and mixed radii.
+    /// So many discs at random places, overlapping ones too, at most four a cell unless cells may be crowded.
+    fn scattered(count: u32, grid: Grid, box_side: f64, may_crowd: bool) -> (Vec<Disc>, Cells) {
+        let mut generator = Seed { seed: 5, replicate: 0 }.stream(Stream::Positions);
+        let mut cells = Cells::new(grid);
+        let mut discs = Vec::new();
+        while discs.len() < count as usize {
+            let place =
+                [0, 1].map(|_: usize| generator.uniform_in(-0.5 * box_side, 0.5 * box_side));
+            let (cell, position) = grid.locate(place);
+            let own_slots = cells.around(cell)[4];
+            if !may_crowd && own_slots[3] != NOBODY {
+                continue;
+            }
+            cells.insert(discs.len() as u32, cell, count as usize);
+            let (velocity, time) = (generator.normal_pair(), -generator.uniform());
+            discs.push(Disc { position, velocity, time, cell, ..NO_DISC });
+        }
+        (discs, cells)
+    }
+
+    /// Promise: every width of lanes gives the same bits, whichever this processor has. Setup: 1500 discs, overlapping ones
+    /// too, in the box's middle and at its edges: few in each block, so many that two rounds of lanes are needed, more than
+    /// those, and crowded cells. Control: the widest lanes do take part where there are up to sixteen others.
     #[test]
     fn all_lanes_give_the_same_bits() {
-        for (box_side, radius) in [(100.0, 1.0), (60.0, 0.4)] {
-            let mut generator = Seed { seed: 5, replicate: 0 }.stream(Stream::Positions);
-            let grid = Grid::new([box_side; 2], 2.0 * radius, 1500, true);
-            let mut cells = Cells::new(grid);
-            let mut discs = Vec::new();
-            for disc in 0..1500 {
-                let place = [0, 1].map(|_: usize| {
-                    generator.uniform_in(radius - 0.5 * box_side, 0.5 * box_side - radius)
-                });
-                let (cell, position) = grid.locate(place);
-                let velocity = generator.normal_pair();
-                let time = -generator.uniform();
-                let event = EventCode::NOTHING;
-                let (partner_collisions, collisions) = (0, 0);
-                cells.insert(disc, cell, 1500);
-                discs.push(Disc {
-                    position,
-                    velocity,
-                    time,
-                    event_time: NEVER,
-                    event,
-                    partner_collisions,
-                    collisions,
-                    cell,
-                });
-            }
-            let radii: Vec<f64> = (0..1500).map(|_| generator.uniform_in(0.1, radius)).collect();
+        let radius = 1.0;
+        for (box_side, may_crowd) in [(120.0, false), (75.0, false), (45.0, true)] {
+            let grid = Grid::new([box_side; 2], 2.0 * radius, 1500, false);
+            let count = if may_crowd { 1500 } else { 1300 };
+            let (discs, cells) = scattered(count, grid, box_side, may_crowd);
+            assert_eq!(cells.are_crowded(), may_crowd);
             let shifts = grid.shifts();
+            let sizes = Sizes::Equal(2.0 * radius);
+            let field = Field { discs: &discs, cells: &cells, shifts: &shifts, sizes };
             let mut contacts = 0;
-            for sizes in [Sizes::Equal(2.0 * radius), Sizes::Mixed(&radii)] {
-                let field = Field { discs: &discs, cells: &cells, shifts: &shifts, sizes };
-                for disc in 0..1500 {
-                    let record = &discs[disc as usize];
-                    let (cell, velocity) = (record.cell, record.velocity);
-                    let position = record.position_at(0.0);
-                    let seeker = Seeker { disc, cell, position, velocity, now: 0.0 };
-                    let plain = first_contact::<false>(field, seeker);
-                    contacts += u32::from(plain.wait < NEVER);
-                    for lanes in Lanes::available() {
-                        let wide = lanes.run(Search(field, seeker));
-                        assert_eq!(wide.wait.to_bits(), plain.wait.to_bits());
-                        assert_eq!(wide.partner, plain.partner);
-                    }
+            for disc in 0..count {
+                let record = &discs[disc as usize];
+                let (cell, velocity) = (record.cell, record.velocity);
+                let position = record.position_at(0.0);
+                let seeker = Seeker { disc, cell, position, velocity, now: 0.0 };
+                let plain = first_contact(field, seeker);
+                contacts += u32::from(plain.wait < NEVER);
+                for lanes in Lanes::available() {
+                    let contact = lanes.run(Search {
+                        discs: &discs,
+                        cells: &cells,
+                        shifts: &shifts,
+                        seeker,
+                        contact_distance: 2.0 * radius,
+                    });
+                    assert_eq!(contact.wait.to_bits(), plain.wait.to_bits());
+                    assert_eq!(contact.partner, plain.partner);
                 }
             }
             assert!(contacts > 500, "{contacts}");
