@@ -7,7 +7,8 @@ use super::motion::Vector;
 /// partner. As narrow as that, four discs fit into a cell and the search looks at the fewest.
 const MARGIN: f64 = 1.01;
 
-/// So many cells a disc at most: in dilute systems narrower cells would only be crossed.
+/// So many cells a disc at most: in dilute systems narrower cells would only be crossed. With one cell a disc, five would
+/// often stand in one.
 const CELLS_PER_DISC: f64 = 2.0;
 
 /// An empty place.
