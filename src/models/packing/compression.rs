@@ -67,7 +67,7 @@ pub(super) fn compress(
         wall_noise_rad: 0.0,
     };
     let noise = seed.stream(Stream::WallNoise);
-    let mut engine = Engine::new(arena, &positions, &velocities, radii.to_vec(), 2.0, noise);
+    let mut engine = Engine::new(arena, positions, velocities, radii.to_vec(), 2.0, noise);
     let rate = growth_rate(config);
     engine.grow(scale, rate);
     let outcome = grow(&mut engine, config, [scale, rate])?;

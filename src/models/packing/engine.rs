@@ -101,14 +101,14 @@ impl Engine {
     /// `radii` are those of all discs, or empty where all are equal.
     pub(super) fn new(
         arena: Arena,
-        positions: &[Vector],
-        velocities: &[Vector],
+        positions: Vec<Vector>,
+        velocities: Vec<Vector>,
         radii: Vec<f64>,
         mean_square_speed: f64,
         wall_noise: Generator,
     ) -> Self {
         let grid = Self::grid(&arena, positions.len());
-        let discs = positions.iter().zip(velocities).map(|(&position, &velocity)| {
+        let discs = positions.into_iter().zip(velocities).map(|(position, velocity)| {
             let (cell, inside) = grid.locate(position);
             Disc {
                 position: inside,

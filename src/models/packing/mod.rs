@@ -115,8 +115,8 @@ impl Model for Packing {
         Ok(Self {
             engine: Engine::new(
                 arena,
-                &start.positions,
-                &start.velocities,
+                start.positions,
+                start.velocities,
                 start.radii,
                 moments.temperature(),
                 seed.stream(Stream::WallNoise),
