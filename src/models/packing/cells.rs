@@ -7,11 +7,21 @@ use super::motion::Vector;
 /// partner. As narrow as that, four discs fit into a cell and the search looks at the fewest.
 const MARGIN: f64 = 1.01;
 
-/// So many cells a disc at most: in dilute systems narrower cells would only be crossed.
-const CELLS_PER_DISC: f64 = 4.0;
+/// So many cells a disc at most: in dilute systems narrower cells would only be crossed. With one cell a disc, five would
+/// often stand in one.
+const CELLS_PER_DISC: f64 = 2.0;
 
 /// An empty place.
 pub(super) const NOBODY: u32 = u32::MAX;
+
+/// A cell in which nobody stands.
+const EMPTY: [u32; 4] = [NOBODY; 4];
+
+/// How many of a cell's places are taken.
+#[inline(always)]
+fn taken(slots: &[u32; 4]) -> usize {
+    slots.iter().map(|&slot| usize::from(slot != NOBODY)).sum()
+}
 
 /// How the box is divided. Cells are wider than the contact distance, so that all discs that can touch a disc of a cell
 /// before one of the two leaves its own stand in the 3 x 3 block around it.
@@ -21,6 +31,8 @@ pub(super) struct Grid {
     box_sides: Vector,
     /// Width and height of a cell.
     pub(super) side: Vector,
+    /// Lower and upper edge of a cell along each axis, from its corner.
+    pub(super) edges: [[f64; 2]; 2],
     /// Columns and rows.
     count: [u32; 2],
     /// Columns and rows of the table: within walls one more of each, which stay empty. So the neighbours of a cell are
@@ -44,9 +56,11 @@ impl Grid {
             |axis: usize| ((box_sides[axis] / width) as u32).clamp(1, u32::from(u16::MAX) - 1);
         let count = [along(0), along(1)];
         let padding = u32::from(has_walls);
+        let side = [box_sides[0] / f64::from(count[0]), box_sides[1] / f64::from(count[1])];
         Self {
             box_sides,
-            side: [box_sides[0] / f64::from(count[0]), box_sides[1] / f64::from(count[1])],
+            side,
+            edges: side.map(|side| [0.0, side]),
             count,
             table: [count[0] + padding, count[1] + padding],
         }
@@ -62,18 +76,26 @@ impl Grid {
     /// The next cell on a side; past the end of the box the first one of the other end.
     #[inline(always)]
     pub(super) fn beyond(&self, cell: [u16; 2], side: Side) -> [u16; 2] {
-        let axis = side.axis();
-        let (index, count) = (u32::from(cell[axis]), self.count[axis]);
-        let next = if side.is_upper() {
-            if index + 1 == count { 0 } else { index + 1 }
-        } else if index == 0 {
-            count - 1
-        } else {
-            index - 1
+        let along = |axis: usize| {
+            let (index, count) = (u32::from(cell[axis]), self.count[axis]);
+            let up = u32::from(side.axis() == axis && side.is_upper());
+            let down = u32::from(side.axis() == axis && !side.is_upper());
+            let next = index + up;
+            let next = if next == count { 0 } else { next };
+            let next = if next < down { count } else { next };
+            (next - down) as u16
         };
-        let mut beyond = cell;
-        beyond[axis] = next as u16;
-        beyond
+        [along(0), along(1)]
+    }
+
+    /// From the corner of the next cell on a side back to the corner of a cell.
+    #[inline(always)]
+    pub(super) fn step_back(&self, side: Side) -> Vector {
+        let along = |axis: usize| {
+            let back = if side.is_upper() { -self.side[axis] } else { self.side[axis] };
+            if side.axis() == axis { back } else { 0.0 }
+        };
+        [along(0), along(1)]
     }
 
     /// The cell of a point of the box, and the point from that cell's corner.
@@ -155,39 +177,40 @@ pub(super) struct Cells {
     slots: Vec<[u32; 4]>,
     /// The disc that stands behind a disc in the last place. Empty until a cell has five discs.
     behind: Vec<u32>,
+    /// How many stand behind others.
+    crowd: usize,
 }
 
 impl Cells {
     /// Cells in which nobody stands.
     pub(super) fn new(grid: Grid) -> Self {
         let size = grid.table[0] as usize * grid.table[1] as usize;
-        Self { grid, slots: vec![[NOBODY; 4]; size], behind: Vec::new() }
+        Self { grid, slots: vec![[NOBODY; 4]; size], behind: Vec::new(), crowd: 0 }
     }
 
-    /// Whether there ever was a cell with more discs than places.
+    /// Whether a cell has more discs than places.
     #[inline(always)]
     pub(super) fn are_crowded(&self) -> bool {
-        !self.behind.is_empty()
+        self.crowd > 0
     }
 
     /// The four places of each cell of the block around a cell, row by row.
     #[inline(always)]
-    pub(super) fn around(&self, cell: [u16; 2]) -> impl Iterator<Item = &[u32; 4]> {
+    pub(super) fn around(&self, cell: [u16; 2]) -> [&[u32; 4]; 9] {
         let (columns, rows) = self.grid.around(cell);
-        (0..9).map(move |place| &self.slots[rows[place / 3] + columns[place % 3]])
+        let mut around = [&EMPTY; 9];
+        for (place, slots) in around.iter_mut().enumerate() {
+            *slots = &self.slots[rows[place / 3] + columns[place % 3]];
+        }
+        around
     }
 
-    /// The same as three rows of twelve places, where no row goes round the end of the table.
+    /// All places, and the beginnings of the rows and the columns of the block around a cell: the sum of one of each is the
+    /// number of a cell.
     #[inline(always)]
-    pub(super) fn rows_around(&self, cell: [u16; 2]) -> Option<[&[u32]; 3]> {
-        let ([left, _, right], [below, own, above]) = self.grid.around(cell);
-        if left > right {
-            return None;
-        }
-        let row = |begin: usize| {
-            self.slots.get(begin + left..begin + left + 3).map(<[[u32; 4]]>::as_flattened)
-        };
-        Some([row(below)?, row(own)?, row(above)?])
+    pub(super) fn block(&self, cell: [u16; 2]) -> (&[[u32; 4]], [usize; 3], [usize; 3]) {
+        let (columns, rows) = self.grid.around(cell);
+        (&self.slots, rows, columns)
     }
 
     /// The disc behind one in a last place, or [`NOBODY`].
@@ -197,35 +220,61 @@ impl Cells {
     }
 
     /// Puts a disc into a cell; `discs` is the number of all discs.
+    #[inline(always)]
     pub(super) fn insert(&mut self, disc: u32, cell: [u16; 2], discs: usize) {
         let index = self.grid.index(cell);
         let slots = &mut self.slots[index];
-        if let Some(free) = slots.iter_mut().find(|slot| **slot == NOBODY) {
+        let taken = taken(slots);
+        if let Some(free) = slots.get_mut(taken) {
             *free = disc;
-            return;
+        } else {
+            self.insert_behind(disc, index, discs);
         }
+    }
+
+    #[inline(never)]
+    fn insert_behind(&mut self, disc: u32, index: usize, discs: usize) {
         if self.behind.is_empty() {
             self.behind = vec![NOBODY; discs];
         }
-        self.behind[disc as usize] = slots[3];
-        slots[3] = disc;
+        let last = &mut self.slots[index][3];
+        self.behind[disc as usize] = *last;
+        *last = disc;
+        self.crowd += 1;
     }
 
     /// Takes a disc out of the cell that it stands in.
+    #[inline(always)]
     pub(super) fn remove(&mut self, disc: u32, cell: [u16; 2]) {
         let index = self.grid.index(cell);
+        if self.are_crowded() {
+            self.remove_from_crowd(disc, index);
+            return;
+        }
+        let slots = &mut self.slots[index];
+        // The disc stands in one of the four places. Written without branches: which one can't be guessed.
+        let place = usize::from(slots[1] == disc)
+            + 2 * usize::from(slots[2] == disc)
+            + 3 * usize::from(slots[3] == disc);
+        let last = (taken(slots) + 3) % 4;
+        slots[place] = slots[last];
+        slots[last] = NOBODY;
+    }
+
+    #[inline(never)]
+    fn remove_from_crowd(&mut self, disc: u32, index: usize) {
         let mut slots = self.slots[index];
-        let place = slots.iter().position(|&other| other == disc);
-        let last = slots.iter().rposition(|&other| other != NOBODY).unwrap_or(0);
-        match place {
+        let last = (taken(&slots) + 3) % 4;
+        match slots.iter().position(|&other| other == disc) {
             Some(place) => {
                 let moved = slots[last];
                 slots[last] = self.behind(moved);
                 if place != last {
                     slots[place] = moved;
                 }
-                if last == 3 && self.are_crowded() {
+                if slots[last] != NOBODY {
                     self.behind[moved as usize] = NOBODY;
+                    self.crowd -= 1;
                 }
             }
             None => self.unlink(disc, slots[3]),
@@ -241,6 +290,7 @@ impl Cells {
             if next == disc {
                 self.behind[before as usize] = self.behind[disc as usize];
                 self.behind[disc as usize] = NOBODY;
+                self.crowd -= 1;
                 return;
             }
             before = next;

@@ -3,7 +3,7 @@
 //! discs heat each other.
 
 use super::arena::{Arena, Guard};
-use super::engine::{Engine, With};
+use super::engine::{Engine, Step, With};
 use super::motion::Vector;
 use super::observables::Moments;
 use super::start::{packing_fraction, random_positions, random_velocities};
@@ -67,7 +67,7 @@ pub(super) fn compress(
         wall_noise_rad: 0.0,
     };
     let noise = seed.stream(Stream::WallNoise);
-    let mut engine = Engine::new(arena, &positions, &velocities, radii.to_vec(), 2.0, noise);
+    let mut engine = Engine::new(arena, positions, velocities, radii.to_vec(), 2.0, noise);
     let rate = growth_rate(config);
     engine.grow(scale, rate);
     let outcome = grow(&mut engine, config, [scale, rate])?;
@@ -104,9 +104,14 @@ fn grow(
     let window = COLLISIONS_BETWEEN_SCALINGS * u64::from(config.discs.get());
     let mut outcome = Outcome { scale: 1.0, collisions: 0, pressure: 1.0 };
     let (mut virial, mut opened) = (0.0, 0.0);
-    while !engine.is_done_until(end) {
-        let collision = engine.step().map_err(|fault| jammed(config, engine.scale(), &fault.0))?;
-        let Some(collision) = collision else { continue };
+    loop {
+        let step =
+            engine.step::<false>(end).map_err(|fault| jammed(config, engine.scale(), &fault.0))?;
+        let collision = match step {
+            Step::Collision(collision) => collision,
+            Step::Other => continue,
+            Step::Quiet => break,
+        };
         if let With::Disc(reach) = collision.with {
             virial += reach * engine.scale() * collision.normal_impulse;
         }

@@ -27,6 +27,18 @@ pub(super) struct Disc {
     pub(super) cell: [u16; 2],
 }
 
+/// Stands where no disc stands: no disc ever touches it, as no comparison with its numbers holds.
+pub(super) static NO_DISC: Disc = Disc {
+    position: [f64::NAN; 2],
+    velocity: [0.0; 2],
+    time: 0.0,
+    event_time: super::events::NEVER,
+    event: EventCode::NOTHING,
+    partner_collisions: 0,
+    collisions: 0,
+    cell: [0; 2],
+};
+
 impl Disc {
     /// Where it is at a time, from the corner of its cell.
     #[inline(always)]

@@ -4,6 +4,9 @@
 //! disc has one event in the calendar, its soonest. A collision predicted with a partner that has collided since is void
 //! and is found out when its time comes (Lubachevsky, J. Comput. Phys. 94, 255, 1991; Paul, J. Comput. Phys. 221, 615, 2007).
 
+mod prediction;
+
+use self::prediction::Prospect;
 use super::arena::{Arena, Growth};
 use super::calendar::Calendar;
 use super::cells::{Cells, Grid, Shifts};
@@ -11,9 +14,9 @@ use super::clock::Clock;
 use super::disc::Disc;
 use super::events::{EventCode, EventKind, NEVER, Side};
 use super::motion::{self, Vector};
-use super::processor::{Lanes, fetch_ahead};
+use super::processor::fetch_ahead;
 use super::rapid::Rapid;
-use super::scan::{Field, Sizes};
+use super::scan::Seeker;
 use crate::model::Fault;
 use crate::random::Generator;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -25,6 +28,16 @@ const EVENTS_A_DISC_BETWEEN_MOVES: u64 = 4;
 
 /// So few discs stay in the processor's caches: fetching ahead would only cost.
 const FETCHED_AHEAD_FROM: usize = 20_000;
+
+/// What a step of the engine was.
+pub(super) enum Step {
+    /// A collision.
+    Collision(Collision),
+    /// A crossing, or an event that was void.
+    Other,
+    /// Nothing happens any more in the time that was given.
+    Quiet,
+}
 
 /// A collision that has taken place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +72,10 @@ pub(super) struct Engine {
     cells: Cells,
     shifts: Shifts,
     calendar: Calendar,
-    lanes: Lanes,
+    /// Whether all discs have one radius that stays.
+    are_equal: bool,
+    /// The clock's zero is moved after so many events.
+    events_between_moves: u64,
 }
 
 /// What the future depends on.
@@ -85,14 +101,14 @@ impl Engine {
     /// `radii` are those of all discs, or empty where all are equal.
     pub(super) fn new(
         arena: Arena,
-        positions: &[Vector],
-        velocities: &[Vector],
+        positions: Vec<Vector>,
+        velocities: Vec<Vector>,
         radii: Vec<f64>,
         mean_square_speed: f64,
         wall_noise: Generator,
     ) -> Self {
         let grid = Self::grid(&arena, positions.len());
-        let discs = positions.iter().zip(velocities).map(|(&position, &velocity)| {
+        let discs = positions.into_iter().zip(velocities).map(|(position, velocity)| {
             let (cell, inside) = grid.locate(position);
             Disc {
                 position: inside,
@@ -118,7 +134,7 @@ impl Engine {
             rapid: Rapid::new(contact_distance, mean_square_speed),
         });
         for disc in 0..engine.state.discs.len() as u32 {
-            engine.predict(disc);
+            engine.predict::<false>(disc);
         }
         engine.calendar = Calendar::new(&engine.state.discs, engine.mean_wait_ahead());
         engine
@@ -135,7 +151,9 @@ impl Engine {
             calendar: Calendar::new(&[], 1.0),
             shifts: grid.shifts(),
             cells,
-            lanes: Lanes::widest(),
+            are_equal: state.radii.is_empty(),
+            events_between_moves: EVENTS_BETWEEN_MOVES
+                .max(EVENTS_A_DISC_BETWEEN_MOVES * state.discs.len() as u64),
             state,
         };
         engine.calendar = Calendar::new(&engine.state.discs, engine.mean_wait_ahead());
@@ -180,18 +198,6 @@ impl Engine {
         self.state.clock.time()
     }
 
-    /// Whether nothing will ever happen.
-    pub(super) fn is_at_rest(&mut self) -> bool {
-        self.calendar.first(&self.state.discs).is_none()
-    }
-
-    /// Whether all that happens up to this time since the start has happened.
-    pub(super) fn is_done_until(&mut self, time: f64) -> bool {
-        let first = self.calendar.first(&self.state.discs);
-        let until = self.state.clock.to_local(time);
-        first.is_none_or(|disc| self.state.discs[disc as usize].event_time > until)
-    }
-
     /// Lets time pass up to a time since the start before the next event. Only the clock goes on: no disc is moved, and
     /// what happens next does not depend on it.
     pub(super) fn wait_until(&mut self, time: f64) {
@@ -229,53 +235,62 @@ impl Engine {
         self.state.rapid.set_scale(2.0 * self.state.arena.largest_radius, mean_square_speed);
     }
 
-    /// Lets the next event take place; returns it if it was a collision, and `None` where it was void or a crossing.
+    /// Lets the next event take place, unless it is later than a time since the start. `WIDE` takes the instructions of
+    /// 512 bits.
     ///
     /// # Errors
     /// Inelastic collapse (McNamara and Young, Phys. Fluids A 4, 496, 1992), or a jam.
     #[inline(always)]
-    pub(super) fn step(&mut self) -> Result<Option<Collision>, Fault> {
-        let Some(disc) = self.calendar.first(&self.state.discs) else { return Ok(None) };
+    pub(super) fn step<const WIDE: bool>(&mut self, until: f64) -> Result<Step, Fault> {
+        let Some(disc) = self.calendar.first(&self.state.discs) else { return Ok(Step::Quiet) };
         if self.state.discs.len() >= FETCHED_AHEAD_FROM {
             self.fetch_coming();
         }
         let record = &self.state.discs[disc as usize];
+        if record.event_time > self.state.clock.to_local(until) {
+            return Ok(Step::Quiet);
+        }
         self.state.clock.advance_to(record.event_time);
-        let collision = match record.event.kind() {
+        let step = match record.event.kind() {
             EventKind::Pair(partner)
                 if self.state.discs[partner as usize].collisions == record.partner_collisions =>
             {
-                Some(self.collide_pair(disc, partner)?)
+                Step::Collision(self.collide_pair::<WIDE>(disc, partner)?)
             }
-            EventKind::Wall(side) => Some(self.collide_wall(disc, side)),
+            EventKind::Wall(side) => Step::Collision(self.collide_wall::<WIDE>(disc, side)),
             EventKind::Crossing(side) => {
-                self.cross(disc, side);
-                None
+                self.cross::<WIDE>(disc, side);
+                Step::Other
             }
             EventKind::Pair(_) | EventKind::Nothing => {
-                self.reschedule(disc);
-                None
+                self.predict::<WIDE>(disc);
+                self.file(disc);
+                Step::Other
             }
         };
         self.state.events_since_move += 1;
-        let a_disc = EVENTS_A_DISC_BETWEEN_MOVES * self.state.discs.len() as u64;
-        if self.state.events_since_move >= EVENTS_BETWEEN_MOVES.max(a_disc) {
+        if self.state.events_since_move >= self.events_between_moves {
             self.move_clock();
         }
-        Ok(collision)
+        Ok(step)
     }
 
     #[inline(always)]
-    fn collide_pair(&mut self, disc: u32, partner: u32) -> Result<Collision, Fault> {
+    fn collide_pair<const WIDE: bool>(
+        &mut self,
+        disc: u32,
+        partner: u32,
+    ) -> Result<Collision, Fault> {
         // The same arithmetic whichever of the two predicted it.
         let pair = if disc < partner { [disc, partner] } else { [partner, disc] };
         let now = self.state.clock.local();
-        let [first, second] = pair.map(|disc| self.state.discs[disc as usize]);
+        let [first, second] = pair.map(|disc| &self.state.discs[disc as usize]);
         let ages = [now - first.time, now - second.time];
-        self.state.rapid.note(pair, ages, self.state.clock.time())?;
         let positions = [first.position_at(now), second.position_at(now)];
         let before = [first.velocity, second.velocity];
-        let shift = self.cells.grid.shift(first.cell, second.cell);
+        let cells = [first.cell, second.cell];
+        self.state.rapid.note(pair, ages, self.state.clock)?;
+        let shift = self.cells.grid.shift(cells[0], cells[1]);
         let separation = [
             positions[1][0] + shift[0] - positions[0][0],
             positions[1][1] + shift[1] - positions[0][1],
@@ -289,11 +304,21 @@ impl Engine {
             }),
             Some(growth) => motion::growing_pair_impact(separation, before, growth.rate * reach),
         };
-        for (place, disc) in pair.into_iter().enumerate() {
-            self.leave(disc, positions[place], impact.velocities[place]);
+        let seekers = [0, 1].map(|of: usize| Seeker {
+            disc: pair[of],
+            cell: cells[of],
+            position: positions[of],
+            velocity: impact.velocities[of],
+            now,
+        });
+        for seeker in seekers {
+            self.leave(seeker);
         }
-        for disc in pair {
-            self.reschedule(disc);
+        // Neither prediction waits for the other.
+        let prospects = [self.soonest::<WIDE>(seekers[0]), self.soonest::<WIDE>(seekers[1])];
+        for (disc, prospect) in pair.into_iter().zip(prospects) {
+            self.set(disc, prospect);
+            self.file(disc);
         }
         Ok(Collision {
             with: With::Disc(reach),
@@ -303,11 +328,13 @@ impl Engine {
         })
     }
 
-    fn collide_wall(&mut self, disc: u32, side: Side) -> Collision {
+    #[inline(always)]
+    fn collide_wall<const WIDE: bool>(&mut self, disc: u32, side: Side) -> Collision {
         let axis = side.axis();
-        let record = self.state.discs[disc as usize];
-        let before = record.velocity;
-        let mut position = record.position_at(self.state.clock.local());
+        let record = &self.state.discs[disc as usize];
+        let (cell, before) = (record.cell, record.velocity);
+        let now = self.state.clock.local();
+        let mut position = record.position_at(now);
         position[axis] = self.wall(disc, side);
         let mut after = self.leave_wall(before, axis);
         if let Some(growth) = self.state.growth {
@@ -316,8 +343,11 @@ impl Engine {
             after = before;
             after[axis] = -before[axis] + if side.is_upper() { -parting } else { parting };
         }
-        self.leave(disc, position, after);
-        self.reschedule(disc);
+        let seeker = Seeker { disc, cell, position, velocity: after, now };
+        self.leave(seeker);
+        let prospect = self.soonest::<WIDE>(seeker);
+        self.set(disc, prospect);
+        self.file(disc);
         Collision {
             with: With::Wall,
             changes: [[before, after], [[0.0; 2]; 2]],
@@ -326,14 +356,72 @@ impl Engine {
         }
     }
 
-    /// Where a disc of a cell at a wall touches it, from the cell's corner.
+    /// Sends a disc on its way from here and now.
     #[inline(always)]
-    fn wall(&self, disc: u32, side: Side) -> f64 {
-        let mut radius = self.radius(disc as usize);
-        if let Some(growth) = self.state.growth {
-            radius *= growth.scale_at(self.state.clock.local());
-        }
-        if side.is_upper() { self.cells.grid.side[side.axis()] - radius } else { radius }
+    fn leave(&mut self, seeker: Seeker) {
+        let disc = &mut self.state.discs[seeker.disc as usize];
+        disc.position = seeker.position;
+        disc.velocity = seeker.velocity;
+        disc.time = seeker.now;
+        disc.collisions = disc.collisions.wrapping_add(1);
+    }
+
+    /// Notes that a collision takes place now; returns the time since the one before.
+    #[inline(always)]
+    fn mark_collision(&mut self) -> f64 {
+        let wait = self.time_since_collision();
+        self.state.last_collision = self.state.clock.local();
+        wait
+    }
+
+    /// A disc goes on into the next cell. Its clock stays: it is as if its last collision had been seen from there.
+    #[inline(always)]
+    fn cross<const WIDE: bool>(&mut self, disc: u32, side: Side) {
+        let count = self.state.discs.len();
+        let now = self.state.clock.local();
+        let grid = &self.cells.grid;
+        let record = &mut self.state.discs[disc as usize];
+        let from = record.cell;
+        let to = grid.beyond(from, side);
+        let shift = grid.step_back(side);
+        let velocity = record.velocity;
+        let position = [record.position[0] + shift[0], record.position[1] + shift[1]];
+        let flown = now - record.time;
+        record.position = position;
+        record.cell = to;
+        let position = motion::free_flight(position, velocity, flown);
+        let prospect = self.soonest::<WIDE>(Seeker { disc, cell: to, position, velocity, now });
+        // What was written is read only later, when it has arrived: the search passes the disc itself over.
+        self.cells.remove(disc, from);
+        self.cells.insert(disc, to, count);
+        self.set(disc, prospect);
+        self.file(disc);
+    }
+
+    /// Files the event of a disc.
+    #[inline(always)]
+    fn file(&mut self, disc: u32) {
+        let record = &self.state.discs[disc as usize];
+        self.calendar.file(disc, record.event_time, record.event);
+    }
+
+    #[inline(always)]
+    fn set(&mut self, disc: u32, prospect: Prospect) {
+        let record = &mut self.state.discs[disc as usize];
+        record.event_time = prospect.time;
+        record.event = prospect.event;
+        record.partner_collisions = prospect.partner_collisions;
+    }
+
+    /// Finds the soonest event of a disc anew.
+    #[inline(always)]
+    fn predict<const WIDE: bool>(&mut self, disc: u32) {
+        let now = self.state.clock.local();
+        let record = &self.state.discs[disc as usize];
+        let (cell, velocity) = (record.cell, record.velocity);
+        let position = record.position_at(now);
+        let prospect = self.soonest::<WIDE>(Seeker { disc, cell, position, velocity, now });
+        self.set(disc, prospect);
     }
 
     /// The velocity after a wall: the angle is drawn again until the disc leaves the wall.
@@ -350,156 +438,6 @@ impl Engine {
                 return leaving;
             }
         }
-    }
-
-    /// Sends a disc on its way from here and now.
-    #[inline(always)]
-    fn leave(&mut self, disc: u32, position: Vector, velocity: Vector) {
-        let disc = &mut self.state.discs[disc as usize];
-        disc.position = position;
-        disc.velocity = velocity;
-        disc.time = self.state.clock.local();
-        disc.collisions = disc.collisions.wrapping_add(1);
-    }
-
-    /// Notes that a collision takes place now; returns the time since the one before.
-    fn mark_collision(&mut self) -> f64 {
-        let wait = self.time_since_collision();
-        self.state.last_collision = self.state.clock.local();
-        wait
-    }
-
-    /// A disc goes on into the next cell. Its clock stays: it is as if its last collision had been seen from there.
-    #[inline(always)]
-    fn cross(&mut self, disc: u32, side: Side) {
-        let count = self.state.discs.len();
-        let grid = self.cells.grid;
-        let record = &mut self.state.discs[disc as usize];
-        let from = record.cell;
-        let to = grid.beyond(from, side);
-        let axis = side.axis();
-        record.position[axis] += if side.is_upper() { -grid.side[axis] } else { grid.side[axis] };
-        record.cell = to;
-        self.cells.remove(disc, from);
-        self.cells.insert(disc, to, count);
-        self.reschedule(disc);
-    }
-
-    #[inline(always)]
-    fn reschedule(&mut self, disc: u32) {
-        self.predict(disc);
-        let record = &self.state.discs[disc as usize];
-        self.calendar.file(disc, record.event_time, record.event);
-    }
-
-    /// Finds the soonest event of a disc, from where everybody is now.
-    #[inline(always)]
-    fn predict(&mut self, disc: u32) {
-        let now = self.state.clock.local();
-        let record = &self.state.discs[disc as usize];
-        let position = record.position_at(now);
-        let (edge_wait, edge) = self.first_edge(disc, position);
-        let radii = self.state.radii.as_slice();
-        let sizes = match self.state.growth {
-            Some(growth) => {
-                Sizes::Growing { radii, scale: growth.scale_at(now), rate: growth.rate }
-            }
-            None if radii.is_empty() => Sizes::Equal(2.0 * self.state.arena.largest_radius),
-            None => Sizes::Mixed(radii),
-        };
-        let field =
-            Field { discs: &self.state.discs, cells: &self.cells, shifts: &self.shifts, sizes };
-        let contact = self.lanes.first_contact(field, disc, position, now);
-        // At the same time a pair comes before a wall or a crossing.
-        let is_pair = contact.wait <= edge_wait && contact.wait < NEVER;
-        let (wait, event, partner_collisions) = if is_pair {
-            let partner = contact.partner;
-            let collisions = self.state.discs[partner as usize].collisions;
-            (contact.wait, EventCode::pair(partner), collisions)
-        } else {
-            (edge_wait, edge, 0)
-        };
-        let record = &mut self.state.discs[disc as usize];
-        record.event_time = if wait < NEVER { now + wait } else { NEVER };
-        record.event = event;
-        record.partner_collisions = partner_collisions;
-    }
-
-    /// When a disc reaches a wall or leaves its cell, whichever comes first. Written without branches on the direction of
-    /// flight, which no processor can guess.
-    #[inline(always)]
-    fn first_edge(&self, disc: u32, position: Vector) -> (f64, EventCode) {
-        let record = &self.state.discs[disc as usize];
-        let grid = &self.cells.grid;
-        let has_walls = self.state.arena.has_walls;
-        let mut waits = [NEVER; 2];
-        let mut events = [EventCode::NOTHING; 2];
-        for axis in 0..2 {
-            let speed = record.velocity[axis];
-            let is_upper = speed > 0.0;
-            let mut line = if is_upper { grid.side[axis] } else { 0.0 };
-            events[axis] = EventCode::crossing(axis, is_upper);
-            let mut approach = speed;
-            if has_walls && grid.is_last(record.cell, axis, is_upper) {
-                let side = Side::across(axis, is_upper);
-                line = self.wall(disc, side);
-                events[axis] = EventCode::wall(side);
-                if let Some(growth) = self.state.growth {
-                    // A growing disc reaches the wall by its growth, too.
-                    let growth = growth.rate * self.radius(disc as usize);
-                    approach += if is_upper { growth } else { -growth };
-                }
-            }
-            let wait = motion::time_to_line(position[axis], approach, line);
-            // Without speed there is no line to be reached, and 0/0 would be no number.
-            waits[axis] = if speed == 0.0 { NEVER } else { wait };
-        }
-        let second = waits[1] < waits[0] || (waits[1] == waits[0] && events[1] < events[0]);
-        let wait = if second { waits[1] } else { waits[0] };
-        let event = if second { events[1] } else { events[0] };
-        let first = if wait < NEVER { (wait, event) } else { (NEVER, EventCode::NOTHING) };
-        if self.state.growth.is_some() {
-            self.before_wall_behind(disc, position, first)
-        } else {
-            first
-        }
-    }
-
-    /// The same, or when a growing disc is caught up at a wall behind it.
-    fn before_wall_behind(
-        &self,
-        disc: u32,
-        position: Vector,
-        mut first: (f64, EventCode),
-    ) -> (f64, EventCode) {
-        for axis in 0..2 {
-            let is_upper = self.state.discs[disc as usize].velocity[axis] > 0.0;
-            let behind = self.wall_behind(disc, position, axis, is_upper);
-            first = if behind < first { behind } else { first };
-        }
-        first
-    }
-
-    /// When a growing disc is caught up by its own growth at the wall that it leaves too slowly.
-    fn wall_behind(
-        &self,
-        disc: u32,
-        position: Vector,
-        axis: usize,
-        is_upper: bool,
-    ) -> (f64, EventCode) {
-        let record = &self.state.discs[disc as usize];
-        let rate = self.state.growth.map_or(0.0, |growth| growth.rate);
-        let speed = rate * self.radius(disc as usize) - record.velocity[axis].abs();
-        let is_there = self.state.arena.has_walls
-            && self.cells.grid.is_last(record.cell, axis, !is_upper)
-            && speed > 0.0;
-        if !is_there {
-            return (NEVER, EventCode::NOTHING);
-        }
-        let side = Side::across(axis, !is_upper);
-        let speed = if is_upper { -speed } else { speed };
-        (motion::time_to_line(position[axis], speed, self.wall(disc, side)), EventCode::wall(side))
     }
 
     /// Asks for what the coming events will look at: their discs first, then the cells around, then the neighbours.
@@ -573,7 +511,7 @@ impl Engine {
     /// Finds all events anew.
     fn predict_all(&mut self) {
         for disc in 0..self.state.discs.len() as u32 {
-            self.predict(disc);
+            self.predict::<false>(disc);
         }
         self.move_clock();
     }

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A side of a rectangle.
+/// A side of a rectangle. Numbered so that what is asked of it is arithmetic: its direction can't be guessed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub(super) enum Side {
     /// Towards smaller x.
     Left,
@@ -20,10 +21,7 @@ impl Side {
 
     /// The coordinate that the side lies across: 0 for x, 1 for y.
     pub(super) fn axis(self) -> usize {
-        match self {
-            Self::Left | Self::Right => 0,
-            Self::Bottom | Self::Top => 1,
-        }
+        self as usize >> 1
     }
 
     /// The side across an axis with the larger or the smaller coordinate.
@@ -33,7 +31,7 @@ impl Side {
 
     /// Whether the side has the larger coordinate.
     pub(super) fn is_upper(self) -> bool {
-        matches!(self, Self::Right | Self::Top)
+        self as usize & 1 == 1
     }
 }
 

@@ -1,8 +1,8 @@
 //! Event-driven hard discs.
 //!
 //! Equal discs of mass 1 fly freely in a box until two of them touch or one touches a wall. In reading order: the laws of
-//! flight and collision (`motion`), the start (`start`, `lattice`), what can happen (`events`), what comes next (`queue`,
-//! `cells`, `clock`, `engine`), and what is measured (`observables`).
+//! flight and collision (`motion`), the start (`start`, `lattice`, `compression`), what can happen (`events`), what comes next
+//! (`engine` with its `prediction`, `scan`, `cells`, `calendar`, `clock`), and what is measured (`observables`).
 //!
 //! The mean velocity of a random start is removed (but for a single disc), so that T at the start is 2 (1 - 1/n) times the
 //! variance of a component. Walls do not keep the momentum: it fluctuates about zero later on.
@@ -24,8 +24,9 @@ mod scan;
 mod start;
 
 use self::arena::{Arena, Guard};
-use self::engine::Engine;
+use self::engine::{Collision, Engine, Step};
 use self::observables::{Moments, Series, Tallies};
+use self::processor::Kernel;
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::{
@@ -117,8 +118,8 @@ impl Model for Packing {
         Ok(Self {
             engine: Engine::new(
                 arena,
-                &start.positions,
-                &start.velocities,
+                start.positions,
+                start.velocities,
                 start.radii,
                 moments.temperature(),
                 seed.stream(Stream::WallNoise),
@@ -146,16 +147,7 @@ impl Model for Packing {
     }
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
-        self.open_window();
-        let mut budget = at_most.max(1);
-        while !self.arrive(target)? {
-            if budget == 0 {
-                return Ok(Progress::Working);
-            }
-            budget -= 1;
-            self.step()?;
-        }
-        Ok(Progress::Reached)
+        processor::run(Advance { packing: self, target, at_most })
     }
 
     fn count(&self) -> u64 {
@@ -212,45 +204,86 @@ impl Packing {
         self.account_of_start = None;
     }
 
-    /// Whether the target is reached; if so, time goes on to it.
-    fn arrive(&mut self, target: Target) -> Result<bool, Fault> {
+    /// One event towards the target; returns whether it was reached before.
+    #[inline(always)]
+    fn step<const WIDE: bool>(&mut self, target: Target) -> Result<bool, Fault> {
+        let until = match target {
+            Target::Count(events) if self.tallies.events() >= events => {
+                self.at_target = true;
+                return Ok(true);
+            }
+            Target::Count(_) => f64::INFINITY,
+            Target::Time(time) => time,
+        };
+        match self.engine.step::<WIDE>(until)? {
+            Step::Collision(collision) => self.note(&collision),
+            Step::Other => {}
+            Step::Quiet => return self.arrive(target).map(|()| true),
+        }
+        Ok(false)
+    }
+
+    /// Nothing happens any more up to the target: time goes on to it.
+    #[inline(never)]
+    fn arrive(&mut self, target: Target) -> Result<(), Fault> {
         match target {
-            Target::Count(events) if self.tallies.events() >= events => {}
             Target::Count(events) => {
-                if self.engine.is_at_rest() {
-                    return Err(Fault(format!(
-                        "event {events} never comes: after {} events at time {} nothing moves towards anything; \
-                         give the discs velocities, or set a duration",
-                        self.tallies.events(),
-                        self.time
-                    )));
-                }
-                return Ok(false);
+                return Err(Fault(format!(
+                    "event {events} never comes: after {} events at time {} nothing moves towards anything; \
+                     give the discs velocities, or set a duration",
+                    self.tallies.events(),
+                    self.time
+                )));
             }
             Target::Time(time) => {
-                if !self.engine.is_done_until(time) {
-                    return Ok(false);
-                }
                 self.engine.wait_until(time);
                 self.time = time;
             }
         }
         self.at_target = true;
-        Ok(true)
+        Ok(())
     }
 
-    fn step(&mut self) -> Result<(), Fault> {
-        let Some(collision) = self.engine.step()? else { return Ok(()) };
+    /// Takes note of a collision.
+    #[inline(always)]
+    fn note(&mut self, collision: &Collision) {
         self.time = self.engine.time();
-        self.tallies.count(&collision);
+        self.tallies.count(collision);
         // Summing anew costs n: every n collisions it costs nothing that grows.
         if self.tallies.events().is_multiple_of(self.engine.count() as u64) {
-            self.tallies.renew_moments(Moments::of(self.engine.velocities()));
-            self.engine.set_mean_square_speed(self.tallies.moments().temperature());
+            self.renew_moments();
         }
         if let Some(series) = &mut self.series {
             series.push(self.tallies.events(), self.time, self.tallies.moments());
         }
-        Ok(())
+    }
+
+    #[inline(never)]
+    fn renew_moments(&mut self) {
+        self.tallies.renew_moments(Moments::of(self.engine.velocities()));
+        self.engine.set_mean_square_speed(self.tallies.moments().temperature());
+    }
+}
+
+/// The work of [`Packing::advance`].
+struct Advance<'a> {
+    packing: &'a mut Packing,
+    target: Target,
+    at_most: u64,
+}
+
+impl Kernel for Advance<'_> {
+    type Output = Result<Progress, Fault>;
+
+    #[inline(always)]
+    fn run<const WIDE: bool>(self) -> Self::Output {
+        let Self { packing, target, at_most } = self;
+        packing.open_window();
+        for _ in 0..at_most.max(1) {
+            if packing.step::<WIDE>(target)? {
+                return Ok(Progress::Reached);
+            }
+        }
+        Ok(Progress::Working)
     }
 }

@@ -4,11 +4,75 @@
 //! distance (the diameter), n unit vector along r, g = v . n, alpha coefficient of restitution. Lengths, times and
 //! velocities are dimensionless.
 
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
+
 /// Puts (0.75 s)^2 far from a power of two for radii that are powers of two, 1 and 0.5 among them, and keeps whole numbers exact.
 const SCALE: f64 = 0.75;
 
 /// A vector in the plane.
 pub(super) type Vector = [f64; 2];
+
+/// One number, or as many as the processor takes side by side: what is written for them holds for each.
+pub(super) trait Numbers:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// Whether something holds, for each.
+    type Truth: Copy + BitAnd<Output = Self::Truth> + BitOr<Output = Self::Truth>;
+
+    /// The same number everywhere.
+    fn all(number: f64) -> Self;
+    /// x, or 0 where x > 0 does not hold.
+    fn positive_part(self) -> Self;
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// x < 0.
+    fn is_negative(self) -> Self::Truth;
+    /// x >= 0.
+    fn is_not_negative(self) -> Self::Truth;
+    /// x <= 0.
+    fn is_not_positive(self) -> Self::Truth;
+    /// One where it holds, the other elsewhere.
+    fn choose(truth: Self::Truth, one: Self, other: Self) -> Self;
+}
+
+impl Numbers for f64 {
+    type Truth = bool;
+
+    #[inline(always)]
+    fn all(number: f64) -> Self {
+        number
+    }
+
+    #[inline(always)]
+    fn positive_part(self) -> Self {
+        if self > 0.0 { self } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+
+    #[inline(always)]
+    fn is_negative(self) -> bool {
+        self < 0.0
+    }
+
+    #[inline(always)]
+    fn is_not_negative(self) -> bool {
+        self >= 0.0
+    }
+
+    #[inline(always)]
+    fn is_not_positive(self) -> bool {
+        self <= 0.0
+    }
+
+    #[inline(always)]
+    fn choose(truth: bool, one: Self, other: Self) -> Self {
+        if truth { one } else { other }
+    }
+}
 
 /// What a pair collision leads to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,16 +100,15 @@ pub(super) fn free_flight(position: Vector, velocity: Vector, duration: f64) -> 
 /// that has just collided. Discs that overlap by rounding and approach touch now. Without branches: a pair that does not
 /// touch costs as much as one that does, and eight pairs as much as one where the processor has lanes for it.
 #[inline(always)]
-pub(super) fn time_to_contact(r: Vector, v: Vector, contact_distance: f64) -> f64 {
+pub(super) fn time_to_contact<N: Numbers>(r: [N; 2], v: [N; 2], contact_distance: N) -> N {
     let approach = r[0] * v[0] + r[1] * v[1];
     let square = contact_distance * contact_distance;
     let gap = r[0] * r[0] + r[1] * r[1] - square;
     let cross = r[0] * v[1] - r[1] * v[0];
     let discriminant = (v[0] * v[0] + v[1] * v[1]) * square - cross * cross;
-    let root = (if discriminant > 0.0 { discriminant } else { 0.0 }).sqrt();
-    let wait = (if gap > 0.0 { gap } else { 0.0 }) / (root - approach);
-    let touches = (approach < 0.0) & ((discriminant >= 0.0) | (gap <= 0.0));
-    if touches { wait } else { f64::MAX }
+    let wait = gap.positive_part() / (discriminant.positive_part().sqrt() - approach);
+    let touches = approach.is_negative() & (discriminant.is_not_negative() | gap.is_not_positive());
+    N::choose(touches, wait, N::all(f64::MAX))
 }
 
 /// Time until two growing discs touch, |r + v t| = s + a t, a the sum of the rates of their radii, or [`f64::MAX`].

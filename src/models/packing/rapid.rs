@@ -1,5 +1,6 @@
 //! How a collapse is noticed: collisions of one disc between which no time passes.
 
+use super::clock::Clock;
 use crate::model::Fault;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -39,11 +40,11 @@ impl Rapid {
     /// # Errors
     /// A collapse.
     #[inline(always)]
-    pub(super) fn note(&mut self, pair: [u32; 2], ages: [f64; 2], now: f64) -> Result<(), Fault> {
+    pub(super) fn note(&mut self, pair: [u32; 2], ages: [f64; 2], now: Clock) -> Result<(), Fault> {
         if self.in_a_row.is_empty() && ages[0] >= self.time && ages[1] >= self.time {
             return Ok(());
         }
-        self.count(pair, ages, now)
+        self.count(pair, ages, now.time())
     }
 
     #[inline(never)]
