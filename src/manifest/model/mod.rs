@@ -4,6 +4,7 @@ mod dem;
 mod dem_radius;
 mod dem_walls;
 mod gas;
+mod gas_walls;
 mod orbit;
 mod packing;
 
@@ -14,8 +15,9 @@ pub use dem_radius::DiscRadius;
 pub use dem_walls::{DemWall, DemWallShape};
 pub use gas::{
     BoltzmannConstant, GasConfig, PlaceDistribution, Propagation, SpeedDistribution, SpeedScale,
-    TemperatureDefinition, ThermalWall,
+    TemperatureDefinition,
 };
+pub use gas_walls::ThermalWall;
 pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitSummation};
 pub use packing::{
     Boundary, CollapseGuard, InitialVelocities, PERIODIC_DIAMETERS, PackingConfig,

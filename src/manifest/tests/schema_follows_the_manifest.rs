@@ -65,6 +65,8 @@ fn every_key_has_its_meaning_unit_range_and_default() {
         "wall_temperature_k",
         "wall_accommodation",
         "opening_width_m",
+        "disc_radius_m",
+        "speeds_m_per_s",
         "damping_n_s_per_m",
         "outlet_below_m",
         "region_m",
@@ -182,6 +184,7 @@ fn the_canonical_form_writes_every_key_of_the_schema() {
          { gm_au3_per_day2 = 0, position_au = [1, 0, 0], velocity_au_per_day = [0, 1, 0] }]",
         "[model.gas]\nfurther_masses_kg = [1]\nplace_distribution = \"radius\"\ntemperature_schedule = [[0.1, 1]]\n\
          wall_speed_m_per_s = 1\nwall_temperature_k = 1\nwall_accommodation = 1\nopening_width_m = 1",
+        "[model.gas]\ndisc_radius_m = 0.01\nspeeds_m_per_s = [1]",
         "[model.dem]",
         "[model.gas]",
     ];
