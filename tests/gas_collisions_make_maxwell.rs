@@ -4,7 +4,7 @@
 //! Source: Boltzmann's H theorem; Maxwell's law in two dimensions. In a fixed energy the shares of N discs are uniform on a simplex, so
 //! <v^4>/<v^2>^2 = 2 N/(N + 1) with an error of 2/sqrt(N), and <v>/v_rms = sqrt(pi)/2 with sqrt(1 - pi/4 - pi/16)/sqrt(N) = 0.135/sqrt(N).
 //! 2 N times the excess of H, found in 30 bins with one mean square, is a chi-square of 28 degrees of freedom (Wilks 1938).
-//! Setup: 2000 discs, R = 1 m, a = 4 mm, v_rms = 1 m/s: 20 m/s of time are 200 collisions a disc.
+//! Setup: 2000 discs, R = 1 m, a = 4 mm, v_rms = 1 m/s: 20 s are some 250 collisions a disc.
 //! Tolerance: 4.5 standard errors; chi-square below 60, one in three thousand. Control: the same judges refuse the points.
 
 // Tests compare with the platform's functions; what is written in a test is in range.
@@ -92,7 +92,7 @@ fn h_falls() {
         assert!(now < before + 4.0 * 0.0019, "from {before} to {now}");
         before = now;
     }
-    println!("H above its least: {first} at first, {before} after ten collisions a disc");
+    println!("H above its least: {first} at first, {before} after a dozen collisions a disc");
     assert!(first > 1.0 && before < 0.02);
 }
 

@@ -93,6 +93,11 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
          { gm_au3_per_day2 = 1e-6, position_au = [1, 0, 0], velocity_au_per_day = [0, 0.017, 0] }, \
          { gm_au3_per_day2 = 1e-7, position_au = [0, 2, 0], velocity_au_per_day = [-0.012, 0, 0] }]\n[record]\nframes = 20\n",
     ),
+    (
+        "gas_discs_that_collide",
+        "seed = 17\n[model.gas]\nparticles = 60\nfurther_masses_kg = [2e-26]\ndisc_radius_m = 0.04\n\
+         speeds_m_per_s = [300.0, 900.0, 600.0]\ntemperature_schedule = [[0.0103, 500.0]]\nduration_s = 0.02\n[record]\nframes = 20\n",
+    ),
 ];
 
 /// The one run of a manifest.

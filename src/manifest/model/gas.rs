@@ -21,7 +21,7 @@ pub struct GasConfig {
     pub radius_m: Positive,
     /// Centre c of the container, m.
     pub centre_m: [Finite; 2],
-    /// The law that speeds are drawn from.
+    /// The law that speeds are drawn from, unless they are listed.
     pub speed_distribution: SpeedDistribution,
     /// The scale of the speeds.
     pub speed_scale: SpeedScale,
@@ -309,7 +309,7 @@ impl GasConfig {
             .optional(
                 "speeds_m_per_s",
                 "m/s",
-                "Speeds that are given to the particles in turn, in place of a law; directions are uniform. They are kept unless \
+                "Speeds that are given to the particles in turn, in place of `speed_distribution`; directions are uniform. They are kept unless \
                 `temperature_k` stands beside them.",
                 speeds,
             )
@@ -390,11 +390,9 @@ impl GasConfig {
             }
             return;
         }
-        for key in ["speed_distribution", "max_speed_m_per_s"] {
-            if table.has(key) {
-                let title = format!("written speeds leave nothing to `{key}`");
-                table.refuse(&["speeds_m_per_s", key], &title, "keep one of them");
-            }
+        if table.has("max_speed_m_per_s") {
+            let title = "written speeds leave nothing to `max_speed_m_per_s`";
+            table.refuse(&["speeds_m_per_s", "max_speed_m_per_s"], title, "keep one of them");
         }
         if let Placement::Given(_) = self.placement {
             let title = "a given start has its own speeds";

@@ -214,6 +214,37 @@ fn gas_speeds_and_steps_are_consistent() {
 }
 
 #[test]
+fn gas_discs_and_listed_speeds_have_their_rules() {
+    for (key, value) in [
+        ("propagation", "\"stepped\""),
+        ("wall_speed_m_per_s", "1"),
+        ("wall_temperature_k", "300"),
+        ("opening_width_m", "0.1"),
+        ("place_distribution", "\"radius\""),
+    ] {
+        let more = if key == "propagation" { "time_step_s = 1e-6\n" } else { "" };
+        refused(
+            &format!("[model.gas]\n{more}disc_radius_m = 0.001\n{key} = {value} # <-"),
+            &format!("discs that collide do not go with this `{key}`"),
+        );
+    }
+    refused(
+        "[model.gas]\nparticles = 10\ndisc_radius_m = 0.3 # <-",
+        "would cover 0.900 of the container",
+    );
+    refused("[model.gas]\nspeeds_m_per_s = [] # <-", "there is no speed in the list");
+    refused("[model.gas]\nspeeds_m_per_s = [-1] # <-", "must be a number >= 0");
+    refused(
+        "[model.gas]\nspeeds_m_per_s = [1] # <-\nmax_speed_m_per_s = 1",
+        "written speeds leave nothing to `max_speed_m_per_s`",
+    );
+    let ModelConfig::Gas(gas) = accepted("[model.gas]\nspeeds_m_per_s = [1, 2]") else {
+        panic!("no gas")
+    };
+    assert_eq!(gas.speed_scale, SpeedScale::Given);
+}
+
+#[test]
 fn given_states_set_the_number_of_particles() {
     let start =
         "placement = { positions_m = [[0, 0.5], [0.1, 0]], velocities_m_per_s = [[1, 2], [3, 4]] }";
