@@ -41,6 +41,7 @@ impl Particle {
 
 /// Free flight, p + v t: equation (7) of the gas document.
 #[must_use]
+#[inline(always)]
 pub fn drifted(particle: Particle, time: f64) -> Particle {
     let Particle { position: [x, y], velocity: [vx, vy] } = particle;
     Particle { position: [x + time * vx, y + time * vy], velocity: [vx, vy] }
@@ -53,24 +54,25 @@ pub fn drifted(particle: Particle, time: f64) -> Particle {
 /// the one without a difference of near equals is taken. Rounding may have put the particle a last bit outside; it then
 /// counts as on the wall.
 #[must_use]
+#[inline(always)]
 pub fn time_to_wall(particle: Particle, radius: f64) -> f64 {
     let Particle { position, velocity } = particle;
     let square = dot(velocity, velocity);
     let along = dot(position, velocity);
     let room = room_to_wall(position, radius);
     let root = (along * along + square * room).sqrt();
-    if along > 0.0 {
-        room / (root + along)
-    } else if square > 0.0 {
-        (root - along) / square
-    } else {
-        f64::INFINITY
-    }
+    let leaves = along > 0.0;
+    let way = if leaves { room } else { root - along };
+    let speed = if leaves { root + along } else { square };
+    let time = way / speed;
+    // At rest both are zero.
+    if square > 0.0 { time } else { f64::INFINITY }
 }
 
 /// Specular reflection of a particle where it stands, v' = v - 2 (v . n) n with n = p / |p|: dividing by p^2
 /// keeps the speed whatever the rounding of the place.
 #[must_use]
+#[inline(always)]
 pub fn reflected(particle: Particle) -> Particle {
     let Particle { position, velocity } = particle;
     let twice = 2.0 * dot(velocity, position) / dot(position, position);
@@ -304,6 +306,7 @@ impl Rotation {
 }
 
 /// R^2 - p^2, and zero for a particle that rounding put outside.
+#[inline(always)]
 fn room_to_wall(position: [f64; 2], radius: f64) -> f64 {
     let distance = dot(position, position).sqrt();
     if distance < radius { (radius - distance) * (radius + distance) } else { 0.0 }
@@ -311,6 +314,7 @@ fn room_to_wall(position: [f64; 2], radius: f64) -> f64 {
 
 /// a . b, equation (5) of the gas document.
 #[must_use]
+#[inline(always)]
 pub fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
