@@ -37,6 +37,10 @@ fn numbers_keep_to_their_ranges() {
     for bad in ["0", "-1.0", "nan", "inf", "-inf", "1e400", "-0.0"] {
         refused(&format!("[model.gas]\nradius_m = {bad} # <-"), positive);
     }
+    for bad in ["0", "-1e-5"] {
+        let stepped = format!("[model.gas]\npropagation = \"stepped\"\ntime_step_s = {bad} # <-");
+        refused(&stepped, positive);
+    }
     refused("[model.gas]\nradius_m = \"1.0\" # <-", "`model.gas.radius_m` cannot be a string");
     refused("[model.gas]\nradius_m = true # <-", "`model.gas.radius_m` cannot be a boolean");
     refused("[model.gas]\nradius_m = 1979-05-27 # <-", "`model.gas.radius_m` cannot be a date");
