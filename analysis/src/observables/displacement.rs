@@ -65,8 +65,8 @@ impl Displacement {
                     }
                     None => moved,
                 };
-                self.places[particle][axis] = now[axis];
             }
+            self.places[particle] = [now[0], now[1]];
             product += now[2] * start[2] + now[3] * start[3];
             square += start[2] * start[2] + start[3] * start[3];
         }

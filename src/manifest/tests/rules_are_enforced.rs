@@ -239,7 +239,7 @@ fn gas_discs_and_listed_speeds_have_their_rules() {
     refused("[model.gas]\nspeeds_m_per_s = [] # <-", "there is no speed in the list");
     refused("[model.gas]\nspeeds_m_per_s = [-1] # <-", "must be a number >= 0");
     refused(
-        "[model.gas]\nspeeds_m_per_s = [1] # <-\nmax_speed_m_per_s = 1",
+        "[model.gas]\nspeeds_m_per_s = [1]\nmax_speed_m_per_s = 1 # <-",
         "written speeds leave nothing to `max_speed_m_per_s`",
     );
     let ModelConfig::Gas(gas) = accepted("[model.gas]\nspeeds_m_per_s = [1, 2]") else {
