@@ -4,6 +4,7 @@
 //! of all runs, who executes it, what proves a recording, and the command line on top.
 
 pub mod constants;
+pub mod hard_discs;
 pub mod placement;
 pub mod random;
 mod recorded_start;

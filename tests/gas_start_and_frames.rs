@@ -14,6 +14,7 @@ use kinetoscope_manifest::model::{
     GasConfig, Placement, Propagation, SpeedDistribution, SpeedScale,
 };
 use kinetoscope_manifest::quantity::Finite;
+use kinetoscope_recording::channels::{GasLedger, GasPressure, GasSpeeds, GasTemperature};
 use kinetoscope_recording::frame::Level;
 use kinetoscope_recording::scenery::{DrawnRadius, Wall};
 
@@ -81,6 +82,43 @@ fn what_cannot_be_run_is_refused_in_words() {
     for (config, words) in cases {
         let refusal = refusal(&config);
         assert!(refusal.contains(words), "{refusal}");
+    }
+}
+
+#[test]
+fn at_zero_kelvin_nothing_moves_and_all_numbers_are_defined() {
+    for (particles_asked, disc_radius_m) in
+        [(1, None), (5, None), (1, Some(positive(0.1))), (5, Some(positive(0.1)))]
+    {
+        for propagation in [Propagation::Exact, stepped(1e-3)] {
+            if disc_radius_m.is_some() && propagation != Propagation::Exact {
+                continue;
+            }
+            let config = GasConfig {
+                particles: gas_runs::count(particles_asked),
+                speed_scale: kelvin(0.0),
+                disc_radius_m,
+                propagation,
+                ..GasConfig::default()
+            };
+            let mut gas = gas(&config, 1);
+            let before = particles(&gas);
+            match propagation {
+                Propagation::Exact => advance(&mut gas, Target::Time(0.1)),
+                _ => advance(&mut gas, Target::Count(100)),
+            }
+            assert_eq!(particles(&gas), before);
+            let frame = frame(&gas);
+            let pressure: GasPressure = frame.get().unwrap();
+            let temperature: GasTemperature = frame.get().unwrap();
+            let ledger: GasLedger = frame.get().unwrap();
+            let speeds: GasSpeeds = frame.get().unwrap();
+            assert_eq!(pressure.measured_since_start_n_per_m, 0.0);
+            assert_eq!(temperature.mean_square_temperature_k, 0.0);
+            assert_eq!(ledger.residual_relative, 0.0);
+            assert!(ledger.excess_h.is_finite());
+            assert!(speeds.density.iter().chain(&speeds.maxwell).all(|value| value.is_finite()));
+        }
     }
 }
 

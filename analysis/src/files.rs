@@ -24,7 +24,7 @@ impl std::fmt::Display for WriteError {
     }
 }
 
-/// Writes `metrics.json`, `metrics.csv`, `report.html` and the plots; returns how many plots there are.
+/// Writes `metrics.json`, `metrics.csv` (with the feature `parquet` also `metrics.parquet`), `report.html` and the plots; returns how many plots there are.
 ///
 /// # Errors
 /// The first file that can't be written.
@@ -37,6 +37,12 @@ pub fn write(report: &Report, folder: &Path) -> Result<usize, WriteError> {
     let csv = metrics::to_csv(&report.metrics)
         .map_err(|error| failed("metrics.csv", error.to_string()))?;
     replace(&folder.join("metrics.csv"), &csv)?;
+    #[cfg(feature = "parquet")]
+    {
+        let parquet = crate::metrics_parquet::to_parquet(&report.metrics)
+            .map_err(|error| failed("metrics.parquet", error.to_string()))?;
+        replace(&folder.join("metrics.parquet"), parquet)?;
+    }
     let mut drawn = Vec::new();
     for (stem, plot) in &report.plots {
         let name = format!("{stem}.svg");

@@ -21,6 +21,8 @@ pub mod sweep;
 
 pub mod checks;
 pub mod metrics;
+#[cfg(feature = "parquet")]
+pub mod metrics_parquet;
 
 pub mod figures;
 pub mod plot;

@@ -183,7 +183,7 @@ impl<'a> Entry<'a> {
     }
 }
 
-fn in_standard_errors(metric: &Metric) -> Option<f64> {
+pub(crate) fn in_standard_errors(metric: &Metric) -> Option<f64> {
     match metric.deviation() {
         Some(Deviation::StandardErrors(deviation)) => Some(deviation),
         _ => None,

@@ -180,3 +180,22 @@ assert table['time'] == [frame / 7 for frame in (0, 0, 1, 1, 2, 2)]
 ";
     python(program, path.join("state.parquet"));
 }
+
+#[test]
+#[cfg(feature = "parquet")]
+#[ignore = "needs python3 with pyarrow"]
+fn pyarrow_reads_the_metrics_as_the_csv_has_them() {
+    let (folder, _) = exported("parquet");
+    let program = "
+import csv, math, pathlib, sys, pyarrow.parquet
+table = pyarrow.parquet.read_table(sys.argv[1]).to_pylist()
+rows = list(csv.DictReader(pathlib.Path(sys.argv[1]).with_suffix('.csv').open()))
+assert rows and len(rows) == len(table)
+for row, metric in zip(rows, table):
+    assert list(row) == list(metric)
+    for name, text in row.items():
+        value = metric[name]
+        assert text == ('' if value is None else value) if not isinstance(value, float) else float(text) == value
+";
+    python(program, folder.path().join("metrics.parquet"));
+}

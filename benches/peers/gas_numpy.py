@@ -1,4 +1,4 @@
-"""The steps of `benches/gas_speed.rs` in numpy: N particles, R = 1, v_max = 1, dt = 0.02, one mirror a step.
+"""The steps of `benches/gas_speed.rs` in numpy: N particles, R = 1, v_max = 1, dt = 0.02, one mirror a step, hits and impulse counted.
 
 Run `python benches/peers/gas_numpy.py [N ...]` (needs numpy); prints particle-steps a second, best of five.
 """
@@ -25,7 +25,7 @@ def start(particles, generator):
     )
 
 
-def step(x, y, vx, vy):
+def step(x, y, vx, vy, hits, impulse):
     next_x = x + TIME_STEP * vx
     next_y = y + TIME_STEP * vy
     outside = np.nonzero(next_x * next_x + next_y * next_y > 1.0)[0]
@@ -39,12 +39,12 @@ def step(x, y, vx, vy):
     rest = TIME_STEP - to_wall
     next_x[outside], next_y[outside] = hit_x + rest * ux, hit_y + rest * uy
     vx[outside], vy[outside] = ux, uy
-    return next_x, next_y, vx, vy
+    return next_x, next_y, vx, vy, hits + len(outside), impulse + twice.sum()
 
 
 def main():
     for particles in map(int, sys.argv[1:] or ["1000", "100000", "1000000"]):
-        state = start(particles, np.random.default_rng(1))
+        state = (*start(particles, np.random.default_rng(1)), 0, 0.0)
         best = float("inf")
         for _ in range(5):
             began = time.perf_counter()

@@ -265,12 +265,18 @@ channels! {
         excess_h: f64 [double] = "9",
     }
 
-    /// Gas: hits of the wall.
+    /// Gas: hits of the wall, and of discs with one another.
     GasCollisions on "/collisions" {
-        /// Hits since the start.
+        /// Hits of the wall since the start.
         wall: u64 [uint64] = "1",
-        /// Hits since the last frame.
+        /// Hits of the wall since the last frame.
         wall_since_last_frame: u64 [uint64] = "2",
+        /// Collisions of two discs since the start; 0 for points.
+        pair: u64 [uint64] = "3",
+        /// Collisions of two discs since the last frame.
+        pair_since_last_frame: u64 [uint64] = "4",
+        /// Sum over these collisions of distance times momentum handed over, since the start, J s: with the wall's part Clausius's virial.
+        pair_virial_j_s: f64 [double] = "5",
     }
 
     /// Gas: histogram of the speeds beside the law that they were drawn from and Maxwell's.

@@ -103,6 +103,11 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
          rain = { discs = 20, discs_per_s = 1000.0, from_m = [0.002, 0.015], to_m = [0.014, 0.015], \
          velocity_m_per_s = [0.0, -0.5], starts_s = 2e-3 }\n[record]\nframes = 20\n",
     ),
+    (
+        "gas_discs_that_collide",
+        "seed = 17\n[model.gas]\nparticles = 60\nfurther_masses_kg = [2e-26]\ndisc_radius_m = 0.04\n\
+         speeds_m_per_s = [300.0, 900.0, 600.0]\ntemperature_schedule = [[0.0103, 500.0]]\nduration_s = 0.02\n[record]\nframes = 20\n",
+    ),
 ];
 
 /// The one run of a manifest.

@@ -16,8 +16,26 @@ pub fn figures(run: &GasRun) -> Figures {
     if let Some(histogram) = &run.histogram {
         figures.plots.push(speeds(histogram, run.config.particles.get()));
     }
+    if run.kinetics.excess_h.len() > 1 && !run.config.keeps_speeds() {
+        figures.plots.push(h_over_time(run));
+    }
     figures.plots.extend(states(run));
     figures
+}
+
+/// Boltzmann's H falling to its least value.
+fn h_over_time(run: &GasRun) -> Plot {
+    let series = &run.kinetics.excess_h;
+    let mut curves = vec![curve("measured", Style::Line, 0, series.iter().copied())];
+    if run.config.keeps_energy() && run.config.disc_radius_m.is_some() {
+        let scatter = run.kinetics.bins.saturating_sub(2) as f64
+            / (2.0 * f64::from(run.config.particles.get()));
+        let ends = [series.first(), series.last()].into_iter().flatten();
+        let level = ends.map(|(time, _)| (*time, scatter));
+        curves.push(curve("Maxwell's speeds, N discs in as many bins", Style::Theory, 2, level));
+    }
+    let (x, y) = (Axis::linear("time", "s"), Axis::logarithmic("H above its least value", "1"));
+    chart("h_over_time", "Boltzmann's H", x, y, curves)
 }
 
 fn pressure(run: &GasRun) -> Plot {

@@ -91,14 +91,26 @@ pub fn temperature_k(config: &GasConfig) -> Option<f64> {
     }
 }
 
-/// <v>^2 / <v^2> of the law that speeds are drawn from.
+/// <v>^2 / <v^2> of the law that speeds are drawn from, or of the list that they are taken from in turn.
 #[must_use]
-pub const fn mean_squared_over_mean_square(distribution: SpeedDistribution) -> f64 {
-    match distribution {
+pub fn mean_squared_over_mean_square(config: &GasConfig) -> f64 {
+    if !config.speeds_m_per_s.is_empty() {
+        let (mean, mean_square) = moments_of_list(config);
+        return mean * mean / mean_square;
+    }
+    match config.speed_distribution {
         SpeedDistribution::Uniform => 0.75,
         SpeedDistribution::Maxwell => FRAC_PI_4,
         SpeedDistribution::Equal => 1.0,
     }
+}
+
+/// <v> and <v^2> of the speeds that are given to the particles in turn, m/s and m^2/s^2.
+fn moments_of_list(config: &GasConfig) -> (f64, f64) {
+    let count = config.particles.get() as usize;
+    let given = || config.speeds_m_per_s.iter().map(|speed| speed.get()).cycle().take(count);
+    let mean = |sum: f64| sum / count as f64;
+    (mean(given().sum()), mean(given().map(|speed| speed * speed).sum()))
 }
 
 /// Whether particles differ in mass: means of the speed alone then say nothing of energy.
@@ -132,7 +144,7 @@ pub fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
     if !(is_drawn && is_one_gas && config.keeps_speeds()) {
         return None;
     }
-    let ratio = mean_squared_over_mean_square(config.speed_distribution);
+    let ratio = mean_squared_over_mean_square(config);
     let of_mean_square = |square: f64| SpeedMoments {
         mean_m_per_s: (ratio * square).sqrt(),
         mean_square_m2_per_s2: square,
@@ -150,6 +162,10 @@ pub fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
             SpeedDistribution::Equal => Some(of_mean_square(speed.get() * speed.get())),
             SpeedDistribution::Maxwell => None,
         },
+        SpeedScale::Given if !config.speeds_m_per_s.is_empty() => {
+            let (mean_m_per_s, mean_square_m2_per_s2) = moments_of_list(config);
+            Some(SpeedMoments { mean_m_per_s, mean_square_m2_per_s2 })
+        }
         SpeedScale::Given => None,
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod dem;
 pub mod gas;
+pub mod gas_kinetics;
 pub mod orbit;
 pub mod packing;
 

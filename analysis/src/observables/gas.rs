@@ -1,10 +1,12 @@
 //! What is seen of a gas run: pressure of the wall, moments of the speeds, hits.
 
 use super::dem::largest_or_nan;
+use super::gas_kinetics::{Kinetics, Seen, share_inside_half};
 use super::{Observer, Pictures, Series, relative_change};
 use crate::catalogue::gas as metric;
 use crate::figures::{self, Figures};
 use crate::laws::gas as law;
+use crate::laws::gas_kinetics as kinetics;
 use crate::measurement::Measurement;
 use crate::statistics::{Estimate, mean, standard_deviation};
 use kinetoscope_manifest::model::{GasConfig, PlaceDistribution};
@@ -44,6 +46,7 @@ pub struct GasRun {
     largest_angular_momentum_change: f64,
     most_outside: u64,
     ledger: Option<GasLedger>,
+    pub(crate) kinetics: Kinetics,
     first_mean_speed_m_per_s: Option<f64>,
 }
 
@@ -67,6 +70,7 @@ impl GasRun {
             largest_angular_momentum_change: 0.0,
             most_outside: 0,
             ledger: None,
+            kinetics: Kinetics::default(),
             first_mean_speed_m_per_s: None,
         }
     }
@@ -99,24 +103,45 @@ impl GasRun {
         self.config.keeps_speeds() && self.config.opening_width_m.is_none()
     }
 
+    /// Whether all particles stay and together keep their energy.
+    fn keeps_energy(&self) -> bool {
+        self.config.keeps_energy() && self.config.opening_width_m.is_none()
+    }
+
+    /// The same, of particles of one mass.
+    fn keeps_energy_of_one_mass(&self) -> bool {
+        self.keeps_energy() && !law::has_several_masses(&self.config)
+    }
+
+    /// Of discs, N/m: by <v^2> and the virial of their collisions.
+    fn pressure_by_virial(&self, mean_square_m2_per_s2: f64) -> Option<f64> {
+        let (_, _, virial) = self.kinetics.pairs.last()?;
+        let radius = self.config.radius_m.get();
+        let reach = radius - self.config.disc_radius_m?.get();
+        let mass = f64::from(self.config.particles.get()) * self.config.mass_kg.get();
+        let force = (mass * mean_square_m2_per_s2 + virial / self.time_s) / reach;
+        Some(force / (2.0 * std::f64::consts::PI * radius))
+    }
+
     fn pressure_measurements(&self, found: &mut Vec<Measurement>) {
         let Some(pressure) = &self.pressure else { return };
         let moments = law::speed_moments(&self.config);
         let by_square = |square: f64| law::pressure_n_per_m(&self.config, square);
         if self.time_s > 0.0 {
             let value = pressure.measured_since_start_n_per_m;
-            let square = self
-                .mean_square()
-                .filter(|_| self.keeps_particles() && !law::has_several_masses(&self.config));
+            let square = self.mean_square().filter(|_| self.keeps_energy_of_one_mass());
             let error = |square: f64| {
                 by_square(square)
                     * law::pressure_error_relative(&self.config, square.sqrt(), self.time_s)
             };
             let estimate = Estimate { value, standard_error: square.map(error) };
-            found.push(
-                Measurement::new(metric::PRESSURE_MEASURED, estimate)
-                    .against(square.map(by_square)),
-            );
+            let measured = Measurement::new(metric::PRESSURE_MEASURED, estimate);
+            found.push(match (self.config.disc_radius_m, square) {
+                (Some(_), Some(square)) => {
+                    measured.against_law(self.pressure_by_virial(square), kinetics::CLAUSIUS)
+                }
+                _ => measured.against(square.map(by_square)),
+            });
         }
         let mean_speed =
             moments.map(|moments| by_square(moments.mean_m_per_s * moments.mean_m_per_s));
@@ -204,11 +229,15 @@ impl GasRun {
         let angular_momentum = self.largest_angular_momentum_change;
         found.extend([
             Measurement::new(metric::ENERGY_DRIFT, drift)
-                .against(self.keeps_particles().then_some(0.0)),
-            Measurement::new(metric::SPEED_CHANGE, self.largest_speed_change).against(0.0),
-            Measurement::new(metric::ANGULAR_MOMENTUM_CHANGE, angular_momentum).against(0.0),
+                .against(self.keeps_energy().then_some(0.0)),
             Measurement::new(metric::OUTSIDE, self.most_outside as f64).against(0.0),
         ]);
+        if self.config.disc_radius_m.is_none() {
+            found.extend([
+                Measurement::new(metric::SPEED_CHANGE, self.largest_speed_change).against(0.0),
+                Measurement::new(metric::ANGULAR_MOMENTUM_CHANGE, angular_momentum).against(0.0),
+            ]);
+        }
     }
 }
 
@@ -245,7 +274,6 @@ impl GasRun {
                     .against(wall.temperature_k.get()),
             );
         }
-        found.push(Measurement::new(metric::EXCESS_H, ledger.excess_h));
     }
 }
 
@@ -270,22 +298,30 @@ impl Observer for GasRun {
             if self.hit_rates.is_empty() {
                 self.hit_rates = own_hit_rates(&state, &self.config);
             }
+            if self.kinetics.inside_half_at_start.is_none() {
+                self.kinetics.inside_half_at_start = share_inside_half(&state, &self.config);
+            }
             self.pictures.see(self.time_s, state, None);
         }
         if let Some(speeds) = frame.get::<GasSpeeds>()? {
+            self.kinetics.bins = speeds.density.len();
             self.histogram = Some(speeds);
         }
         if let Some(collisions) = frame.get::<GasCollisions>()? {
             self.hits = Some(collisions.wall);
+            let GasCollisions { pair, pair_virial_j_s, .. } = collisions;
+            self.kinetics.pairs.add((self.time_s, pair as f64, pair_virial_j_s));
         }
         // Asked for once: the moments take longer than all else of a frame.
         if self.first_mean_speed_m_per_s.is_none() {
             self.first_mean_speed_m_per_s = self.speeds().map(|speeds| speeds.mean_m_per_s);
         }
         if let Some(ledger) = frame.get::<GasLedger>()? {
+            self.kinetics.excess_h.add((self.time_s, ledger.excess_h));
             self.ledger = Some(ledger);
         }
         if let Some(invariants) = frame.get::<GasInvariants>()? {
+            self.kinetics.energy_j = Some(invariants.kinetic_j);
             self.see_invariants(invariants);
         }
         Ok(())
@@ -299,6 +335,14 @@ impl Observer for GasRun {
         self.histogram_measurements(&mut found);
         self.invariant_measurements(&mut found);
         self.ledger_measurements(&mut found);
+        found.extend(self.kinetics.measurements(&Seen {
+            config: &self.config,
+            time_s: self.time_s,
+            state: self.pictures.last(),
+            mean_square: self.mean_square().filter(|_| !law::has_several_masses(&self.config)),
+            pressures: &self.pressure_series,
+            keeps_particles: self.keeps_particles(),
+        }));
         found
     }
 

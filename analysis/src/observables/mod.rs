@@ -4,6 +4,7 @@ mod bodies;
 pub mod dem;
 mod displacement;
 pub mod gas;
+pub mod gas_kinetics;
 pub mod orbit;
 pub mod packing;
 mod pictures;

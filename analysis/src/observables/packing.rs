@@ -7,7 +7,7 @@ use crate::catalogue::packing as metric;
 use crate::figures::{self, Figures};
 use crate::laws::packing as law;
 use crate::measurement::Measurement;
-use crate::statistics::{Blocking, Estimate, Sum};
+use crate::statistics::{Blocking, Estimate, Sum, mean};
 use kinetoscope_manifest::model::{Boundary, PackingConfig};
 use kinetoscope_recording::channels::{
     PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
@@ -61,8 +61,8 @@ pub struct PackingRun {
     rates: Rates,
     pressure: Option<PackingPressure>,
     counts: Option<PackingCollisions>,
-    /// Share of the box that the discs of the last state cover.
-    fraction: Option<f64>,
+    /// Of the discs of the last state.
+    sizes: Option<law::Sizes>,
 }
 
 /// Growth of totals from frame to frame, over growth of another.
@@ -82,8 +82,9 @@ impl PackingRun {
     /// Nothing seen yet.
     #[must_use]
     pub fn new(config: PackingConfig, pictures: Pictures) -> Self {
-        let structure =
-            Structure::new(config.radius.get(), config.width.get(), config.height.get());
+        let sides = [config.width.get(), config.height.get()];
+        let periodic = config.boundary == Boundary::Periodic;
+        let structure = Structure::new(config.radius.get(), sides, periodic);
         Self {
             config,
             frames: Series::default(),
@@ -91,7 +92,7 @@ impl PackingRun {
             collisions: Series::default(),
             pictures,
             structure,
-            displacement: Displacement::default(),
+            displacement: Displacement::new(periodic.then_some(sides)),
             last_of_collisions: None,
             a2_by_collisions: Blocking::default(),
             a2_by_frames: Blocking::default(),
@@ -100,7 +101,7 @@ impl PackingRun {
             rates: Rates::default(),
             pressure: None,
             counts: None,
-            fraction: None,
+            sizes: None,
         }
     }
 
@@ -188,20 +189,32 @@ impl PackingRun {
 
     /// What equilibrium theory says; `None` of discs and boxes that it does not speak of.
     fn equilibrium(&self) -> Option<law::Equilibrium> {
-        let speaks = self.has_walls() && self.equal_radius().is_some();
-        speaks.then(|| law::equilibrium(&self.config))
+        self.equal_radius()?;
+        if self.has_walls() {
+            return Some(law::equilibrium(&self.config));
+        }
+        let packing_fraction = law::packing_fraction(&self.config);
+        law::periodic_equilibrium(
+            &self.config,
+            law::Sizes { packing_fraction, squared_mean_over_mean_square: 1.0 },
+        )
     }
 
-    /// Share of the box that discs cover, by their own radii.
-    fn covered_share(&self, state: &StateTable) -> Option<f64> {
-        let area: f64 = state.column("radius")?.map(|radius| PI * radius * radius).sum();
-        Some(area / (self.config.width.get() * self.config.height.get()))
+    /// Sizes of the discs by their own radii.
+    fn sizes_of(&self, state: &StateTable) -> Option<law::Sizes> {
+        let radii: Vec<f64> = state.column("radius")?.collect();
+        let mean = mean(&radii)?;
+        let square = radii.iter().map(|radius| radius * radius).sum::<f64>();
+        Some(law::Sizes {
+            packing_fraction: PI * square / (self.config.width.get() * self.config.height.get()),
+            squared_mean_over_mean_square: mean * mean / (square / radii.len() as f64),
+        })
     }
 
     /// Share of the box that discs cover, of the state or else of the manifest.
     pub(crate) fn packing_fraction(&self) -> Option<f64> {
         let told = self.equal_radius().map(|_| law::packing_fraction(&self.config));
-        told.or(self.fraction)
+        told.or(self.sizes.map(|sizes| sizes.packing_fraction))
     }
 
     /// Mean over time of sqrt(kT/m) between frames, kT/m = <v^2>/2.
@@ -235,9 +248,13 @@ impl PackingRun {
             let found_a2 = Measurement::new(metric::A2_MEAN, a2);
             found.push(if self.elastic() {
                 // Without walls the momentum is fixed, too.
-                let theory =
-                    self.has_walls().then(|| law::a2_at_fixed_energy(self.config.discs.get()));
-                found_a2.against_law(theory, law::A2_FIXED_ENERGY)
+                if self.has_walls() {
+                    let theory = law::a2_at_fixed_energy(self.config.discs.get());
+                    found_a2.against_law(theory, law::A2_FIXED_ENERGY)
+                } else {
+                    let theory = (self.discs() > 1.0).then(|| -1.0 / self.discs());
+                    found_a2.against_law(theory, law::A2_FIXED_MOMENTUM)
+                }
             } else {
                 found_a2.against_law(law::a2_cooling(restitution), law::A2_COOLING)
             });
@@ -253,10 +270,22 @@ impl PackingRun {
         if let Some(rate) = self.rate(&self.rates.pair) {
             let theory = thermal_speed.and_then(|speed| Some(equilibrium?.pair_rate * speed));
             found.push(Measurement::new(metric::COLLISION_RATE, rate).against(theory));
+            if rate.value > 0.0 {
+                let free_time = Estimate {
+                    value: 1.0 / rate.value,
+                    standard_error: rate
+                        .standard_error
+                        .map(|error| error / (rate.value * rate.value)),
+                };
+                found.push(
+                    Measurement::new(metric::MEAN_FREE_TIME, free_time)
+                        .against(theory.filter(|theory| *theory > 0.0).map(|theory| 1.0 / theory)),
+                );
+            }
             if let (Some(equilibrium), Some(speed)) = (equilibrium, thermal_speed) {
                 let share = (1.0 + self.config.restitution.get()) / 2.0;
                 let factor = share * PI.sqrt() / 4.0 * 2.0 * self.config.radius.get()
-                    / (speed * law::fixed_energy_speed(self.discs()));
+                    / (speed * equilibrium.approach);
                 let z = Estimate {
                     value: 1.0 + factor * rate.value,
                     standard_error: rate.standard_error.map(|error| factor * error),
@@ -280,10 +309,15 @@ impl PackingRun {
         let equilibrium = self.equilibrium();
         if let Some(excess) = self.rate(&self.rates.virial) {
             let z = Estimate { value: 1.0 + excess.value, ..excess };
-            found.push(
-                Measurement::new(metric::COMPRESSIBILITY, z)
-                    .against(equilibrium.map(|equilibrium| equilibrium.compressibility_factor)),
-            );
+            let measured = Measurement::new(metric::COMPRESSIBILITY, z);
+            let theory = |of: law::Equilibrium| of.compressibility_factor;
+            found.push(match self.sizes.filter(|_| equilibrium.is_none() && !self.has_walls()) {
+                Some(sizes) => {
+                    let several = law::periodic_equilibrium(&self.config, sizes);
+                    measured.against_law(several.map(theory), law::COMPRESSIBILITY_OF_SIZES)
+                }
+                None => measured.against(equilibrium.map(theory)),
+            });
         }
         found.push(Measurement::new(metric::PRESSURE_VIRIAL, pressure.virial));
         found.push(Measurement::new(metric::PRESSURE_WALL, pressure.wall));
@@ -292,7 +326,7 @@ impl PackingRun {
     /// The structure as sampled, or of the last frame where no frame was.
     pub(crate) fn sampled_structure(&self) -> Structure {
         let mut structure = self.structure.clone();
-        let samples = self.has_walls() && self.equal_radius().is_some();
+        let samples = self.equal_radius().is_some();
         if let Some(state) = self.pictures.last().filter(|_| samples && structure.frames() == 0) {
             structure.see(state);
         }
@@ -333,18 +367,14 @@ impl Observer for PackingRun {
         }
         if let Some(state) = state {
             let stride = u64::from(self.config.discs.get()).div_ceil(DISCS_PER_SAMPLE);
-            if self.has_walls()
-                && self.equal_radius().is_some()
+            if self.equal_radius().is_some()
                 && self.settled(events)
                 && frame.clock.frame.is_multiple_of(stride)
             {
                 self.structure.see(&state);
             }
-            // Across an edge that is the opposite one the way is not known.
-            if self.has_walls() {
-                self.displacement.see(time, &state);
-            }
-            self.fraction = self.covered_share(&state).or(self.fraction);
+            self.displacement.see(time, &state);
+            self.sizes = self.sizes_of(&state).or(self.sizes);
             self.pictures.see(time, state, self.equal_radius());
         }
         let counts = frame.get::<PackingCollisions>()?;

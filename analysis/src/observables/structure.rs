@@ -20,6 +20,8 @@ pub(crate) struct Structure {
     /// Lower left corner and sides of the room that centres have.
     corner: [f64; 2],
     room: [f64; 2],
+    /// Whether each edge of the room is the opposite one.
+    periodic: bool,
     frames: u64,
     /// Sum over frames of the pairs in each bin over those of as many points at random.
     correlation: Vec<f64>,
@@ -29,13 +31,15 @@ pub(crate) struct Structure {
 }
 
 impl Structure {
-    /// Discs of this radius in a box centred on the origin.
-    pub(super) fn new(radius: f64, width: f64, height: f64) -> Self {
-        let room = [width - 2.0 * radius, height - 2.0 * radius];
+    /// Discs of this radius in a box of these sides, centred on the origin.
+    pub(super) fn new(radius: f64, sides: [f64; 2], periodic: bool) -> Self {
+        let kept_off = if periodic { 0.0 } else { 2.0 * radius };
+        let room = sides.map(|side| side - kept_off);
         Self {
             diameter: 2.0 * radius,
             corner: room.map(|side| -side / 2.0),
             room,
+            periodic,
             frames: 0,
             correlation: Vec::new(),
             near_contact: Blocking::default(),
@@ -54,7 +58,7 @@ impl Structure {
         let (Some(x), Some(y)) = (state.column("x"), state.column("y")) else { return };
         let centres: Vec<[f64; 2]> = x.zip(y).map(|(x, y)| [x, y]).collect();
         // The room must be wide enough for a ring of the full reach about its middle.
-        let widest = self.room[0].min(self.room[1]);
+        let widest = self.room[0].min(self.room[1]) / if self.periodic { 2.0 } else { 1.0 };
         let reach = (REACH_DIAMETERS as f64).min((widest / self.diameter).floor());
         let bins = reach as usize * BINS_PER_DIAMETER;
         if centres.len() < 2 || reach < 2.0 {
@@ -114,10 +118,14 @@ impl Structure {
     }
 
     /// Share of pairs of points at random in the room that are nearer than r, for r up to its shorter side: the integral of
-    /// 2 pi r (1 - 2 r (a + b)/(pi a b) + r^2/(pi a b)) / (a b) (Philip 2007, distance between points in a rectangle).
+    /// 2 pi r (1 - 2 r (a + b)/(pi a b) + r^2/(pi a b)) / (a b) (Philip 2007, distance between points in a rectangle). In a periodic room,
+    /// pi r^2/(a b) up to half its shorter side.
     fn pairs_within(&self, r: f64) -> f64 {
         let [a, b] = self.room;
         let area = a * b;
+        if self.periodic {
+            return PI * r * r / area;
+        }
         (PI * area - 4.0 / 3.0 * (a + b) * r + r * r / 2.0) * r * r / (area * area)
     }
 
@@ -139,15 +147,12 @@ impl Structure {
             members[place(centre, 1) * cells[0] + place(centre, 0)].push(index);
         }
         for (first, centre) in centres.iter().enumerate() {
-            let around = |axis: usize| {
-                let own = place(centre, axis);
-                own.saturating_sub(1)..=(own + 1).min(cells[axis] - 1)
-            };
-            for row in around(1) {
-                for column in around(0) {
+            let around = |axis: usize| self.cells_around(place(centre, axis), cells[axis]);
+            let (columns, rows) = (around(0), around(1));
+            for row in rows {
+                for column in &columns {
                     for &second in members[row * cells[0] + column].iter().filter(|&&s| s > first) {
-                        let other = centres[second];
-                        let apart = [other[0] - centre[0], other[1] - centre[1]];
+                        let apart = self.apart(centre, &centres[second]);
                         if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
                             each(first, second, apart);
                         }
@@ -155,6 +160,26 @@ impl Structure {
                 }
             }
         }
+    }
+
+    /// A cell along an axis and its neighbours, each once.
+    fn cells_around(&self, own: usize, count: usize) -> Vec<usize> {
+        if self.periodic && count > 3 {
+            vec![(own + count - 1) % count, own, (own + 1) % count]
+        } else if self.periodic {
+            (0..count).collect()
+        } else {
+            (own.saturating_sub(1)..=(own + 1).min(count - 1)).collect()
+        }
+    }
+
+    /// From one centre to another, or to its nearest image.
+    fn apart(&self, from: &[f64; 2], to: &[f64; 2]) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            let apart = to[axis] - from[axis];
+            let side = self.room[axis];
+            if self.periodic { apart - side * (apart / side).round() } else { apart }
+        })
     }
 
     /// g(r): distances in diameters, and the mean over the sampled frames.
@@ -188,7 +213,7 @@ mod tests {
     /// The share of a rectangle's pairs by its formula against a fine lattice of points.
     #[test]
     fn pairs_at_random_are_counted_as_in_a_rectangle() {
-        let structure = Structure::new(0.5, 5.0, 9.0);
+        let structure = Structure::new(0.5, [5.0, 9.0], false);
         let points: Vec<[f64; 2]> = (0..40 * 80)
             .map(|index| [f64::from(index % 40) * 0.1 + 0.05, f64::from(index / 40) * 0.1 + 0.05])
             .collect();
@@ -199,6 +224,26 @@ mod tests {
         }
         let share = near as f64 / (points.len() * points.len()) as f64;
         assert!((structure.pairs_within(2.0) / share - 1.0).abs() < 0.01, "{share}");
+    }
+
+    /// Over the edges of a periodic box pairs are as many as in the middle of it: a square lattice of pitch 1.25 fills it, each point
+    /// has four neighbours at 1, four at sqrt(2) and four at 2 pitches, and g has nothing else within 2.4 diameters.
+    #[test]
+    fn pairs_reach_over_periodic_edges() {
+        let structure = Structure::new(0.5, [10.0, 15.0], true);
+        let points: Vec<[f64; 2]> = (0..8 * 12)
+            .map(|index| [f64::from(index % 8) * 1.25 - 4.9, f64::from(index / 8) * 1.25 - 7.4])
+            .collect();
+        for reach in [1.3, 1.8, 2.6] {
+            let (mut pairs, mut farthest) = (0, 0.0_f64);
+            structure.for_each_pair(&points, reach, |_, _, [x, y]| {
+                pairs += 1;
+                farthest = farthest.max(x.hypot(y));
+            });
+            let shells = [1.3, 1.8, 2.6].iter().position(|r| *r == reach).unwrap() + 1;
+            assert_eq!(pairs, 96 * 4 * shells / 2, "within {reach}");
+            assert!(farthest < reach);
+        }
     }
 
     #[test]

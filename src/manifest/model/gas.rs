@@ -1,10 +1,11 @@
 //! `[model.gas]`: point particles in a circular container.
 
+use super::gas_walls::ThermalWall;
 use super::start_from::MayBeRecorded;
 use super::{Placement, StartFrom};
 use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
-use crate::quantity::{Finite, NonNegative, Positive, Share};
+use crate::quantity::{Finite, NonNegative, Positive};
 use crate::tree::Node;
 use crate::value::{TomlValue, words};
 use serde_json::Value as Json;
@@ -21,7 +22,7 @@ pub struct GasConfig {
     pub radius_m: Positive,
     /// Centre c of the container, m.
     pub centre_m: [Finite; 2],
-    /// The law that speeds are drawn from.
+    /// The law that speeds are drawn from, unless they are listed.
     pub speed_distribution: SpeedDistribution,
     /// The scale of the speeds.
     pub speed_scale: SpeedScale,
@@ -45,6 +46,10 @@ pub struct GasConfig {
     pub thermal_wall: Option<ThermalWall>,
     /// Arc of an opening in the wall about the direction of x, m, at the start.
     pub opening_width_m: Option<Positive>,
+    /// Radius of particles that are discs and collide, m; `None` for points.
+    pub disc_radius_m: Option<Positive>,
+    /// Speeds that are given to the particles in turn, m/s; where there are any, no law of speeds counts.
+    pub speeds_m_per_s: Vec<NonNegative>,
     /// Simulated time, s.
     pub duration_s: Positive,
 }
@@ -56,15 +61,6 @@ pub enum PlaceDistribution {
     Area,
     /// Distance from the centre uniform in [0, r]: too many in the middle, and not stationary.
     Radius,
-}
-
-/// A wall with a temperature.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThermalWall {
-    /// Temperature of the wall, K, by the mean square.
-    pub temperature_k: Positive,
-    /// Share of the hits after which a particle leaves with the wall's temperature; the others are mirrored.
-    pub accommodation: Share,
 }
 
 /// The law of the speeds at the start; directions are uniform.
@@ -85,7 +81,7 @@ pub enum SpeedScale {
     Temperature(NonNegative),
     /// Upper bound of uniform speeds, m/s; nothing is rescaled. For `equal` the speed itself; not for `maxwell`.
     MaxSpeed(NonNegative),
-    /// The start is written out with its velocities; nothing is rescaled.
+    /// The start is written out with its velocities, or its speeds are; nothing is rescaled.
     Given,
 }
 
@@ -144,6 +140,8 @@ impl Default for GasConfig {
             wall_speed_m_per_s: const { Finite::literal(0.0) },
             thermal_wall: None,
             opening_width_m: None,
+            disc_radius_m: None,
+            speeds_m_per_s: Vec::new(),
             duration_s: const { Positive::literal(0.1) },
         }
     }
@@ -323,101 +321,31 @@ impl GasConfig {
             )
             .unwrap_or_default();
         self.wall_keys(keys);
-    }
-
-    fn wall_keys(&mut self, keys: &mut impl Keys) {
-        let moving = (self.wall_speed_m_per_s.get() != 0.0).then_some(self.wall_speed_m_per_s);
-        self.wall_speed_m_per_s = keys
+        self.collision_keys(keys);
+        let speeds = (!self.speeds_m_per_s.is_empty()).then(|| self.speeds_m_per_s.clone());
+        self.speeds_m_per_s = keys
             .optional(
-                "wall_speed_m_per_s",
+                "speeds_m_per_s",
                 "m/s",
-                "Speed at which the radius grows (above 0) or shrinks (below): a piston. Needs exact propagation.",
-                moving,
+                "Speeds that are given to the particles in turn, in place of `speed_distribution`; directions are uniform. They are kept unless \
+                `temperature_k` stands beside them.",
+                speeds,
             )
-            .unwrap_or(const { Finite::literal(0.0) });
-        let temperature = keys.optional(
-            "wall_temperature_k",
-            "K",
-            "Temperature of a wall that gives particles back with Maxwell's velocities. Needs exact propagation.",
-            self.thermal_wall.map(|wall| wall.temperature_k),
-        );
-        let accommodation = keys.optional(
-            "wall_accommodation",
-            "1",
-            "Share of the hits after which a particle leaves with the wall's temperature, the others being \
-            mirrored; 1 where it is left out. Needs `wall_temperature_k`.",
-            self.thermal_wall.map(|wall| wall.accommodation),
-        );
-        self.thermal_wall = temperature.map(|temperature_k| ThermalWall {
-            temperature_k,
-            accommodation: accommodation.unwrap_or(const { Share::literal(1.0) }),
-        });
-        self.opening_width_m = keys.optional(
-            "opening_width_m",
-            "m",
-            "Arc of an opening in the wall about the direction of x, at the start. Needs exact propagation.",
-            self.opening_width_m,
-        );
+            .unwrap_or_default();
     }
 
     /// Whether nothing but the mirror acts on the particles, so that each keeps its speed.
     #[must_use]
     pub fn keeps_speeds(&self) -> bool {
+        self.keeps_energy() && self.disc_radius_m.is_none()
+    }
+
+    /// Whether the particles keep their energy, each of them or all together.
+    #[must_use]
+    pub fn keeps_energy(&self) -> bool {
         self.thermal_wall.is_none()
             && self.wall_speed_m_per_s.get() == 0.0
             && self.temperature_schedule.is_empty()
-    }
-
-    fn check_wall(&self, table: &mut Reader<'_>) {
-        let exact = self.propagation == Propagation::Exact;
-        for key in ["wall_speed_m_per_s", "wall_temperature_k", "opening_width_m"] {
-            if table.has(key) && !exact {
-                let title = format!("`{key}` needs exact propagation");
-                table.refuse(&["propagation", key], &title, "set propagation to \"exact\"");
-            }
-        }
-        if table.has("temperature_schedule")
-            && matches!(self.propagation, Propagation::Literal { .. })
-        {
-            let title = "the scheme as printed has no temperature schedule";
-            table.refuse(
-                &["propagation", "temperature_schedule"],
-                title,
-                "set propagation to \"exact\" or \"stepped\"",
-            );
-        }
-        if table.has("wall_accommodation") && !table.has("wall_temperature_k") {
-            table.refuse(
-                &["wall_accommodation"],
-                "a wall without temperature accommodates nothing",
-                "add `wall_temperature_k`",
-            );
-        }
-        let rising = self.temperature_schedule.windows(2).all(|pair| pair[0][0] < pair[1][0]);
-        if !rising {
-            table.refuse(
-                &["temperature_schedule"],
-                "the times of the schedule do not rise",
-                "order the pairs [time, temperature] by time",
-            );
-        }
-        let radius_at_end =
-            self.radius_m.get() + self.wall_speed_m_per_s.get() * self.duration_s.get();
-        if radius_at_end <= 0.0 {
-            table.refuse(
-                &["wall_speed_m_per_s", "duration_s"],
-                "the wall reaches the centre before the run ends",
-                "shorten the duration or slow the wall",
-            );
-        }
-        let perimeter = std::f64::consts::TAU * self.radius_m.get();
-        if self.opening_width_m.is_some_and(|width| width.get() > perimeter) {
-            table.refuse(
-                &["opening_width_m", "radius_m"],
-                "the opening is wider than the wall is long",
-                "must be at most 2 pi radius_m",
-            );
-        }
     }
 
     fn propagation_keys(&mut self, keys: &mut impl Keys) {
@@ -446,7 +374,9 @@ impl GasConfig {
     /// The rules between the keys.
     pub(crate) fn check(&mut self, table: &mut Reader<'_>) {
         self.check_start(table);
+        self.check_speeds(table);
         self.check_wall(table);
+        self.check_collisions(table);
         let scheme = table.text("propagation").unwrap_or("exact");
         match (scheme, table.has("time_step_s")) {
             ("exact", true) => table.refuse(
@@ -465,6 +395,30 @@ impl GasConfig {
             None => f64::INFINITY,
         };
         super::at_least_one_step(steps, table, &["time_step_s", "duration_s"]);
+    }
+
+    fn check_speeds(&mut self, table: &mut Reader<'_>) {
+        if self.speeds_m_per_s.is_empty() {
+            if table.has("speeds_m_per_s") {
+                table.refuse(
+                    &["speeds_m_per_s"],
+                    "there is no speed in the list",
+                    "write one, or remove the key",
+                );
+            }
+            return;
+        }
+        if table.has("max_speed_m_per_s") {
+            let title = "written speeds leave nothing to `max_speed_m_per_s`";
+            table.refuse(&["speeds_m_per_s", "max_speed_m_per_s"], title, "keep one of them");
+        }
+        if let Placement::Given(_) = self.placement {
+            let title = "a given start has its own speeds";
+            table.refuse(&["placement", "speeds_m_per_s"], title, "remove `speeds_m_per_s`");
+        }
+        if !table.has("temperature_k") {
+            self.speed_scale = SpeedScale::Given;
+        }
     }
 
     fn check_start(&mut self, table: &mut Reader<'_>) {

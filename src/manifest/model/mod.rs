@@ -7,6 +7,7 @@ mod dem_rain;
 mod dem_scene;
 mod dem_walls;
 mod gas;
+mod gas_walls;
 mod orbit;
 mod packing;
 mod start_from;
@@ -20,8 +21,9 @@ pub use dem_rain::DemRain;
 pub use dem_walls::{DemWall, DemWallShape};
 pub use gas::{
     BoltzmannConstant, GasConfig, PlaceDistribution, Propagation, SpeedDistribution, SpeedScale,
-    TemperatureDefinition, ThermalWall,
+    TemperatureDefinition,
 };
+pub use gas_walls::ThermalWall;
 pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitSummation};
 pub use packing::{
     Boundary, CollapseGuard, InitialVelocities, PERIODIC_DIAMETERS, PackingConfig,

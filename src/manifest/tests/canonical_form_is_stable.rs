@@ -310,8 +310,12 @@ impl Numbers {
             _ => (self.count(), SpeedScale::MaxSpeed(NonNegative::literal(0.0))),
         };
         let time_step_s = Positive::literal(1e-3);
+        let drawn = placement == Placement::Random && self.below(2) == 0;
+        let listed = drawn && !matches!(speed_scale, SpeedScale::MaxSpeed(_));
+        let speeds_m_per_s = if listed { vec![NonNegative::literal(0.5); 3] } else { Vec::new() };
         GasConfig {
             particles,
+            speeds_m_per_s,
             radius_m: self.positive(),
             centre_m: [self.finite(), self.finite()],
             speed_scale,

@@ -37,6 +37,10 @@ fn numbers_keep_to_their_ranges() {
     for bad in ["0", "-1.0", "nan", "inf", "-inf", "1e400", "-0.0"] {
         refused(&format!("[model.gas]\nradius_m = {bad} # <-"), positive);
     }
+    for bad in ["0", "-1e-5"] {
+        let stepped = format!("[model.gas]\npropagation = \"stepped\"\ntime_step_s = {bad} # <-");
+        refused(&stepped, positive);
+    }
     refused("[model.gas]\nradius_m = \"1.0\" # <-", "`model.gas.radius_m` cannot be a string");
     refused("[model.gas]\nradius_m = true # <-", "`model.gas.radius_m` cannot be a boolean");
     refused("[model.gas]\nradius_m = 1979-05-27 # <-", "`model.gas.radius_m` cannot be a date");
@@ -278,6 +282,37 @@ fn gas_speeds_and_steps_are_consistent() {
         "[model.gas]\npropagation = \"stepped\"\ntime_step_s = 1.0 # <-",
         "shorter than one time step",
     );
+}
+
+#[test]
+fn gas_discs_and_listed_speeds_have_their_rules() {
+    for (key, value) in [
+        ("propagation", "\"stepped\""),
+        ("wall_speed_m_per_s", "1"),
+        ("wall_temperature_k", "300"),
+        ("opening_width_m", "0.1"),
+        ("place_distribution", "\"radius\""),
+    ] {
+        let more = if key == "propagation" { "time_step_s = 1e-6\n" } else { "" };
+        refused(
+            &format!("[model.gas]\n{more}disc_radius_m = 0.001\n{key} = {value} # <-"),
+            &format!("discs that collide do not go with this `{key}`"),
+        );
+    }
+    refused(
+        "[model.gas]\nparticles = 10\ndisc_radius_m = 0.3 # <-",
+        "would cover 0.900 of the container",
+    );
+    refused("[model.gas]\nspeeds_m_per_s = [] # <-", "there is no speed in the list");
+    refused("[model.gas]\nspeeds_m_per_s = [-1] # <-", "must be a number >= 0");
+    refused(
+        "[model.gas]\nspeeds_m_per_s = [1]\nmax_speed_m_per_s = 1 # <-",
+        "written speeds leave nothing to `max_speed_m_per_s`",
+    );
+    let ModelConfig::Gas(gas) = accepted("[model.gas]\nspeeds_m_per_s = [1, 2]") else {
+        panic!("no gas")
+    };
+    assert_eq!(gas.speed_scale, SpeedScale::Given);
 }
 
 #[test]

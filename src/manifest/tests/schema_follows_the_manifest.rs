@@ -66,6 +66,8 @@ fn every_key_has_its_meaning_unit_range_and_default() {
         "wall_temperature_k",
         "wall_accommodation",
         "opening_width_m",
+        "disc_radius_m",
+        "speeds_m_per_s",
         "damping_n_s_per_m",
         "outlet_below_m",
         "region_m",
@@ -194,6 +196,7 @@ fn the_canonical_form_writes_every_key_of_the_schema() {
         "[model.gas]\nstart_from = \"gas.mcap\"",
         "[model.packing]\nstart_from = \"packing.mcap\"",
         "[model.orbit]\nstart_from = \"orbit.mcap\"",
+        "[model.gas]\ndisc_radius_m = 0.01\nspeeds_m_per_s = [1]",
         "[model.dem]",
         "[model.gas]",
     ];

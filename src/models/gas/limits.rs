@@ -10,6 +10,9 @@ const LARGEST: f64 = 1e50;
 /// Path in radii after which the place on it would be wrong by more than a millionth of the radius (2^-53 of the path).
 const LONGEST_PATH_IN_RADII: f64 = 1e10;
 
+/// The same in radii of a disc, where discs collide.
+const LONGEST_PATH_IN_DISC_RADII: f64 = 1e9;
+
 /// Distance of the centre from the origin, in radii, beyond which absolute positions would keep fewer than seven digits.
 const FARTHEST_CENTRE_IN_RADII: f64 = 1e9;
 
@@ -49,7 +52,22 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Re
             away / radius
         )));
     }
+    check_collisions(config, fastest)?;
     check_steps(config)
+}
+
+/// Refuses discs whose contacts would drown in the rounding of places and times.
+fn check_collisions(config: &GasConfig, fastest: f64) -> Result<(), Refusal> {
+    let Some(disc_radius) = config.disc_radius_m.map(|radius| radius.get()) else { return Ok(()) };
+    let path = fastest * config.duration_s.get();
+    let path = if path > config.radius_m.get() { path } else { config.radius_m.get() };
+    if path > LONGEST_PATH_IN_DISC_RADII * disc_radius {
+        return Err(Refusal(format!(
+            "disc_radius_m = {disc_radius} is too small beside {path:e} m, the container's radius or the way of the fastest disc: \
+             contacts would be known to less than six digits; shorten duration_s or enlarge the discs"
+        )));
+    }
+    Ok(())
 }
 
 fn check_steps(config: &GasConfig) -> Result<(), Refusal> {

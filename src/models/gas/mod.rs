@@ -1,11 +1,12 @@
-//! Point particles in a circular container: the gas document's exercise 14g1.
+//! Particles in a circular container: the gas document's exercise 14g1.
 //!
 //! N points of mass m fly in a circle of radius r without meeting one another; the wall mirrors them. `motion.rs` holds the law of
 //! motion, `exact.rs` jumps along it, `stepped.rs` walks it, `literal.rs` keeps the document's scheme as printed;
-//! `pressure.rs` holds the gas laws.
+//! `pressure.rs` holds the gas laws. In `collisions/` the particles are discs that meet.
 //!
-//! Without collisions every speed and every angular momentum stays for ever: the speeds never become Maxwell's.
+//! Without collisions every speed and every angular momentum stays for ever: the speeds never become Maxwell's. With them they do.
 
+mod collisions;
 mod exact;
 mod groups;
 mod hit_by_hit;
@@ -16,6 +17,7 @@ pub mod motion;
 mod observe;
 mod paths;
 pub mod pressure;
+mod propagator;
 mod schedule;
 pub mod speeds;
 mod start;
@@ -24,20 +26,18 @@ pub mod turns;
 mod wall;
 
 use self::exact::ExactClock;
-use self::groups::{LANES, Particles};
-use self::hit_by_hit::{Course, Thermal, WallLaw};
+use self::groups::Particles;
 use self::ledger::Ledger;
 use self::motion::{Circle, Flight, Particle};
-use self::pressure::{SpeedMean, SpeedMoments, speed_at};
+use self::pressure::{SpeedMean, SpeedMoments};
+use self::propagator::{Propagator, StepClock};
 use self::schedule::Schedule;
 use self::speeds::SpeedLaw;
 use self::wall::{Tally, WallLedger};
 use crate::constants::{BOLTZMANN_CODATA_1986_J_PER_K, BOLTZMANN_SI_2019_J_PER_K};
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::Seed;
-use kinetoscope_manifest::model::{
-    BoltzmannConstant, GasConfig, Propagation, TemperatureDefinition,
-};
+use kinetoscope_manifest::model::{BoltzmannConstant, GasConfig, TemperatureDefinition};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, GasCollisions, GasInvariants, GasLedger, GasPressure, GasSpeeds,
     GasTemperature,
@@ -91,56 +91,6 @@ struct Substance {
     definition: SpeedMean,
 }
 
-/// How particles are moved, and how far they are.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-enum Propagator {
-    /// Closed form, any time.
-    Exact(ExactClock),
-    /// Closed form from hit to hit, any time.
-    HitByHit { duration_s: f64, time_s: f64, law: WallLaw, courses: Vec<Course> },
-    /// The document's steps, mended.
-    Stepped {
-        clock: StepClock,
-        /// One a particle, and one for each empty lane.
-        tallies: Vec<Tally>,
-    },
-    /// The document's steps as printed.
-    Literal {
-        clock: StepClock,
-        tallies: Vec<Tally>,
-        /// Particles that a 0/0 lost: they stay as they last were.
-        frozen: Vec<bool>,
-    },
-}
-
-/// Steps of one length.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct StepClock {
-    time_step_s: f64,
-    total: u64,
-    done: u64,
-}
-
-impl StepClock {
-    fn new(duration_s: f64, time_step_s: f64) -> Self {
-        let total = (duration_s / time_step_s + STEP_ROUNDING) as u64;
-        Self { time_step_s, total, done: 0 }
-    }
-
-    /// Time after the steps done, s: a product, never a sum.
-    fn time_s(&self) -> f64 {
-        self.done as f64 * self.time_step_s
-    }
-
-    /// The count that a target stands for; a time between two steps is the earlier one.
-    fn count_of(&self, target: Target) -> u64 {
-        match target {
-            Target::Count(count) => count,
-            Target::Time(time) => (time / self.time_step_s + STEP_ROUNDING) as u64,
-        }
-    }
-}
-
 impl Model for Gas {
     type Config = GasConfig;
     type Snapshot = Frame;
@@ -181,7 +131,7 @@ impl Model for Gas {
             },
         };
         let particles = Particles::of(&start.particles);
-        let propagator = Propagator::of(config, seed, &particles, &substance, container);
+        let propagator = Propagator::of(config, seed, &particles, &substance, container)?;
         let mut gas = Self {
             container,
             substance,
@@ -200,27 +150,30 @@ impl Model for Gas {
         let moments = gas.moments();
         gas.ledger.energy_at_start = moments.reduced_mean_square * moments.count / 2.0;
         let rms_speed = moments.mean_square.sqrt();
-        gas.speed_range_top = gas.speed_law.range_top(rms_speed);
+        gas.speed_range_top = gas.speed_law.range_top(rms_speed, config.disc_radius_m.is_some());
         Ok(gas)
     }
 
     fn extent(&self) -> Extent {
         match &self.propagator {
             Propagator::Exact(ExactClock { duration_s, .. })
-            | Propagator::HitByHit { duration_s, .. } => Extent::Time(*duration_s),
+            | Propagator::HitByHit { duration_s, .. }
+            | Propagator::Colliding { duration_s, .. } => Extent::Time(*duration_s),
             Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => {
                 Extent::Steps { total: clock.total, step: clock.time_step_s }
             }
         }
     }
 
-    /// Exact propagation reaches a time in one call, whatever the budget.
+    /// Exact propagation of points reaches a time in one call, whatever the budget.
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
         if self.reached {
             self.open_window();
         }
         self.reached = match &self.propagator {
-            Propagator::Exact(_) | Propagator::HitByHit { .. } => self.jump(target)?,
+            Propagator::Exact(_) | Propagator::HitByHit { .. } | Propagator::Colliding { .. } => {
+                self.jump(target, at_most)?
+            }
             Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => {
                 let (wanted, done) = (clock.count_of(target), clock.done);
                 let Some(missing) = wanted.checked_sub(done) else {
@@ -238,10 +191,11 @@ impl Model for Gas {
         Ok(if self.reached { Progress::Reached } else { Progress::Working })
     }
 
-    /// Steps done; in exact propagation hits of the wall.
+    /// Steps done; in exact propagation hits of the wall, and of discs with one another.
     fn count(&self) -> u64 {
         match &self.propagator {
             Propagator::Exact(_) | Propagator::HitByHit { .. } => self.wall.total.hits,
+            Propagator::Colliding { discs, .. } => self.wall.total.hits + discs.tally().collisions,
             Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => clock.done,
         }
     }
@@ -251,6 +205,7 @@ impl Model for Gas {
             Propagator::Exact(ExactClock { time_s, .. }) | Propagator::HitByHit { time_s, .. } => {
                 *time_s
             }
+            Propagator::Colliding { discs, .. } => discs.time_s(),
             Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => clock.time_s(),
         }
     }
@@ -286,72 +241,6 @@ impl Substance {
     }
 }
 
-impl WallLaw {
-    fn of(config: &GasConfig, seed: Seed, substance: &Substance, circle: Circle) -> Self {
-        Self {
-            circle,
-            thermal: config.thermal_wall.map(|wall| Thermal {
-                // k_B T = m s^2 for one component, 2 k_B T = m v^2 for both.
-                thermal_speed: speed_at(
-                    wall.temperature_k.get(),
-                    substance.mass_kg,
-                    substance.boltzmann_j_per_k,
-                ) / std::f64::consts::SQRT_2,
-                accommodation: wall.accommodation.get(),
-                seed,
-            }),
-            half_opening: config.opening_width_m.map(|width| width.get() / circle.radius / 2.0),
-        }
-    }
-}
-
-impl Propagator {
-    fn of(
-        config: &GasConfig,
-        seed: Seed,
-        particles: &Particles,
-        substance: &Substance,
-        container: Container,
-    ) -> Self {
-        let duration_s = config.duration_s.get();
-        let tallies = || {
-            let mut tallies = vec![Tally::default(); particles.groups.len() * LANES];
-            for (tally, particle) in tallies.iter_mut().zip(particles.iter()) {
-                tally.begin(particle);
-            }
-            tallies
-        };
-        match config.propagation {
-            Propagation::Exact
-                if config.thermal_wall.is_some() || config.opening_width_m.is_some() =>
-            {
-                let law = WallLaw::of(config, seed, substance, container.circle);
-                let ratios = substance.mass_ratios.iter();
-                let begun = particles
-                    .iter()
-                    .zip(ratios)
-                    .map(|(particle, ratio)| law.begin(particle, 0.0, *ratio));
-                Self::HitByHit { duration_s, time_s: 0.0, law, courses: begun.collect() }
-            }
-            Propagation::Exact => Self::Exact(ExactClock::new(
-                duration_s,
-                particles,
-                &substance.mass_ratios,
-                container.circle,
-            )),
-            Propagation::Stepped { time_step_s } => Self::Stepped {
-                clock: StepClock::new(duration_s, time_step_s.get()),
-                tallies: tallies(),
-            },
-            Propagation::Literal { time_step_s } => Self::Literal {
-                clock: StepClock::new(duration_s, time_step_s.get()),
-                tallies: tallies(),
-                frozen: vec![false; particles.len()],
-            },
-        }
-    }
-}
-
 impl Gas {
     /// Means over all particles now.
     fn moments(&self) -> SpeedMoments {
@@ -369,6 +258,9 @@ impl Gas {
         {
             tallies.iter_mut().for_each(Tally::open_window);
         }
+        if let Propagator::Colliding { discs, .. } = &mut self.propagator {
+            discs.open_window();
+        }
     }
 
     /// Whether a particle has not left through the opening.
@@ -379,8 +271,8 @@ impl Gas {
         }
     }
 
-    /// Exact propagation to a target, which must be a time.
-    fn jump(&mut self, target: Target) -> Result<bool, Fault> {
+    /// Exact propagation towards a target, which must be a time, by at most so many events; whether it is reached.
+    fn jump(&mut self, target: Target, mut at_most: u64) -> Result<bool, Fault> {
         let time = match target {
             Target::Time(time) if time >= self.time() => time,
             Target::Time(time) => {
@@ -396,15 +288,16 @@ impl Gas {
             }
         };
         while let Some([at, temperature_k]) = self.schedule.due(time) {
-            self.fly_to(at);
+            if !self.fly_to(at, &mut at_most) {
+                return Ok(false);
+            }
             self.set_temperature(temperature_k)?;
         }
-        self.fly_to(time);
-        Ok(true)
+        Ok(self.fly_to(time, &mut at_most))
     }
 
-    /// Exact propagation to a time.
-    fn fly_to(&mut self, time: f64) {
+    /// Exact propagation towards a time by at most so many events, of which points need none.
+    fn fly_to(&mut self, time: f64, at_most: &mut u64) -> bool {
         match &mut self.propagator {
             Propagator::Exact(clock) => {
                 clock.jump_to(time, &mut self.particles, &mut self.wall);
@@ -415,8 +308,12 @@ impl Gas {
                 self.ledger.book(&happened);
                 *time_s = time;
             }
+            Propagator::Colliding { discs, .. } => {
+                return discs.collide_until(time, at_most, &mut self.wall, &mut self.particles);
+            }
             Propagator::Stepped { .. } | Propagator::Literal { .. } => {}
         }
+        true
     }
 
     /// So many steps, cut where a temperature is to be set.
@@ -453,7 +350,7 @@ impl Gas {
     fn walk(&mut self, steps: u64) {
         let Container { centre_m, circle: Circle { radius, .. } } = self.container;
         match &mut self.propagator {
-            Propagator::Exact(_) | Propagator::HitByHit { .. } => {}
+            Propagator::Exact(_) | Propagator::HitByHit { .. } | Propagator::Colliding { .. } => {}
             Propagator::Stepped { clock, tallies } => {
                 stepped::walk(&mut self.particles, tallies, radius, clock.time_step_s, steps);
                 clock.done += steps;

@@ -1,5 +1,5 @@
-//! How a point particle moves in a circle: straight on at constant speed, mirrored at the wall (gas document, exercise
-//! 14g1). Nothing here depends on anything but its arguments.
+//! How a particle moves in a circle: straight on at constant speed, mirrored at the wall (gas document, exercise
+//! 14g1), and where it is a disc also by its collisions. Nothing here depends on anything but its arguments.
 //!
 //! Positions are relative to the container's centre. Lengths in m, times in s, speeds in m/s.
 
@@ -41,6 +41,7 @@ impl Particle {
 
 /// Free flight, p + v t: equation (7) of the gas document.
 #[must_use]
+#[inline(always)]
 pub fn drifted(particle: Particle, time: f64) -> Particle {
     let Particle { position: [x, y], velocity: [vx, vy] } = particle;
     Particle { position: [x + time * vx, y + time * vy], velocity: [vx, vy] }
@@ -53,29 +54,62 @@ pub fn drifted(particle: Particle, time: f64) -> Particle {
 /// the one without a difference of near equals is taken. Rounding may have put the particle a last bit outside; it then
 /// counts as on the wall.
 #[must_use]
+#[inline(always)]
 pub fn time_to_wall(particle: Particle, radius: f64) -> f64 {
     let Particle { position, velocity } = particle;
     let square = dot(velocity, velocity);
     let along = dot(position, velocity);
     let room = room_to_wall(position, radius);
     let root = (along * along + square * room).sqrt();
-    if along > 0.0 {
-        room / (root + along)
-    } else if square > 0.0 {
-        (root - along) / square
-    } else {
-        f64::INFINITY
-    }
+    let leaves = along > 0.0;
+    let way = if leaves { room } else { root - along };
+    let speed = if leaves { root + along } else { square };
+    let time = way / speed;
+    // At rest both are zero.
+    if square > 0.0 { time } else { f64::INFINITY }
 }
 
 /// Specular reflection of a particle where it stands, v' = v - 2 (v . n) n with n = p / |p|: dividing by p^2
 /// keeps the speed whatever the rounding of the place.
 #[must_use]
+#[inline(always)]
 pub fn reflected(particle: Particle) -> Particle {
     let Particle { position, velocity } = particle;
     let twice = 2.0 * dot(velocity, position) / dot(position, position);
     let velocity = [velocity[0] - twice * position[0], velocity[1] - twice * position[1]];
     Particle { position, velocity }
+}
+
+/// What an elastic collision of two discs does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairImpact {
+    /// Velocities afterwards, m/s.
+    pub velocities: [[f64; 2]; 2],
+    /// Distance of the centres times the momentum handed over, in the unit of the masses times m^2/s: the pair's part of Clausius's
+    /// virial.
+    pub virial: f64,
+}
+
+/// Elastic collision of two smooth discs that touch: along the line of centres r = p2 - p1 the relative velocity turns about,
+///
+/// v1' = v1 + 2 m2/(m1 + m2) (v . r) r / r^2,   v2' = v2 - 2 m1/(m1 + m2) (v . r) r / r^2,   v = v2 - v1
+///
+/// (Landau and Lifshitz, Mechanics, section 17). Dividing by r^2 keeps the energy whatever the rounding of the places.
+#[must_use]
+pub fn elastic_impact(pair: [Particle; 2], masses: [f64; 2]) -> PairImpact {
+    let [Particle { position: p1, velocity: v1 }, Particle { position: p2, velocity: v2 }] = pair;
+    let r = [p2[0] - p1[0], p2[1] - p1[1]];
+    let approach = dot([v2[0] - v1[0], v2[1] - v1[1]], r);
+    let turned = approach / dot(r, r);
+    let total = masses[0] + masses[1];
+    let [first, second] = [2.0 * masses[1] / total * turned, 2.0 * masses[0] / total * turned];
+    PairImpact {
+        velocities: [
+            [v1[0] + first * r[0], v1[1] + first * r[1]],
+            [v2[0] - second * r[0], v2[1] - second * r[1]],
+        ],
+        virial: -2.0 * masses[0] * masses[1] / total * approach,
+    }
 }
 
 /// The whole path of a particle in a circle, in closed form: chords of one length, each turned against the last by one
@@ -272,6 +306,7 @@ impl Rotation {
 }
 
 /// R^2 - p^2, and zero for a particle that rounding put outside.
+#[inline(always)]
 fn room_to_wall(position: [f64; 2], radius: f64) -> f64 {
     let distance = dot(position, position).sqrt();
     if distance < radius { (radius - distance) * (radius + distance) } else { 0.0 }
@@ -279,6 +314,7 @@ fn room_to_wall(position: [f64; 2], radius: f64) -> f64 {
 
 /// a . b, equation (5) of the gas document.
 #[must_use]
+#[inline(always)]
 pub fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }

@@ -1,5 +1,6 @@
 //! What a frame of a gas says.
 
+use super::collisions::PairTally;
 use super::motion::Particle;
 use super::pressure::{
     SpeedMean, SpeedMoments, ideal_gas_pressure, kinetic_pressure, measured_pressure,
@@ -44,10 +45,7 @@ impl Gas {
         let mean_square = moments.reduced_mean_square;
         let speeds = histogram(reduced, self.speed_law, self.speed_range_top, mean_square);
         frame.push(&self.ledger(&speeds));
-        frame.push(&GasCollisions {
-            wall: self.wall.total.hits,
-            wall_since_last_frame: self.wall.window.hits,
-        });
+        frame.push(&self.collisions());
         frame.push(&speeds);
         if self.container.circle.wall_speed != 0.0 {
             frame.push_wall(self.drawn_wall());
@@ -63,7 +61,10 @@ impl Gas {
         Scenery {
             walls: vec![self.drawn_wall()],
             view: [[x - radius, y - radius], [x + radius, y + radius]],
-            drawn_radius: DrawnRadius::Fixed(DRAWN_RADIUS_OVER_RADIUS * radius),
+            drawn_radius: DrawnRadius::Fixed(match &self.propagator {
+                Propagator::Colliding { discs, .. } => radius - discs.reach_m(),
+                _ => DRAWN_RADIUS_OVER_RADIUS * radius,
+            }),
             speed_range_top: self.speed_range_top,
             speed_unit: "m/s",
             arrows: self.particles.len() <= MOST_ARROWS,
@@ -115,6 +116,20 @@ impl Gas {
         }
     }
 
+    fn collisions(&self) -> GasCollisions {
+        let pairs = match &self.propagator {
+            Propagator::Colliding { discs, .. } => *discs.tally(),
+            _ => PairTally::default(),
+        };
+        GasCollisions {
+            wall: self.wall.total.hits,
+            wall_since_last_frame: self.wall.window.hits,
+            pair: pairs.collisions,
+            pair_since_last_frame: pairs.window,
+            pair_virial_j_s: self.substance.mass_kg * pairs.virial.value(),
+        }
+    }
+
     fn temperature(&self, moments: &SpeedMoments) -> GasTemperature {
         GasTemperature {
             mean_speed_temperature_k: self.kelvin(moments, SpeedMean::MeanSpeed),
@@ -152,11 +167,13 @@ impl Gas {
     }
 
     /// Largest changes of |R v - u p|, which is R |v| while the wall rests, and of p x v since the paths began; zero where the wall
-    /// changes both.
+    /// or collisions change both.
     fn largest_changes(&self) -> [f64; 2] {
         let (mut of_speed, mut of_angular_momentum) = (0.0, 0.0);
-        if matches!(&self.propagator, Propagator::HitByHit { law, .. } if law.thermal.is_some()) {
-            return [0.0, 0.0];
+        match &self.propagator {
+            Propagator::HitByHit { law, .. } if law.thermal.is_some() => return [0.0, 0.0],
+            Propagator::Colliding { .. } => return [0.0, 0.0],
+            _ => {}
         }
         let circle = self.container.circle;
         for (id, (now, first)) in self.particles.iter().zip(self.start.iter()).enumerate() {
@@ -174,7 +191,11 @@ impl Gas {
 
     /// Particles outside the wall, those that a 0/0 lost among them.
     pub(super) fn particles_outside(&self) -> u64 {
-        let limit = OUTSIDE * self.radius_now();
+        let limit = OUTSIDE
+            * match &self.propagator {
+                Propagator::Colliding { discs, .. } => discs.reach_m(),
+                _ => self.radius_now(),
+            };
         let is_outside = |particle: Particle| {
             let [x, y] = particle.position;
             x * x + y * y > limit * limit
@@ -192,7 +213,10 @@ impl Gas {
                 .enumerate()
                 .filter(|(id, particle)| self.is_inside(*id) && is_outside(*particle))
                 .count(),
-            Propagator::Exact(_) | Propagator::HitByHit { .. } | Propagator::Stepped { .. } => {
+            Propagator::Exact(_)
+            | Propagator::HitByHit { .. }
+            | Propagator::Colliding { .. }
+            | Propagator::Stepped { .. } => {
                 self.particles.iter().filter(|particle| is_outside(*particle)).count()
             }
         };
@@ -255,6 +279,10 @@ impl Gas {
             Propagator::HitByHit { .. } => {
                 "propagation: closed form from hit to hit, exact at any time".to_owned()
             }
+            Propagator::Colliding { discs, .. } => format!(
+                "propagation: discs of radius {} m from collision to collision, exact at any time",
+                short(self.container.circle.radius - discs.reach_m())
+            ),
             Propagator::Stepped { clock, .. } => format!(
                 "propagation: {} steps of {} s, mirrored until each is used up",
                 clock.total, clock.time_step_s

@@ -77,6 +77,7 @@ impl Gas {
                     }
                 }
             }
+            Propagator::Colliding { discs, .. } => discs.rebegin(&self.particles),
             Propagator::Stepped { tallies, .. } => {
                 for (tally, particle) in tallies.iter_mut().zip(self.particles.iter()) {
                     tally.begin(particle);

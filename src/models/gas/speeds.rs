@@ -46,12 +46,15 @@ impl SpeedLaw {
         }
     }
 
-    /// Upper end of the range in which speeds are shown, fixed for the run, m/s; above zero.
+    /// Upper end of the range in which speeds are shown, fixed for the run, m/s; above zero. Where particles collide Maxwell's speeds
+    /// must find room.
     #[must_use]
-    pub fn range_top(&self, rms_speed_at_start: f64) -> f64 {
+    pub fn range_top(&self, rms_speed_at_start: f64, collide: bool) -> f64 {
         let top = match *self {
-            Self::Uniform { max_speed } => max_speed,
-            Self::Maxwell { .. } => MAXWELL_TOP_OVER_RMS * rms_speed_at_start,
+            Self::Uniform { max_speed } if !collide => max_speed,
+            Self::Maxwell { .. } | Self::Uniform { .. } => {
+                MAXWELL_TOP_OVER_RMS * rms_speed_at_start
+            }
             Self::Equal | Self::Given => SINGLE_SPEED_TOP_OVER_RMS * rms_speed_at_start,
         };
         if top > 0.0 { top } else { TOP_AT_REST }

@@ -4,6 +4,7 @@ use super::motion::Particle;
 use super::pressure::{SpeedMean, SpeedMoments, speed_at};
 use super::speeds::SpeedLaw;
 use crate::model::Refusal;
+use crate::placement::{Rectangle, random_sequential_addition_where};
 use crate::random::{Seed, Stream};
 use crate::recorded_start;
 use kinetoscope_manifest::model::{
@@ -96,6 +97,11 @@ impl Start {
 /// Places uniform over the area, directions uniform, speeds by their law in units of its scale.
 fn drawn(config: &GasConfig, seed: Seed) -> Result<Start, Refusal> {
     let speed_law = match (config.speed_distribution, config.speed_scale) {
+        (_, SpeedScale::Given | SpeedScale::Temperature(_))
+            if !config.speeds_m_per_s.is_empty() =>
+        {
+            SpeedLaw::Given
+        }
         (_, SpeedScale::Given) => {
             return Err(Refusal(
                 "drawn speeds need a scale: give temperature_k or max_speed_m_per_s".to_owned(),
@@ -111,31 +117,59 @@ fn drawn(config: &GasConfig, seed: Seed) -> Result<Start, Refusal> {
         (SpeedDistribution::Maxwell, _) => SpeedLaw::Maxwell { mean_square: 2.0 },
         (SpeedDistribution::Equal, _) => SpeedLaw::Equal,
     };
-    let radius = config.radius_m.get();
-    let mut places = seed.stream(Stream::Positions);
     let mut motions = seed.stream(Stream::Velocities);
-    let particles = (0..config.particles.get())
-        .map(|_| {
-            // The area inside a radius grows as its square: the root of a uniform number is uniform over the disc.
-            let share = places.uniform();
-            let distance = radius
-                * match config.place_distribution {
-                    PlaceDistribution::Area => share.sqrt(),
-                    PlaceDistribution::Radius => share,
-                };
-            let position = from_polar(distance, TAU * places.uniform());
-            let velocity = match config.speed_distribution {
-                SpeedDistribution::Uniform => {
-                    let speed = motions.uniform();
-                    from_polar(speed, TAU * motions.uniform())
-                }
-                SpeedDistribution::Maxwell => motions.normal_pair(),
-                SpeedDistribution::Equal => from_polar(1.0, TAU * motions.uniform()),
-            };
-            Particle { position, velocity }
-        })
+    let listed = &config.speeds_m_per_s;
+    let velocity = |id: usize| {
+        if !listed.is_empty() {
+            return from_polar(listed[id % listed.len()].get(), TAU * motions.uniform());
+        }
+        match config.speed_distribution {
+            SpeedDistribution::Uniform => {
+                let speed = motions.uniform();
+                from_polar(speed, TAU * motions.uniform())
+            }
+            SpeedDistribution::Maxwell => motions.normal_pair(),
+            SpeedDistribution::Equal => from_polar(1.0, TAU * motions.uniform()),
+        }
+    };
+    let velocities: Vec<[f64; 2]> = (0..config.particles.get() as usize).map(velocity).collect();
+    let particles = places(config, seed)?
+        .into_iter()
+        .zip(velocities)
+        .map(|(position, velocity)| Particle { position, velocity })
         .collect();
     Ok(Start { particles, speed_law })
+}
+
+/// Places relative to the centre: of points by their law, of discs uniform among those without overlap.
+fn places(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Refusal> {
+    let radius = config.radius_m.get();
+    let mut draws = seed.stream(Stream::Positions);
+    let count = config.particles.get();
+    let Some(disc_radius) = config.disc_radius_m.map(|radius| radius.get()) else {
+        return Ok((0..count)
+            .map(|_| {
+                // The area inside a radius grows as its square: the root of a uniform number is uniform over the disc.
+                let share = draws.uniform();
+                let distance = radius
+                    * match config.place_distribution {
+                        PlaceDistribution::Area => share.sqrt(),
+                        PlaceDistribution::Radius => share,
+                    };
+                from_polar(distance, TAU * draws.uniform())
+            })
+            .collect());
+    };
+    let square = Rectangle { min: [-radius, -radius], max: [radius, radius] };
+    let reach = radius - disc_radius;
+    let is_inside = |[x, y]: [f64; 2], _: f64| x * x + y * y <= reach * reach;
+    let radii = vec![disc_radius; count as usize];
+    random_sequential_addition_where(square, &radii, &mut draws, is_inside).map_err(|jammed| {
+        Refusal(format!(
+            "only {} of {count} discs found a place: choose fewer discs, a smaller disc_radius_m or a larger radius_m",
+            jammed.placed
+        ))
+    })
 }
 
 fn from_polar(length: f64, angle: f64) -> [f64; 2] {

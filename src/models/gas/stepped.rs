@@ -40,6 +40,7 @@ fn step_with_hits(particle: Particle, radius: f64, time_step: f64) -> Flight {
 
 /// Whether a path neither slides nor can hit more often than it is mirrored, by products alone: most paths, and so they are spared
 /// roots and quotients. C^2 v^2 = (p . v)^2 + v^2 (R^2 - p^2), and the way v t of a step is at most as many chords 2 C.
+#[inline(always)]
 fn has_long_chords(particle: Particle, radius: f64, time_step: f64) -> bool {
     /// Far above the flatness at which a path counts as sliding.
     const FLATTEST: f64 = 1e-6;
@@ -49,8 +50,8 @@ fn has_long_chords(particle: Particle, radius: f64, time_step: f64) -> bool {
     let half_chord_by_speed = along * along + square * room;
     let chords = 2.0 * (MOST_REFLECTIONS - 1) as f64;
     let way = square * time_step;
-    half_chord_by_speed > FLATTEST * square * radius * radius
-        && way * way < chords * chords * half_chord_by_speed
+    (half_chord_by_speed > FLATTEST * square * radius * radius)
+        & (way * way < chords * chords * half_chord_by_speed)
 }
 
 /// Flies and mirrors until the time is used up. It ends: the path does not slide, so after a mirror the velocity points
@@ -69,17 +70,14 @@ fn reflect_until_used_up(mut particle: Particle, radius: f64, time: f64) -> Flig
         }
         let before = drifted(particle, to_wall);
         particle = reflected(before);
-        let [x, y] = particle.position;
-        let change =
-            [before.velocity[0] - particle.velocity[0], before.velocity[1] - particle.velocity[1]];
-        impulse_per_mass += (change[0] * x + change[1] * y) / radius;
+        impulse_per_mass += impulse_of(before, particle, radius);
         hits += 1;
         rest -= to_wall;
     }
 }
 
-/// So many steps of all particles, on all threads. Each group of particles takes all its steps before the next one: they do
-/// not meet, and so it stays in registers.
+/// So many steps of all particles, on all threads. A block takes all its steps before the next one: particles do not meet, and so it
+/// stays in the nearest cache.
 pub(super) fn walk(
     particles: &mut Particles,
     tallies: &mut [Tally],
@@ -103,70 +101,123 @@ struct Walk<'a> {
     steps: u64,
 }
 
+/// A particle whose step leads outside, and where it was before.
+#[derive(Clone, Copy, Default)]
+struct Leaving {
+    id: usize,
+    position: [f64; 2],
+}
+
 impl Kernel for Walk<'_> {
     type Output = ();
 
+    /// In each step all particles fly; those that come outside are listed, and then mirrored eight at a time. One place of the list is
+    /// never read: particles are written there before it is known whether they leave.
     #[inline(always)]
-    fn run(self) {
-        let Self { groups, tallies, radius, time_step, steps } = self;
-        let square = radius * radius;
-        for (group, tallies) in groups.iter_mut().zip(tallies.chunks_mut(LANES)) {
-            let mut missing = steps;
-            while missing > 0 {
-                missing -= free_steps(group, square, time_step, missing);
-                if missing > 0 {
-                    step_near_the_wall(group, tallies, radius, time_step);
-                    missing -= 1;
-                }
+    fn run(mut self) {
+        let mut leaving = [Leaving::default(); BLOCK * LANES + 1];
+        for _ in 0..self.steps {
+            let count = self.fly(&mut leaving);
+            for few in leaving[..count].chunks(LANES) {
+                self.mirror(few);
             }
         }
     }
 }
 
-/// Takes steps while none of the group leads outside, at most so many, and says how many.
-#[inline(always)]
-fn free_steps(group: &mut Group, square: f64, time_step: f64, at_most: u64) -> u64 {
-    let Group { mut x, mut y, vx, vy } = *group;
-    let dx = vx.map(|component| time_step * component);
-    let dy = vy.map(|component| time_step * component);
-    let mut done = 0;
-    while done < at_most {
-        let next_x = sum(&x, &dx);
-        let next_y = sum(&y, &dy);
-        let mut outside = 0;
-        for lane in 0..LANES {
-            let distance = next_x[lane] * next_x[lane] + next_y[lane] * next_y[lane];
-            outside |= u64::from(distance > square);
+impl Walk<'_> {
+    /// Moves all particles by a step, lists those that come outside, and says how many they are.
+    #[inline(always)]
+    fn fly(&mut self, leaving: &mut [Leaving; BLOCK * LANES + 1]) -> usize {
+        let (time_step, square) = (self.time_step, self.radius * self.radius);
+        let mut count = 0;
+        for (index, group) in self.groups.iter_mut().enumerate() {
+            let (mut x, mut y) = (group.x, group.y);
+            let mut outside = 0;
+            for lane in 0..LANES {
+                x[lane] += time_step * group.vx[lane];
+                y[lane] += time_step * group.vy[lane];
+                outside |= u64::from(x[lane] * x[lane] + y[lane] * y[lane] > square);
+            }
+            if outside != 0 {
+                for lane in 0..LANES {
+                    let position = [group.x[lane], group.y[lane]];
+                    leaving[count] = Leaving { id: index * LANES + lane, position };
+                    count += usize::from(x[lane] * x[lane] + y[lane] * y[lane] > square);
+                }
+            }
+            (group.x, group.y) = (x, y);
         }
-        if outside != 0 {
-            break;
-        }
-        (x, y) = (next_x, next_y);
-        done += 1;
+        count
     }
-    (group.x, group.y) = (x, y);
-    done
+
+    /// Takes the step of at most eight particles that leads outside: by `mirrored_once`, or where that does not hold one by one.
+    #[inline(always)]
+    fn mirror(&mut self, leaving: &[Leaving]) {
+        let mut before = Group { vx: [1.0; LANES], ..Group::default() };
+        let mut tallies = [Tally::at_unit_speed(); LANES];
+        for (lane, Leaving { id, position }) in leaving.iter().enumerate() {
+            let velocity = self.groups[id / LANES].particle(id % LANES).velocity;
+            before.set(lane, Particle { position: *position, velocity });
+            tallies[lane] = self.tallies[*id];
+        }
+        let (after, impulses, holds) =
+            mirrored_once(&before, &tallies, self.radius, self.time_step);
+        for (lane, Leaving { id, .. }) in leaving.iter().enumerate() {
+            let tally = &mut self.tallies[*id];
+            let particle = if holds[lane] {
+                let particle = after.particle(lane);
+                tally.book(&Flight { particle, hits: 1, impulse_per_mass: impulses[lane] });
+                particle
+            } else {
+                step_to_the_wall(before.particle(lane), tally, self.radius, self.time_step)
+            };
+            self.groups[id / LANES].set(id % LANES, particle);
+        }
+    }
 }
 
+/// `step` of eight particles that meet the wall once, in the same arithmetic without branches: where they are after it, brought back
+/// to their paths, their impulses, and for which of them it holds.
 #[inline(always)]
-fn sum(a: &Lanes, b: &Lanes) -> Lanes {
-    let mut sum = [0.0; LANES];
+fn mirrored_once(
+    before: &Group,
+    tallies: &[Tally; LANES],
+    radius: f64,
+    time_step: f64,
+) -> (Group, Lanes, [bool; LANES]) {
+    let (mut after, mut impulses, mut holds) = (Group::default(), [0.0; LANES], [false; LANES]);
     for lane in 0..LANES {
-        sum[lane] = a[lane] + b[lane];
+        let particle = before.particle(lane);
+        let to_wall = time_to_wall(particle, radius);
+        let there = drifted(particle, to_wall);
+        let turned = reflected(there);
+        impulses[lane] = impulse_of(there, turned, radius);
+        let end = drifted(turned, time_step - to_wall);
+        holds[lane] = (dot(end.position, end.position) <= radius * radius)
+            & (to_wall < time_step)
+            & has_long_chords(particle, radius, time_step);
+        after.set(lane, tallies[lane].on_its_path(end));
     }
-    sum
+    (after, impulses, holds)
 }
 
-/// A step of a group of which some lead outside.
+/// Normal impulse over the mass of a mirror at the wall, m/s.
+#[inline(always)]
+fn impulse_of(before: Particle, after: Particle, radius: f64) -> f64 {
+    let change = [before.velocity[0] - after.velocity[0], before.velocity[1] - after.velocity[1]];
+    dot(change, before.position) / radius
+}
+
+/// A step that leads outside, booked.
 #[inline(never)]
-fn step_near_the_wall(group: &mut Group, tallies: &mut [Tally], radius: f64, time_step: f64) {
-    for (lane, tally) in tallies.iter_mut().enumerate() {
-        let flight = step(group.particle(lane), radius, time_step);
-        if flight.hits > 0 {
-            group.set(lane, tally.on_its_path(flight.particle));
-        } else {
-            group.set(lane, flight.particle);
-        }
-        tally.book(&flight);
-    }
+fn step_to_the_wall(
+    particle: Particle,
+    tally: &mut Tally,
+    radius: f64,
+    time_step: f64,
+) -> Particle {
+    let flight = step_with_hits(particle, radius, time_step);
+    tally.book(&flight);
+    if flight.hits > 0 { tally.on_its_path(flight.particle) } else { flight.particle }
 }

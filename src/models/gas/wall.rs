@@ -69,6 +69,11 @@ pub(super) struct Tally {
 }
 
 impl Tally {
+    /// The tally of nobody: a lane without a particle divides by one.
+    pub(super) fn at_unit_speed() -> Self {
+        Self { square: 1.0, ..Self::default() }
+    }
+
     /// Notes what a path keeps.
     pub(super) fn begin(&mut self, particle: Particle) {
         self.square = dot(particle.velocity, particle.velocity);

@@ -105,8 +105,9 @@ pub(super) mod wide {
     use super::super::cells::{Cells, NOBODY, Shifts};
     use super::super::disc::Disc;
     use super::super::events::NEVER;
-    use super::super::motion::{self, Numbers};
+    use super::super::motion;
     use super::super::scan::{Contact, Seeker};
+    use crate::hard_discs::Numbers;
     use std::arch::x86_64::*;
     use std::ops::{Add, Div, Mul, Sub};
 
