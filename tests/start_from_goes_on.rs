@@ -277,6 +277,22 @@ fn a_sweep_reuses_a_bed_and_its_key_follows_the_state() {
     let why = bench.experiment("sweep", &moved, &["--why"]);
     assert_eq!(words(&why).matches("model.dem.start_from: ").count(), 3, "{}", words(&why));
 
+    // A task of a cluster has a copy of the manifest, and is told where the paths in it begin.
+    let copy = bench.path("copy");
+    fs::create_dir(&copy).unwrap();
+    fs::write(copy.join("sweep.toml"), &sweep).unwrap();
+    fs::copy(&recording, bench.path("bed.mcap")).unwrap();
+    let key = Recording::open(&before[0]).unwrap().provenance().content_key.clone();
+    let task = |more: &[&str]| {
+        let mut command = program();
+        command.arg(copy.join("sweep.toml")).arg("--output").arg(bench.path("again"));
+        command.args(["--quiet", "--only", &key]).args(more).output().unwrap().status.code()
+    };
+    assert_eq!(task(&["--starts-in", bench.path("").to_str().unwrap()]), Some(0));
+    assert_eq!(task(&[]), Some(2));
+    let again = recordings(&bench.path("again/sweep"));
+    assert!(again.len() == 1 && fs::read(&again[0]).unwrap() == fs::read(&before[0]).unwrap());
+
     let verified = |file: &Path| program().arg("--verify").arg(file).output().unwrap();
     let output = verified(&before[0]);
     assert!(words(&output).contains("equal in every byte"), "{}", words(&output));

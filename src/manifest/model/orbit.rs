@@ -7,7 +7,6 @@ use crate::quantity::{Finite, NonNegative, Positive, StepBelowOneDay, StepTolera
 use crate::tree::{Node, Value};
 use crate::value::{TomlValue, refuse, word, words};
 use serde_json::{Value as Json, json};
-use std::num::NonZeroU32;
 
 /// All physics of an orbit run. The Sun is fixed at the origin, unless several bodies attract each other.
 #[derive(Clone, Debug, PartialEq)]
@@ -171,12 +170,11 @@ impl OrbitConfig {
         let steps = self.duration_days.get() / self.time_step_days.get();
         super::at_least_one_step(steps, table, &["time_step_days", "duration_days"]);
         if let OrbitStart::Recorded(start) = &self.start
-            && start.count(table, "", NonZeroU32::MIN) != NonZeroU32::MIN
+            && start.particles().is_some_and(|bodies| bodies > 1)
         {
-            let title = "the recording is one of several bodies";
             table.refuse(
                 &["start_from"],
-                title,
+                "the recording is one of several bodies",
                 "write them out as `bodies`: their masses are not in its frames",
             );
         }

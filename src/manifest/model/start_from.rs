@@ -118,6 +118,14 @@ impl StartFrom {
         Ok(())
     }
 
+    /// Number of particles; `None` of a name.
+    pub(super) fn particles(&self) -> Option<usize> {
+        match self {
+            Self::Named(_) => None,
+            Self::Read(state) => Some(state.rows()),
+        }
+    }
+
     /// The number of particles, which the key `counter` may repeat but not contradict.
     pub(super) fn count(
         &self,
@@ -125,12 +133,11 @@ impl StartFrom {
         counter: &str,
         stated: NonZeroU32,
     ) -> NonZeroU32 {
-        let Self::Read(state) = self else { return stated };
-        let recorded = u32::try_from(state.rows()).ok().and_then(NonZeroU32::new);
+        let Some(particles) = self.particles() else { return stated };
+        let recorded = u32::try_from(particles).ok().and_then(NonZeroU32::new);
         if table.has(counter) && recorded != Some(stated) {
-            let title =
-                format!("`{counter}` is {stated}, but the recording ends with {}", state.rows());
-            let label = format!("must be {}, or be left out", state.rows());
+            let title = format!("`{counter}` is {stated}, but the recording ends with {particles}");
+            let label = format!("must be {particles}, or be left out");
             table.refuse(&["start_from", counter], &title, &label);
         }
         recorded.unwrap_or(stated)
