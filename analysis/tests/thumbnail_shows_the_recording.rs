@@ -15,8 +15,8 @@ use tempfile::TempDir;
 type Rgb = [u8; 3];
 
 /// The colours of rest and of the top speed: the ends of the drawing's colour map.
-const AT_REST: Rgb = [0x00, 0x72, 0xb2];
-const FASTEST: Rgb = [0xd5, 0x5e, 0x00];
+const AT_REST: Rgb = [0x39, 0x6f, 0xc8];
+const FASTEST: Rgb = [0xff, 0xe4, 0x30];
 const WHITE: Rgb = [0xff; 3];
 const FRAMES: u32 = 9;
 
