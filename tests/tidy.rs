@@ -1,5 +1,5 @@
 //! The documents say what is there: every path that ARCHITECTURE.md and the README name exists, every experiment has its
-//! row in the README with a test that exists, given packages are used in their one home, and `unsafe` where it is said.
+//! row in the README with a test that exists and its picture in docs/replay.md, given packages are used in their one home, and `unsafe` where it is said.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -68,8 +68,9 @@ fn every_path_that_a_document_names_exists() {
 }
 
 #[test]
-fn every_experiment_has_its_row_and_its_law_test() {
+fn every_experiment_has_its_row_its_law_test_and_its_replay() {
     let readme = read("README.md");
+    let replays = read("docs/replay.md");
     let mut shipped = BTreeSet::new();
     for entry in fs::read_dir(root().join("experiments")).unwrap() {
         let path = entry.unwrap().path();
@@ -83,6 +84,9 @@ fn every_experiment_has_its_row_and_its_law_test() {
             .find(|line| line.starts_with(&format!("| `experiments/{experiment}`")))
             .unwrap_or_else(|| panic!("{experiment} has no row in the README's table"));
         assert!(row.contains("`tests/"), "{experiment}: its row names no law test");
+        let picture = format!("replay/{}.png", experiment.trim_end_matches(".toml"));
+        assert!(replays.contains(&picture), "{experiment}: docs/replay.md shows no replay of it");
+        assert!(root().join("docs").join(&picture).exists(), "docs/{picture} is not there");
         let first = read(&format!("experiments/{experiment}"));
         let question = first.lines().next().unwrap_or_default();
         assert!(
