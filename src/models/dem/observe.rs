@@ -37,6 +37,9 @@ impl Dem {
             let mass = self.discs.masses[disc];
             frame.push_state(&[x, y, vx, vy, vx_step, vy_step, radius, spin, id, mass]);
         }
+        if self.parameters.walls.iter().any(|wall| wall.motion.leaves()) {
+            self.drawn_walls(self.count).into_iter().for_each(|wall| frame.push_wall(wall));
+        }
         self.push_energy(frame, evaluation);
         self.push_contacts(frame, evaluation);
         frame.push(&temperature(&evaluation.velocities));
@@ -139,7 +142,7 @@ impl Dem {
         let speed_range_top =
             if speed_squared > 0.0 { SPEED_RANGE * speed_squared.sqrt() } else { 1.0 };
         Scenery {
-            walls: self.drawn_walls(),
+            walls: self.drawn_walls(0),
             view: [[0.0, 0.0], sides],
             drawn_radius: DrawnRadius::Column,
             speed_range_top,
@@ -150,10 +153,10 @@ impl Dem {
         }
     }
 
-    /// Walls where they are at the start.
-    fn drawn_walls(&self) -> Vec<Wall> {
+    /// Walls where they are after so many steps.
+    fn drawn_walls(&self, count: u64) -> Vec<Wall> {
         let mut drawn = vec![Wall::Rectangle { min: [0.0, 0.0], max: self.parameters.sides }];
-        drawn.extend(self.parameters.walls.iter().filter_map(|wall| match wall.shape {
+        drawn.extend(self.parameters.walls_at(count).iter().filter_map(|wall| match wall.shape {
             Shape::Plane { .. } => None,
             Shape::Segment { from, to } => Some(Wall::Segment { from, to }),
             Shape::Drum { centre, radius } => Some(Wall::Circle { centre, radius }),

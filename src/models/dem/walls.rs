@@ -70,6 +70,11 @@ impl Motion {
         [along(0), along(1)]
     }
 
+    /// Whether it ever leaves its place; a drum that only turns does not.
+    pub(super) fn leaves(&self) -> bool {
+        self.velocity != [0.0; 2] || self.amplitude != [0.0; 2]
+    }
+
     /// Time since the motion began, as long as it lasts, s.
     fn clock(&self, time: f64) -> f64 {
         match self.moves {
