@@ -148,7 +148,7 @@ impl EdgeForces {
             };
             let [first, second] = ends.map(|disc| discs.materials[disc]);
             let pair = scene.law.materials.between(first, second);
-            let rub = touch.rub(scene.law, pair, scene.time_step, radii, &push, damping, stretch);
+            let rub = touch.rub(scene.law, pair, scene.time_step, radii, &push, stretch);
             self.sums.take(&rub, 0.5);
             self.forces.push((own, push.and(&rub, touch.normal)));
             self.torques.push(rub.torques(radii[0], 1.0));
@@ -214,7 +214,7 @@ impl Forces {
             let push = touch.push(law, damping);
             let [first, second] = ends.map(|disc| own.materials[disc]);
             let pair = law.materials.between(first, second);
-            let rub = touch.rub(law, pair, time_step, radii, &push, damping, stretch);
+            let rub = touch.rub(law, pair, time_step, radii, &push, stretch);
             sums.take(&rub, 1.0);
             let on_first = push.and(&rub, touch.normal);
             add(&mut self.forces[ends[0]], on_first);
@@ -252,10 +252,9 @@ impl Forces {
             if scene.law.has_friction() {
                 // Against a wall the reduced radius is the disc's own.
                 let radii = [radius, f64::INFINITY];
-                let (damping, stretch) = (pair.damping, &mut pair.stretch);
+                let stretch = &mut pair.stretch;
                 let pair = scene.law.materials.with_walls(own.materials[disc]);
-                let rub =
-                    touch.rub(scene.law, pair, scene.time_step, radii, &push, damping, stretch);
+                let rub = touch.rub(scene.law, pair, scene.time_step, radii, &push, stretch);
                 self.sums.take(&rub, 1.0);
                 on_disc = push.and(&rub, normal);
                 add_torque(&mut self.torques[disc], rub.torques(radius, 1.0));

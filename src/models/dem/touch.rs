@@ -21,6 +21,8 @@ pub(super) struct Touch {
 
 /// Normal force f and its dissipative part k delta - f, N.
 pub(super) struct Push {
+    /// eta of the contact, N s/m.
+    damping: f64,
     pub(super) force: f64,
     pub(super) loss: f64,
 }
@@ -84,7 +86,7 @@ impl Touch {
         let speed = self.velocity[0] * self.normal[0] + self.velocity[1] * self.normal[1];
         let force = motion::contact_force(law.stiffness, damping, self.overlap, speed);
         let force = law.clamped(force);
-        Push { force, loss: law.stiffness * self.overlap - force }
+        Push { force, damping, loss: law.stiffness * self.overlap - force }
     }
 
     /// Moves the springs of the contact on. Slippage counts with the mean of the spring's force before and after it: with
@@ -97,11 +99,10 @@ impl Touch {
         time_step: f64,
         radii: [f64; 2],
         push: &Push,
-        damping: f64,
         stretch: &mut Stretch,
     ) -> Rub {
         let pressing = if push.force > 0.0 { push.force } else { 0.0 };
-        let damping = law.tangential_damping_share * damping;
+        let damping = law.tangential_damping_share * push.damping;
         let stiffness = law.tangential_stiffness;
         let slide = |before: f64, speed: f64, limit: f64| {
             let travel = speed * time_step;
