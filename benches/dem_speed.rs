@@ -10,8 +10,9 @@
 //! What did not: moving in place instead of into a second copy of the state (1.00 at 10^4; it saves a third of the memory), and
 //! indices checked once a block instead of once a pair, with pairs dealt to four strands (1.01 in a gas, 1.03 settled).
 //!
-//! Against LAMMPS (22 Jul 2025), processor time in turn, median ratio: settled 8.6, equal discs 8.8, collapse 6.3, gas 4.1 at 10^4;
-//! with friction 2.4; settled 6.7 at 10^5. After 1000 steps of equal discs the kinetic energies are 2e-12 apart.
+//! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, median of 3 pairs on an idle machine: settled 7.9
+//! at 10^4 and at 10^5; collapse 6.0, gas 3.9, with friction 2.1 at 10^4. The kinetic energies of the gas are 2.5e-9 apart after 2000
+//! steps; beds are chaotic.
 //!
 //! In a settled bed the pair loop takes 57 % of the time and waits for its root and its quotient; a gas spends 26 % in it, 23 %
 //! in kick and drift, and about 25 % on building the list.

@@ -3,10 +3,10 @@
 //! The bars: a run of 1e5 discs with `--threads 1` that records every 100th step takes at most 5 % longer than one that records
 //! its start and end only; checkpoints take at most 2 % of a run, also with 1e6 discs.
 //!
-//! Measured on two cores at 85 ms for 100 steps: 3 to 4 % with `--threads 1`. A frame costs the model's thread the copy of 8 MB
-//! (discs and lists), and what the recorder takes of the shared cache. Its thread works some 20 ms a frame: 5 to fill it, 10 to
-//! pack 8 MB, 3 for copies, 2 for the drawing. With `--threads 2` and no third core that time is the model's: it is reported,
-//! and has no bar.
+//! Measured on two cores (median of 7 pairs): 1.77 to 1.83 s, +2.6 %, with `--threads 1`; 1.03 to 1.61 s, +57 %, with 2. A frame costs
+//! the model's thread the copy of 8 MB (discs and lists), and what the recorder takes of the shared cache. Its thread works some
+//! 20 ms a frame: 5 to fill it, 10 to pack 8 MB, 3 for copies, 2 for the drawing. With `--threads 2` and no third core that time
+//! is the model's: it is reported, and has no bar.
 //!
 //! Wall times are those of the runs' `.host.json`, so that the plan, which both have, does not count. Pairs are run in turn; what
 //! is quoted is the median of the ratios. `cargo bench --bench recording_overhead -- overhead` or `-- checkpoints` runs one half.

@@ -241,7 +241,8 @@ impl Arguments {
         if let Some(engine) = self.distribution.executor.engine() {
             return self.execute_on_cluster(engine, manifest, plan, &interrupt, &progress);
         }
-        let live = match self.watching.open(&interrupt) {
+        let live = if runs.is_empty() { Ok(None) } else { self.watching.open(&interrupt) };
+        let live = match live {
             Ok(live) => live,
             Err((exit, message)) => {
                 progress.close();

@@ -3,9 +3,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::collections::BTreeMap;
+mod recordings_in;
+
+use recordings_in::recordings_in;
 use std::fs;
-use std::path::Path;
 use std::process::Command;
 
 const SWEEP: &str = "seed = 11\nreplicates = 3\n[model.gas]\nparticles = 20\nduration_s = 0.001\n[record]\nframes = 4\n\
@@ -13,16 +14,6 @@ const SWEEP: &str = "seed = 11\nreplicates = 3\n[model.gas]\nparticles = 20\ndur
 
 fn program() -> Command {
     Command::new(env!("CARGO_BIN_EXE_run-experiment"))
-}
-
-fn recordings(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    entries
-        .filter(|path| path.extension().is_some_and(|extension| extension == "mcap"))
-        .map(|path| {
-            (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(&path).unwrap())
-        })
-        .collect()
 }
 
 #[test]
@@ -55,7 +46,7 @@ fn commands_do_the_sweep() {
     // The same run twice at the same time: one of them is told to come back later (75), for xargs 123.
     assert!(matches!(parallel.status.code(), Some(0 | 123)), "{parallel:?}");
     let (alone, listed) =
-        (recordings(&place.join("alone/sweep")), recordings(&place.join("listed/sweep")));
+        (recordings_in(&place.join("alone/sweep")), recordings_in(&place.join("listed/sweep")));
     assert_eq!(alone.len(), 6);
     assert!(alone == listed, "{:?}", listed.keys());
     assert!(place.join("listed/sweep/experiment.toml").exists());

@@ -6,7 +6,9 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::collections::BTreeMap;
+mod recordings_in;
+
+use recordings_in::recordings_in;
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -120,16 +122,6 @@ fn programs_about(folder: &Path) -> Vec<u32> {
         .collect()
 }
 
-fn recordings(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    entries
-        .filter(|path| path.extension().is_some_and(|extension| extension == "mcap"))
-        .map(|path| {
-            (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(&path).unwrap())
-        })
-        .collect()
-}
-
 fn program(manifest: &Path, output: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_run-experiment"));
     command.arg(manifest).arg("--output").arg(output);
@@ -153,7 +145,7 @@ fn full_harness_of_hyperqueue() {
     fs::write(&manifest, SWEEP).unwrap();
     let alone = queue.folder.path().join("alone");
     assert!(program(&manifest, &alone).arg("--quiet").status().unwrap().success());
-    let alone = recordings(&alone.join("sweep"));
+    let alone = recordings_in(&alone.join("sweep"));
 
     let output = queue.folder.path().join("queued");
     let tasks_folder = output.join("sweep/.tasks");
@@ -185,7 +177,7 @@ fn full_harness_of_hyperqueue() {
     queue.restart_server();
     let ended = waiting.wait_with_output().unwrap();
     assert_eq!(ended.status.code(), Some(0), "{}", String::from_utf8_lossy(&ended.stdout));
-    let queued = recordings(&output.join("sweep"));
+    let queued = recordings_in(&output.join("sweep"));
     assert_eq!(alone.len(), 60);
     assert!(alone == queued, "other bytes, or other recordings");
     println!(

@@ -6,8 +6,10 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod recordings_in;
 mod slurm_cluster;
 
+use recordings_in::recordings_in;
 use slurm_cluster::{Cluster, kill, processes_about, wait};
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,16 +21,6 @@ use std::time::{Duration, Instant};
 /// Runs of some tenths of a second.
 const SWEEP: &str = "seed = 11\nreplicates = 24\n[model.dem]\ndiscs = 60\nwidth_m = 0.02\nheight_m = 0.02\n\
     duration_s = 0.9\n[record]\nframes = 40\n";
-
-fn recordings(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    entries
-        .filter(|path| path.extension().is_some_and(|extension| extension == "mcap"))
-        .map(|path| {
-            (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(&path).unwrap())
-        })
-        .collect()
-}
 
 fn on_slurm(cluster: &Cluster, manifest: &Path, output: &Path) -> Child {
     cluster
@@ -55,7 +47,7 @@ fn alone(cluster: &Cluster, manifest: &Path) -> (BTreeMap<String, Vec<u8>>, f64)
         .unwrap();
     assert!(status.success());
     let seconds = started.elapsed().as_secs_f64();
-    (recordings(&output.join("sweep")), seconds)
+    (recordings_in(&output.join("sweep")), seconds)
 }
 
 /// So many replicates on Slurm, disturbed at so many moments: tasks are killed and, at every other moment, requeued.
@@ -115,7 +107,7 @@ fn disturbed(replicates: usize, moments: u64) {
     let ended = waiting.wait_with_output().unwrap();
     assert_eq!(ended.status.code(), Some(0), "{}", String::from_utf8_lossy(&ended.stdout));
 
-    let clustered = recordings(&output.join("sweep"));
+    let clustered = recordings_in(&output.join("sweep"));
     assert_eq!(alone.len(), replicates);
     assert_eq!(alone.keys().collect::<Vec<_>>(), clustered.keys().collect::<Vec<_>>());
     assert!(alone == clustered, "other bytes");
@@ -154,7 +146,7 @@ fn full_harness_measures_what_slurm_costs() {
     slurm.args(["--executor", "slurm", "--runs-per-task", "8", "--quiet"]);
     assert!(slurm.status().unwrap().success());
     let slurm_s = started.elapsed().as_secs_f64();
-    assert!(alone == recordings(&output.join("sweep")));
+    assert!(alone == recordings_in(&output.join("sweep")));
     println!(
         "32 runs: alone {alone_s:.1} s, through Slurm {slurm_s:.1} s, {:.3}",
         slurm_s / alone_s

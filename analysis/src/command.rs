@@ -37,8 +37,7 @@ struct Arguments {
     #[arg(long, value_name = "FORM,…", value_delimiter = ',')]
     export: Vec<Form>,
     /// Writes the metrics of all runs as one Parquet table as well, in folders `export/metrics/KEY=VALUE/` named by the
-    /// sweep's coordinates.
-    #[cfg(feature = "parquet")]
+    /// sweep's coordinates. Needs the same.
     #[arg(long)]
     table: bool,
     /// Reads all recordings, also those that have not changed since they were analysed last.
@@ -130,6 +129,10 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
         return draw(&arguments.picture, file, &arguments.paths);
     }
     let usage = |message| (Exit::Usage, message);
+    let wants_parquet = arguments.table || arguments.export.contains(&Form::Parquet);
+    if wants_parquet && cfg!(not(feature = "parquet")) {
+        return Err(usage(export::NEEDS_PARQUET.to_owned()));
+    }
     let checks = arguments.checks.as_deref().map_or_else(|| Ok(Vec::new()), read_checks);
     let checks = checks.map_err(usage)?;
     let baselines: Result<Vec<Baseline>, String> =

@@ -78,6 +78,18 @@ fn csv_has_every_number_to_the_bit() {
 }
 
 #[test]
+#[cfg(not(feature = "parquet"))]
+fn a_program_without_parquet_says_how_to_have_it() {
+    let folder = Folder::write(MANIFEST, frames);
+    for asked in [["--export", "csv,parquet"].as_slice(), &["--table"]] {
+        let said = analyze(&[asked, &[folder.name()]].concat());
+        assert_eq!(said.code, 2, "{}", said.text);
+        assert!(said.text.contains("--features parquet"), "{}", said.text);
+        assert!(!folder.path().join("export").exists());
+    }
+}
+
+#[test]
 fn gnuplot_files_are_x_y_r_a_line_and_a_script_plays_them_all() {
     let (_folder, path) = exported("gnuplot");
     for frame in 0..3 {

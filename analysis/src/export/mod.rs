@@ -19,8 +19,7 @@ use std::path::{Path, PathBuf};
 pub enum Form {
     /// A table a topic: a line a particle and frame, or a line a frame.
     Csv,
-    /// The same tables as Parquet.
-    #[cfg(feature = "parquet")]
+    /// The same tables as Parquet; see [`NEEDS_PARQUET`].
     Parquet,
     /// `x y r` a line, a file a frame, and a script that plays them.
     Gnuplot,
@@ -37,6 +36,10 @@ impl Form {
         }
     }
 }
+
+/// What a program that was built without the feature `parquet` says of Parquet.
+pub const NEEDS_PARQUET: &str = "this program was built without Parquet. Build it with it, \
+    `cargo build --release --package kinetoscope-analysis --features parquet`, or write CSV";
 
 /// A recording that was not exported as a whole, with the user's next step.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -102,7 +105,7 @@ impl Subject {
 /// Exports the recordings of a source into `folder`, a sub-folder a recording; returns how many there were.
 ///
 /// # Errors
-/// A file that can't be written. A recording that can't be read is passed
+/// A file that can't be written, or Parquet in a program without it. A recording that can't be read is passed
 /// over: the analysis has named it.
 pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, ExportError> {
     let mut exported = 0;
@@ -116,7 +119,7 @@ pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, Expor
             model: run.manifest.model.clone(),
             columns: recording.state_columns().to_vec(),
         };
-        let mut exporter = exporter(form, subject, folder);
+        let mut exporter = exporter(form, subject, folder)?;
         let Ok(frames) = recording.frames() else { continue };
         // Where a recording is torn, what is intact is exported.
         for frame in frames.map_while(Result::ok) {
@@ -128,12 +131,18 @@ pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, Expor
     Ok(exported)
 }
 
-fn exporter(form: Form, subject: Subject, folder: PathBuf) -> Box<dyn Exporter> {
-    match form {
+fn exporter(
+    form: Form,
+    subject: Subject,
+    folder: PathBuf,
+) -> Result<Box<dyn Exporter>, ExportError> {
+    Ok(match form {
         Form::Csv => Box::new(tables::Tables::new(subject, folder, tables::csv_file)),
         Form::Gnuplot => Box::new(gnuplot::Gnuplot::new(subject, folder)),
         Form::Xyz => Box::new(xyz::Xyz::new(subject, folder)),
         #[cfg(feature = "parquet")]
         Form::Parquet => Box::new(tables::Tables::new(subject, folder, parquet::parquet_file)),
-    }
+        #[cfg(not(feature = "parquet"))]
+        Form::Parquet => return Err(ExportError(NEEDS_PARQUET.to_owned())),
+    })
 }
