@@ -340,10 +340,17 @@ fn record_start<M: Model, W: Write>(
     model: M,
     mut recorder: FrameWriter<W, M::Snapshot>,
 ) -> Result<Underway<M, W>, RecordError> {
-    let mut start = M::Snapshot::default();
-    model.capture(&mut start);
-    recorder.write(clock(&model), &mut start)?;
+    record_now(&model, &mut recorder)?;
     Ok(Underway { model, recorder, next: 1 })
+}
+
+fn record_now<M: Model, W: Write>(
+    model: &M,
+    recorder: &mut FrameWriter<W, M::Snapshot>,
+) -> Result<(), RecordError> {
+    let mut snapshot = recorder.snapshot();
+    model.capture(&mut snapshot);
+    recorder.write(clock(model), snapshot)
 }
 
 fn record_frames<M: Model, W: Write>(
@@ -353,7 +360,6 @@ fn record_frames<M: Model, W: Write>(
     interrupt: &Interrupt,
     on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Outcome, RecordError> {
-    let mut snapshot = M::Snapshot::default();
     let mut budget = Budget::default();
     while underway.next <= schedule.frames() {
         let target = schedule.target(underway.next);
@@ -369,8 +375,7 @@ fn record_frames<M: Model, W: Write>(
                 return Ok(Outcome::Fault(fault.0));
             }
         }
-        underway.model.capture(&mut snapshot);
-        underway.recorder.write(clock(&underway.model), &mut snapshot)?;
+        record_now(&underway.model, &mut underway.recorder)?;
         on_frame(underway.next, schedule.frames());
         underway.next += 1;
         safekeeping.save_if_due(underway)?;

@@ -165,7 +165,7 @@ fn record(path: &Path, model: &'static str, config: &str, scale: f64) {
         // The energy by which a DEM run is held against its state in every frame.
         frame.push(&channels::DemEnergy { kinetic_j: 1.0, ..channels::DemEnergy::default() });
         let events = 1_000_000 * count;
-        recorder.write(Clock { count: events, time: count as f64 }, &frame).unwrap();
+        recorder.write(Clock { count: events, time: count as f64 }, &mut frame).unwrap();
     }
     recorder.finish(&Outcome::Complete).unwrap();
 }

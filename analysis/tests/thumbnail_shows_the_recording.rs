@@ -68,7 +68,7 @@ fn recording(folder: &Path, channels: &[&str]) -> PathBuf {
         frame.push_state(&[x, y, 1.0, 0.0]);
         frame.push_state(&[2.0, 3.0, 0.0, 0.0]);
         let time = f64::from(index);
-        recorder.write(Clock { count: u64::from(index), time }, &frame).unwrap();
+        recorder.write(Clock { count: u64::from(index), time }, &mut frame).unwrap();
     }
     recorder.finish(&Outcome::Complete).unwrap();
     path

@@ -73,7 +73,7 @@ fn recording(compression: Compression) -> Vec<u8> {
         });
         frame.push(&GasSpeeds { density: vec![value; 3], ..GasSpeeds::default() });
         frame.log(Level::Warning, "a line");
-        recorder.write(Clock { count, time: value }, &frame).unwrap();
+        recorder.write(Clock { count, time: value }, &mut frame).unwrap();
     }
     recorder.finish(&Outcome::Complete).unwrap()
 }

@@ -3,7 +3,7 @@
 
 use crate::error::RecordError;
 use crate::file::RecordingFile;
-use crate::frame::{Frame, LogLine, Snapshot};
+use crate::frame::{LogLine, Snapshot};
 use crate::recorder::{Clock, Outcome, Recorder, RecorderState};
 use std::io::Write;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -45,13 +45,18 @@ impl<W: Write + Send + 'static, S: Snapshot> FrameWriter<W, S> {
 }
 
 impl<W: Write, S: Snapshot> FrameWriter<W, S> {
-    /// Writes the next frame after all that was handed over before; the snapshot comes back used, perhaps as another one.
+    /// A snapshot to take the next frame with: one that a frame has been filled from, where there is one.
+    #[must_use]
+    pub fn snapshot(&self) -> S {
+        self.used.try_recv().unwrap_or_default()
+    }
+
+    /// Writes the next frame after all that was handed over before.
     ///
     /// # Errors
     /// As [`Recorder::write`], of this frame or of one handed over before.
-    pub fn write(&mut self, clock: Clock, snapshot: &mut S) -> Result<(), RecordError> {
-        let used = self.used.try_recv().unwrap_or_default();
-        self.ask(Task::Write(clock, std::mem::replace(snapshot, used)))?;
+    pub fn write(&mut self, clock: Clock, snapshot: S) -> Result<(), RecordError> {
+        self.ask(Task::Write(clock, snapshot))?;
         self.frames += 1;
         Ok(())
     }
@@ -121,15 +126,15 @@ fn work<W: Write, S: Snapshot>(
     tasks: &Receiver<Task<W, S>>,
     give_back: &SyncSender<S>,
 ) -> Result<Recorder<W>, RecordError> {
-    let mut frame = Frame::new();
+    let mut frame = recorder.empty_frame();
     for task in tasks {
         match task {
             Task::Write(clock, mut snapshot) => {
                 snapshot.fill(&mut frame);
-                recorder.write(clock, &frame)?;
-                frame.clear();
-                // A full channel means that there are snapshots enough.
+                // At once, so that the next frame is taken with it; a full channel means that there are snapshots enough.
                 let _ = give_back.try_send(snapshot);
+                recorder.write(clock, &mut frame)?;
+                frame.clear();
             }
             Task::Remark(line) => recorder.remark(line)?,
             Task::With(action) => action(&recorder),

@@ -9,13 +9,15 @@ use crate::file::{at, sync_folder};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, IntoInnerError, Write};
 use std::path::{Path, PathBuf};
 
 const MAGIC: [u8; 8] = *b"\x89KINCKP\n";
 /// Raised when the layout changes, in the file or of the recorder's part of the content.
 const VERSION: u32 = 1;
 const CHECKSUM_BYTES: usize = 4;
+/// Bytes that go to the disk at once.
+const PIECE: usize = 1 << 20;
 
 /// Name of a recording's checkpoint.
 #[must_use]
@@ -35,11 +37,9 @@ pub fn write(
     content: &impl Serialize,
 ) -> Result<(), RecordError> {
     let path = path(folder, stem);
-    let bytes = encode(identity, content)?;
     let temporary = folder.join(format!("{stem}.checkpoint.tmp"));
     let replace = || {
-        let mut file = File::create(&temporary)?;
-        file.write_all(&bytes)?;
+        let file = write_into(File::create(&temporary)?, identity, content)?;
         file.sync_all()?;
         fs::rename(&temporary, &path)
     };
@@ -87,7 +87,8 @@ pub fn remove(folder: &Path, stem: &str) -> Result<(), RecordError> {
 /// # Errors
 /// Content that can't be encoded: a defect of the program.
 pub fn size(content: &impl Serialize) -> Result<u64, RecordError> {
-    postcard::experimental::serialized_size(content).map(|size| size as u64).map_err(defect)
+    let size = postcard::experimental::serialized_size(content);
+    size.map(|size| size as u64).map_err(|error| RecordError::Container(defect(error).to_string()))
 }
 
 /// The bytes of a checkpoint.
@@ -95,20 +96,57 @@ pub fn size(content: &impl Serialize) -> Result<u64, RecordError> {
 /// # Errors
 /// Content that can't be encoded: a defect of the program.
 pub fn encode(identity: &str, content: &impl Serialize) -> Result<Vec<u8>, RecordError> {
-    let content = postcard::to_stdvec(content).map_err(defect)?;
-    let mut bytes = Vec::with_capacity(content.len() + identity.len() + 32);
-    bytes.extend(MAGIC);
-    bytes.extend(VERSION.to_le_bytes());
-    bytes.extend((identity.len() as u32).to_le_bytes());
-    bytes.extend(identity.as_bytes());
-    bytes.extend((content.len() as u64).to_le_bytes());
-    bytes.extend(content);
-    bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
-    Ok(bytes)
+    let bytes = write_into(Vec::new(), identity, content);
+    bytes.map_err(|error| RecordError::Container(error.to_string()))
 }
 
-fn defect(error: postcard::Error) -> RecordError {
-    RecordError::Container(format!("a checkpoint: {error}"))
+/// Writes a checkpoint piece by piece: a copy of a large run may have no room beside it.
+fn write_into<W: Write>(sink: W, identity: &str, content: &impl Serialize) -> io::Result<W> {
+    let length = postcard::experimental::serialized_size(content).map_err(defect)? as u64;
+    let checked = Checked { sink, checksum: crc32fast::Hasher::new(), failure: None };
+    let mut pieces = BufWriter::with_capacity(PIECE, checked);
+    pieces.write_all(&MAGIC)?;
+    pieces.write_all(&VERSION.to_le_bytes())?;
+    pieces.write_all(&(identity.len() as u32).to_le_bytes())?;
+    pieces.write_all(identity.as_bytes())?;
+    pieces.write_all(&length.to_le_bytes())?;
+    if let Err(error) = postcard::to_io(content, &mut pieces) {
+        return Err(pieces.get_mut().failure.take().unwrap_or_else(|| defect(error)));
+    }
+    let Checked { mut sink, checksum, .. } =
+        pieces.into_inner().map_err(IntoInnerError::into_error)?;
+    sink.write_all(&checksum.finalize().to_le_bytes())?;
+    Ok(sink)
+}
+
+/// Counts up the checksum of what goes through, and keeps why it could not: the encoder does not say.
+struct Checked<W> {
+    sink: W,
+    checksum: crc32fast::Hasher,
+    failure: Option<io::Error>,
+}
+
+impl<W: Write> Write for Checked<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = match self.sink.write(bytes) {
+            Ok(written) => written,
+            Err(error) => {
+                let kind = error.kind();
+                self.failure = Some(error);
+                return Err(kind.into());
+            }
+        };
+        self.checksum.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.sink.flush()
+    }
+}
+
+fn defect(error: postcard::Error) -> io::Error {
+    io::Error::other(format!("a checkpoint: {error}"))
 }
 
 /// The content of a checkpoint's bytes. Nothing is allocated that the bytes do not justify.

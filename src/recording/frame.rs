@@ -1,7 +1,9 @@
 //! The messages of one instant, in memory: all that physics sees of recording.
 
 use crate::channels::Channel;
+use crate::force_lines::ForceLines;
 use crate::scenery::Wall;
+use crate::table::Rows;
 
 /// One column of the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,9 +71,9 @@ impl Snapshot for Frame {
 /// The messages of one instant. A model fills it, the recorder writes it; it is reused from frame to frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
-    state: Vec<f64>,
+    state: Rows,
     messages: Vec<EncodedMessage>,
-    contacts: Vec<ContactLine>,
+    contacts: ForceLines,
     walls: Vec<Wall>,
     log: Vec<LogLine>,
 }
@@ -81,6 +83,11 @@ impl Frame {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// An empty frame whose drawing shows at most so many contact forces: it keeps no weaker ones.
+    pub(crate) fn drawing_contacts(at_most: usize) -> Self {
+        Self { contacts: ForceLines::drawing(at_most), ..Self::default() }
     }
 
     /// Empties the frame; its memory is kept.
@@ -97,9 +104,14 @@ impl Frame {
         self.state.reserve(values);
     }
 
+    /// The state's rows, for the recorder, which puts a message's head before them.
+    pub(crate) fn rows_mut(&mut self) -> &mut Rows {
+        &mut self.state
+    }
+
     /// Adds one particle's row, one value for each declared column; rows come in the order of the particles' ids.
     pub fn push_state(&mut self, row: &[f64]) {
-        self.state.extend_from_slice(row);
+        self.state.push(row);
     }
 
     /// Adds a message; at most one a topic and frame.
@@ -125,7 +137,7 @@ impl Frame {
     /// The state, row by row.
     #[must_use]
     pub fn state(&self) -> &[f64] {
-        &self.state
+        self.state.values()
     }
 
     /// The messages, in the order in which they were added.
@@ -141,10 +153,10 @@ impl Frame {
         C::decode(message.payload.as_slice()).ok()
     }
 
-    /// The contact forces to draw.
+    /// The contact forces to draw; a recorder's frame may leave out those that are too weak to be drawn.
     #[must_use]
     pub fn contacts(&self) -> &[ContactLine] {
-        &self.contacts
+        self.contacts.lines()
     }
 
     /// The walls to draw; none where they stand as at the start.

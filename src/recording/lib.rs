@@ -21,6 +21,7 @@ mod colour;
 mod container;
 mod data_section;
 mod descriptor;
+mod force_lines;
 mod frames;
 mod header;
 mod open_chunk;

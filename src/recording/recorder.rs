@@ -2,30 +2,28 @@
 
 pub use crate::header::{Compression, Header, Selection};
 pub use crate::provenance::Outcome;
+pub use resuming::RecorderState;
+
+mod resuming;
 
 use crate::channels::{self, Channel as _, ChannelDeclaration, FrameClock};
 use crate::descriptor::file_descriptor_set;
 use crate::error::RecordError;
-use crate::file::{RecordingFile, Syncer};
 use crate::frame::{Frame, Level, LogLine};
-use crate::open_chunk::OpenChunk;
 use crate::playback::log_time_ns;
 use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
-use crate::reader::{RecordedFrame, Recording};
 use crate::scene::Stage;
 use crate::sink::CountingSink;
 use crate::spectator::{Programme, Spectator};
-use crate::table::encode_state;
 use crate::trail::Trails;
 use foxglove::Encode as _;
 use foxglove::messages::{Log, PointCloud, SceneUpdate, Timestamp, log};
 use mcap::records::{MessageHeader, Metadata};
 use prost::Message;
-use serde::{Deserialize, Serialize};
+use resuming::Resumable;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -58,24 +56,7 @@ pub struct Recorder<W: Write> {
     resumable: Option<Resumable>,
     spectator: Option<Box<dyn Spectator>>,
     buffer: Vec<u8>,
-    state_buffer: Vec<u8>,
     written: Arc<AtomicU64>,
-}
-
-/// What a recorder keeps to be gone on with after a kill.
-struct Resumable {
-    open: OpenChunk,
-    syncer: Syncer,
-}
-
-/// What a recorder goes on from, beside the whole chunks in its file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RecorderState {
-    frames: u64,
-    closed_frames: u64,
-    closed_bytes: u64,
-    open: OpenChunk,
-    trails: Trails,
 }
 
 impl<W: Write> Recorder<W> {
@@ -113,7 +94,6 @@ impl<W: Write> Recorder<W> {
             resumable: None,
             spectator: None,
             buffer: Vec::new(),
-            state_buffer: Vec::new(),
             written,
         })
     }
@@ -145,6 +125,13 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
+    /// An empty frame that keeps what this recording shows of contact forces, and no more.
+    #[must_use]
+    pub fn empty_frame(&self) -> Frame {
+        let draws = self.wants(channels::CONTACTS);
+        Frame::drawing_contacts(if draws { self.stage.contacts_at_most() } else { 0 })
+    }
+
     /// Frames written so far.
     #[must_use]
     pub fn frames_written(&self) -> u64 {
@@ -161,7 +148,7 @@ impl<W: Write> Recorder<W> {
     ///
     /// # Errors
     /// A frame that breaks the model's declaration, which is left out as a whole, or a sink that fails.
-    pub fn write(&mut self, clock: Clock, frame: &Frame) -> Result<(), RecordError> {
+    pub fn write(&mut self, clock: Clock, frame: &mut Frame) -> Result<(), RecordError> {
         let log_time = self.log_time()?;
         self.check_frame(frame)?;
         self.add_channels()?;
@@ -176,11 +163,8 @@ impl<W: Write> Recorder<W> {
         };
         self.message(FrameClock::TOPIC, log_time, &frame_clock)?;
         if self.wants(channels::STATE) {
-            let mut buffer = std::mem::take(&mut self.state_buffer);
-            encode_state(self.header.state_columns, frame.state(), time, &mut buffer);
-            let written = self.payload(channels::STATE, log_time, &buffer);
-            self.state_buffer = buffer;
-            written?;
+            let message = frame.rows_mut().as_message(self.header.state_columns, time);
+            self.payload(channels::STATE, log_time, message)?;
         }
         for channel in self.header.channels {
             let message = frame.messages().iter().find(|message| message.topic == channel.topic);
@@ -392,101 +376,6 @@ impl<W: Write> Recorder<W> {
         if let Some(spectator) = &mut self.spectator {
             spectator.message(topic, log_time, payload);
         }
-        Ok(())
-    }
-}
-
-impl Recorder<RecordingFile> {
-    /// Starts a recording that can be gone on with after a kill: see [`Recorder::save_point`].
-    ///
-    /// # Errors
-    /// As [`Recorder::create`].
-    pub fn create_resumable(file: RecordingFile, header: &Header) -> Result<Self, RecordError> {
-        let syncer = file.syncer()?;
-        let mut recorder = Self::create(file, header)?;
-        recorder.resumable = Some(Resumable { open: OpenChunk::default(), syncer });
-        Ok(recorder)
-    }
-
-    /// Brings the file's bytes to the disk and returns what [`Recorder::resume`] needs beside them, between two frames.
-    ///
-    /// # Errors
-    /// A disk that fails, or a recorder that was not created to be resumed: a defect of the program.
-    pub fn save_point(&self) -> Result<RecorderState, RecordError> {
-        let Some(Resumable { open, syncer }) = &self.resumable else {
-            return Err(RecordError::Container("this recording can't be resumed".to_owned()));
-        };
-        syncer.sync()?;
-        Ok(RecorderState {
-            frames: self.frames,
-            closed_frames: self.closed_frames,
-            closed_bytes: self.bytes_written(),
-            open: open.clone(),
-            trails: self.trails.clone(),
-        })
-    }
-
-    /// Goes on with the partial file of a killed run. The intact messages go once more through the same writer, which
-    /// compares its bytes with those on the disk and appends after them; then the messages that were still in memory.
-    ///
-    /// # Errors
-    /// A file that is not the one of this state and header, or a disk that fails.
-    pub fn resume(
-        folder: &Path,
-        stem: &str,
-        header: &Header,
-        state: RecorderState,
-    ) -> Result<Self, RecordError> {
-        let file = RecordingFile::reopen(folder, stem, state.closed_bytes)?;
-        let path = file.partial_path().to_owned();
-        let broken = |what: String| RecordError::NotContinued { path: path.clone(), what };
-        let mut recorder = Self::create_resumable(file, header)?;
-        if state.closed_frames > 0 {
-            let intact = Recording::open(&path).and_then(|recording| recording.frames());
-            let mut intact = intact.map_err(|error| broken(error.to_string()))?;
-            for _ in 0..state.closed_frames {
-                match intact.next() {
-                    Some(Ok(frame)) => recorder.replay(&frame)?,
-                    Some(Err(error)) => return Err(broken(error.to_string())),
-                    None => return Err(broken("it has fewer frames than its checkpoint".into())),
-                }
-            }
-        }
-        if recorder.bytes_written() != state.closed_bytes {
-            return Err(broken("its chunks end elsewhere than its checkpoint says".to_owned()));
-        }
-        recorder.replay_open(state)?;
-        Ok(recorder)
-    }
-
-    fn replay(&mut self, frame: &RecordedFrame) -> Result<(), RecordError> {
-        self.add_channels()?;
-        for message in frame.messages() {
-            let known = self.recorded.iter().find(|topic| **topic == message.topic());
-            let topic = *known.ok_or_else(|| {
-                RecordError::Container(format!("{} has no channel", message.topic()))
-            })?;
-            self.payload(topic, message.log_time_ns(), message.payload())?;
-        }
-        self.end_frame()
-    }
-
-    fn replay_open(&mut self, state: RecorderState) -> Result<(), RecordError> {
-        if state.frames > 0 {
-            self.add_channels()?;
-        }
-        let topics: BTreeMap<u16, &str> =
-            self.channel_ids.iter().map(|(topic, id)| (*id, *topic)).collect();
-        for message in state.open.messages() {
-            let topic = topics.get(&message.channel_id);
-            let topic =
-                *topic.ok_or_else(|| RecordError::Container("a channel is missing".to_owned()))?;
-            // The sequence number is the frame's index.
-            self.frames = message.frame;
-            self.payload(topic, message.log_time, message.payload)?;
-        }
-        self.frames = state.frames;
-        self.trails = state.trails;
         Ok(())
     }
 }

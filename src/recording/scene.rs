@@ -4,6 +4,7 @@
 
 use crate::colour::{self, ColourMap};
 use crate::error::RecordError;
+use crate::force_lines::weakest_drawn;
 use crate::frame::{ContactLine, StateColumn};
 use crate::playback::three_digits;
 use crate::scenery::{DrawnRadius, Scenery, Wall};
@@ -129,7 +130,7 @@ impl Stage {
     /// removes the last ones.
     pub(crate) fn contacts(&self, contacts: &[ContactLine], time: Timestamp) -> SceneUpdate {
         let top = self.scenery.force_range_top.unwrap_or(f64::INFINITY);
-        let weakest = self.weakest_drawn(contacts);
+        let weakest = weakest_drawn(contacts, self.contacts_at_most());
         let mut points: [Vec<Point3>; 3] = Default::default();
         for contact in contacts.iter().filter(|contact| contact.force.abs() >= weakest) {
             if contact.from.iter().chain(&contact.to).all(|coordinate| coordinate.is_finite()) {
@@ -147,15 +148,9 @@ impl Stage {
         update(SceneEntity { lines, ..entity("contacts", time) })
     }
 
-    /// The force below which contacts are left out; 0 draws all.
-    fn weakest_drawn(&self, contacts: &[ContactLine]) -> f64 {
-        let most = CONTACTS_OVER_PARTICLES * self.drawn_at_most;
-        let Some(left_out) = contacts.len().checked_sub(most).filter(|&left_out| left_out > 0)
-        else {
-            return 0.0;
-        };
-        let mut forces: Vec<f64> = contacts.iter().map(|contact| contact.force.abs()).collect();
-        *forces.select_nth_unstable_by(left_out, f64::total_cmp).1
+    /// Contact forces drawn at most, where no two are equal.
+    pub(crate) fn contacts_at_most(&self) -> usize {
+        CONTACTS_OVER_PARTICLES * self.drawn_at_most
     }
 
     /// The paths so far as one line each, below the discs.

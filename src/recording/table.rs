@@ -11,14 +11,69 @@ use std::sync::Arc;
 /// Tag of `foxglove.PointCloud.data`, its last field.
 const DATA_TAG: u32 = 6;
 
-/// Encodes the exact state as a `foxglove.PointCloud` with FLOAT64 fields, row by row. The values, which may be many, go
-/// straight into the buffer; what the buffer holds is written over, so that one kept from frame to frame is never zeroed.
-pub(crate) fn encode_state(
-    columns: &[StateColumn],
-    state: &[f64],
-    time: Timestamp,
-    buffer: &mut Vec<u8>,
-) {
+// The values of a frame stand in memory as they do in its message.
+#[cfg(target_endian = "big")]
+compile_error!("recordings hold numbers in little-endian order, and so must this machine");
+
+/// Words before the first value: a head of up to 2 KiB fits, which is that of some fifty columns.
+const ROOM: usize = 256;
+
+/// The values of one frame's state, row by row, behind room for the head of their message: a state may be many megabytes,
+/// and becomes a message where it stands.
+#[derive(Clone, Debug)]
+pub(crate) struct Rows {
+    /// Words for the head, then the values.
+    words: Vec<f64>,
+    room: usize,
+}
+
+impl Default for Rows {
+    fn default() -> Self {
+        Self { words: vec![0.0; ROOM], room: ROOM }
+    }
+}
+
+impl PartialEq for Rows {
+    fn eq(&self, other: &Self) -> bool {
+        self.values() == other.values()
+    }
+}
+
+impl Rows {
+    pub(crate) fn clear(&mut self) {
+        self.words.truncate(self.room);
+    }
+
+    pub(crate) fn reserve(&mut self, values: usize) {
+        self.words.reserve_exact(values);
+    }
+
+    pub(crate) fn push(&mut self, row: &[f64]) {
+        self.words.extend_from_slice(row);
+    }
+
+    pub(crate) fn values(&self) -> &[f64] {
+        &self.words[self.room..]
+    }
+
+    /// A `foxglove.PointCloud` with the values as FLOAT64 fields: they stay where they are, the head goes before them.
+    pub(crate) fn as_message(&mut self, columns: &[StateColumn], time: Timestamp) -> &[u8] {
+        let head = head_of(columns, self.values().len(), time);
+        let words = head.len().div_ceil(size_of::<f64>());
+        if let Some(missing) = words.checked_sub(self.room) {
+            self.words.splice(0..0, std::iter::repeat_n(0.0, missing));
+            self.room = words;
+        }
+        let values_at = size_of::<f64>() * self.room;
+        let message_at = values_at - head.len();
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut self.words);
+        bytes[message_at..values_at].copy_from_slice(&head);
+        &bytes[message_at..]
+    }
+}
+
+/// All of a state's message but the values, which are its last field.
+fn head_of(columns: &[StateColumn], values: usize, time: Timestamp) -> Vec<u8> {
     let fields = columns.iter().zip(0_u32..).map(|(column, index)| PackedElementField {
         name: column.name.to_owned(),
         offset: 8 * index,
@@ -34,14 +89,8 @@ pub(crate) fn encode_state(
     };
     let mut head = cloud.encode_to_vec();
     encode_key(DATA_TAG, WireType::LengthDelimited, &mut head);
-    encode_varint(8 * state.len() as u64, &mut head);
-    buffer.resize(head.len() + 8 * state.len(), 0);
-    let (start, values) = buffer.split_at_mut(head.len());
-    start.copy_from_slice(&head);
-    let (slots, _) = values.as_chunks_mut();
-    for (slot, value) in slots.iter_mut().zip(state) {
-        *slot = value.to_le_bytes();
-    }
+    encode_varint((size_of::<f64>() * values) as u64, &mut head);
+    head
 }
 
 /// The state of all particles, in the order of their ids.

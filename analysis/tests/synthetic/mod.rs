@@ -136,7 +136,7 @@ pub fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outcome) {
     };
     let mut recorder = Recorder::create(std::fs::File::create(path).unwrap(), &header).unwrap();
     for (clock, frame) in frames {
-        recorder.write(*clock, frame).unwrap();
+        recorder.write(*clock, &mut frame.clone()).unwrap();
     }
     recorder.finish(outcome).unwrap();
 }

@@ -14,6 +14,7 @@ use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -41,22 +42,28 @@ fn main() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("speed.mcap");
     let written = folder.path().join("written.mcap");
-    let frames = random_frames();
+    let frames = RefCell::new(random_frames());
     println!("{:<24}{:>10}{:>10}{:>9}", "MB/s of state", "ours", "bare mcap", "ratio");
     for compression in [Compression::None, Compression::Lz4, Compression::Zstd, Compression::Zstd3]
     {
         let header = header(compression);
-        std::fs::write(&path, record(Vec::new(), &header, &frames)).unwrap();
+        std::fs::write(&path, record(Vec::new(), &header, &mut frames.borrow_mut())).unwrap();
         let messages = messages(&path);
         compare(
             &format!("write {compression:?}, no file"),
-            || drop(record(Box::new(std::io::sink()) as Box<dyn Write>, &header, &frames)),
+            || {
+                drop(record(
+                    Box::new(std::io::sink()) as Box<dyn Write>,
+                    &header,
+                    &mut frames.borrow_mut(),
+                ))
+            },
             || write_bare(Box::new(std::io::sink()), compression, &messages),
         );
         let file = || Box::new(BufWriter::new(File::create(&written).unwrap()));
         compare(
             &format!("write {compression:?}"),
-            || record(file() as Box<dyn Write>, &header, &frames).flush().unwrap(),
+            || record(file() as Box<dyn Write>, &header, &mut frames.borrow_mut()).flush().unwrap(),
             || write_bare(file(), compression, &messages),
         );
         for threads in [1, 2] {
@@ -136,7 +143,7 @@ fn random_frames() -> Vec<Frame> {
     (0..FRAMES).map(|_| frame()).collect()
 }
 
-fn record<W: Write>(sink: W, header: &Header, frames: &[Frame]) -> W {
+fn record<W: Write>(sink: W, header: &Header, frames: &mut [Frame]) -> W {
     let mut recorder = Recorder::create(sink, header).unwrap();
     for (count, frame) in (0..).zip(frames) {
         recorder.write(Clock { count, time: count as f64 }, frame).unwrap();

@@ -136,7 +136,7 @@ fn a_killed_run_leaves_the_frames_of_its_closed_chunks() {
     let mut frame = kinetoscope_recording::frame::Frame::new();
     for index in 0..200 {
         fill(&mut frame, index, 500);
-        recorder.write(Clock { count: index, time: 0.0 }, &frame).unwrap();
+        recorder.write(Clock { count: index, time: 0.0 }, &mut frame).unwrap();
     }
     drop(recorder);
     let (frames, error) = read(&bytes, &path);

@@ -49,7 +49,7 @@ fn size(selection: &[&str]) -> usize {
     let mut frame = Frame::new();
     for index in 0..FRAMES {
         fill(&mut frame, index);
-        recorder.write(Clock { count: index, time: index as f64 }, &frame).unwrap();
+        recorder.write(Clock { count: index, time: index as f64 }, &mut frame).unwrap();
     }
     recorder.finish(&Outcome::Complete).unwrap().len()
 }

@@ -18,7 +18,7 @@ use std::num::NonZeroU32;
 fn recorded(header: &Header, frames: &[Frame]) -> Vec<RecordedFrame> {
     let mut recorder = Recorder::create(Vec::new(), header).unwrap();
     for (index, frame) in (0..).zip(frames) {
-        recorder.write(Clock { count: index, time: index as f64 }, frame).unwrap();
+        recorder.write(Clock { count: index, time: index as f64 }, &mut frame.clone()).unwrap();
     }
     let bytes = recorder.finish(&Outcome::Complete).unwrap();
     let folder = tempfile::tempdir().unwrap();

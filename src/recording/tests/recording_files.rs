@@ -23,7 +23,7 @@ fn write_run(
     let mut frame = Frame::new();
     for index in 0..frames {
         fill(&mut frame, index, 5);
-        recorder.write(Clock { count: index, time: 0.0 }, &frame)?;
+        recorder.write(Clock { count: index, time: 0.0 }, &mut frame)?;
     }
     recorder.finish(outcome)
 }
@@ -130,7 +130,7 @@ fn a_full_disk_at_any_byte_is_retryable_and_leaves_the_start_of_the_recording() 
             for index in 0..frames {
                 fill(&mut frame, index, particles);
                 recorder
-                    .write(Clock { count: 10 * index, time: sample::time_of(index) }, &frame)?;
+                    .write(Clock { count: 10 * index, time: sample::time_of(index) }, &mut frame)?;
             }
             recorder.finish(&Outcome::Complete).map(|_| ())
         });

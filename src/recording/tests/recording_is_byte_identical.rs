@@ -129,19 +129,19 @@ fn a_frame_that_breaks_the_declaration_is_refused_as_a_whole() {
     let clock = Clock { count: 0, time: 0.0 };
     let mut foreign = Frame::new();
     foreign.push(&OrbitEnergy::default());
-    assert!(recorder.write(clock, &foreign).unwrap_err().to_string().contains("/energy"));
+    assert!(recorder.write(clock, &mut foreign).unwrap_err().to_string().contains("/energy"));
     let mut twice = Frame::new();
     twice.push(&GasTemperature::default());
     twice.push(&GasTemperature::default());
-    assert!(recorder.write(clock, &twice).unwrap_err().to_string().contains("two messages"));
+    assert!(recorder.write(clock, &mut twice).unwrap_err().to_string().contains("two messages"));
     let mut torn = Frame::new();
     torn.push_state(&[1.0, 2.0]);
-    assert!(recorder.write(clock, &torn).unwrap_err().to_string().contains("rows of 5"));
+    assert!(recorder.write(clock, &mut torn).unwrap_err().to_string().contains("rows of 5"));
     assert_eq!(recorder.frames_written(), 0);
     // The refused frames left no trace.
     let mut frame = Frame::new();
     fill(&mut frame, 0, 2);
-    recorder.write(clock, &frame).unwrap();
+    recorder.write(clock, &mut frame).unwrap();
     assert!(recorder.finish(&Outcome::Complete).unwrap() == record(&header, 1, 2));
 }
 

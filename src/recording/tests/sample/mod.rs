@@ -117,7 +117,7 @@ pub(crate) fn record_with_outcome(
     let mut frame = Frame::new();
     for index in 0..frames {
         fill(&mut frame, index, particles);
-        recorder.write(Clock { count: 10 * index, time: time_of(index) }, &frame)?;
+        recorder.write(Clock { count: 10 * index, time: time_of(index) }, &mut frame)?;
     }
     recorder.finish(outcome)
 }

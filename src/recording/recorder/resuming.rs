@@ -1,0 +1,122 @@
+//! Going on with a recording after a kill: what is kept beside the file, and how the file's bytes are taken up.
+
+use super::{Header, Recorder};
+use crate::error::RecordError;
+use crate::file::{RecordingFile, Syncer};
+use crate::open_chunk::OpenChunk;
+use crate::reader::{RecordedFrame, Recording};
+use crate::trail::Trails;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// What a recorder keeps to be gone on with after a kill.
+pub(super) struct Resumable {
+    pub(super) open: OpenChunk,
+    syncer: Syncer,
+}
+
+/// What a recorder goes on from, beside the whole chunks in its file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecorderState {
+    frames: u64,
+    closed_frames: u64,
+    closed_bytes: u64,
+    open: OpenChunk,
+    trails: Trails,
+}
+
+impl Recorder<RecordingFile> {
+    /// Starts a recording that can be gone on with after a kill: see [`Recorder::save_point`].
+    ///
+    /// # Errors
+    /// As [`Recorder::create`].
+    pub fn create_resumable(file: RecordingFile, header: &Header) -> Result<Self, RecordError> {
+        let syncer = file.syncer()?;
+        let mut recorder = Self::create(file, header)?;
+        recorder.resumable = Some(Resumable { open: OpenChunk::default(), syncer });
+        Ok(recorder)
+    }
+
+    /// Brings the file's bytes to the disk and returns what [`Recorder::resume`] needs beside them, between two frames.
+    ///
+    /// # Errors
+    /// A disk that fails, or a recorder that was not created to be resumed: a defect of the program.
+    pub fn save_point(&self) -> Result<RecorderState, RecordError> {
+        let Some(Resumable { open, syncer }) = &self.resumable else {
+            return Err(RecordError::Container("this recording can't be resumed".to_owned()));
+        };
+        syncer.sync()?;
+        Ok(RecorderState {
+            frames: self.frames,
+            closed_frames: self.closed_frames,
+            closed_bytes: self.bytes_written(),
+            open: open.clone(),
+            trails: self.trails.clone(),
+        })
+    }
+
+    /// Goes on with the partial file of a killed run. The intact messages go once more through the same writer, which
+    /// compares its bytes with those on the disk and appends after them; then the messages that were still in memory.
+    ///
+    /// # Errors
+    /// A file that is not the one of this state and header, or a disk that fails.
+    pub fn resume(
+        folder: &Path,
+        stem: &str,
+        header: &Header,
+        state: RecorderState,
+    ) -> Result<Self, RecordError> {
+        let file = RecordingFile::reopen(folder, stem, state.closed_bytes)?;
+        let path = file.partial_path().to_owned();
+        let broken = |what: String| RecordError::NotContinued { path: path.clone(), what };
+        let mut recorder = Self::create_resumable(file, header)?;
+        if state.closed_frames > 0 {
+            let intact = Recording::open(&path).and_then(|recording| recording.frames());
+            let mut intact = intact.map_err(|error| broken(error.to_string()))?;
+            for _ in 0..state.closed_frames {
+                match intact.next() {
+                    Some(Ok(frame)) => recorder.replay(&frame)?,
+                    Some(Err(error)) => return Err(broken(error.to_string())),
+                    None => return Err(broken("it has fewer frames than its checkpoint".into())),
+                }
+            }
+        }
+        if recorder.bytes_written() != state.closed_bytes {
+            return Err(broken("its chunks end elsewhere than its checkpoint says".to_owned()));
+        }
+        recorder.replay_open(state)?;
+        Ok(recorder)
+    }
+
+    fn replay(&mut self, frame: &RecordedFrame) -> Result<(), RecordError> {
+        self.add_channels()?;
+        for message in frame.messages() {
+            let known = self.recorded.iter().find(|topic| **topic == message.topic());
+            let topic = *known.ok_or_else(|| {
+                RecordError::Container(format!("{} has no channel", message.topic()))
+            })?;
+            self.payload(topic, message.log_time_ns(), message.payload())?;
+        }
+        self.end_frame()
+    }
+
+    fn replay_open(&mut self, state: RecorderState) -> Result<(), RecordError> {
+        if state.frames > 0 {
+            self.add_channels()?;
+        }
+        let topics: BTreeMap<u16, &str> =
+            self.channel_ids.iter().map(|(topic, id)| (*id, *topic)).collect();
+        for message in state.open.messages() {
+            let topic = topics.get(&message.channel_id);
+            let topic =
+                *topic.ok_or_else(|| RecordError::Container("a channel is missing".to_owned()))?;
+            // The sequence number is the frame's index.
+            self.frames = message.frame;
+            self.payload(topic, message.log_time, message.payload)?;
+        }
+        self.frames = state.frames;
+        self.trails = state.trails;
+        Ok(())
+    }
+}
