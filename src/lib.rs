@@ -3,6 +3,7 @@
 //! In reading order: what may be random, where a model meets the rest, the models, when frames are taken, who watches, one run, the plan
 //! of all runs, who executes it, what proves a recording, and the command line on top.
 
+pub mod allocation;
 pub mod constants;
 pub mod hard_discs;
 pub mod placement;

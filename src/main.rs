@@ -4,5 +4,6 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    kinetoscope::allocation::keep_little();
     kinetoscope::command::Arguments::parse().execute().into()
 }

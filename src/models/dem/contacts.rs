@@ -92,9 +92,19 @@ pub(super) fn find(
 ) {
     contacts.clear();
     for block in &neighbours.blocks {
-        let found = pair_contacts(block, discs, law).chain(edge_contacts(block, discs, law));
-        contacts.extend(found.chain(wall_contacts(block, discs, law, walls)));
+        contacts.extend(of_block(block, discs, law, walls));
     }
+}
+
+/// The contacts of one block with their explicit normal forces: pairs, edges, walls.
+pub(super) fn of_block(
+    block: &Block,
+    discs: &Discs,
+    law: &ContactLaw,
+    walls: &[PlacedWall],
+) -> impl Iterator<Item = Contact> {
+    let found = pair_contacts(block, discs, law).chain(edge_contacts(block, discs, law));
+    found.chain(wall_contacts(block, discs, law, walls))
 }
 
 fn pair_contacts(block: &Block, discs: &Discs, law: &ContactLaw) -> impl Iterator<Item = Contact> {

@@ -36,6 +36,9 @@ pub(super) struct Disc {
     pub(super) material: u8,
 }
 
+/// No place in memory.
+const NOWHERE: u32 = u32::MAX;
+
 impl Discs {
     /// Number of discs.
     pub(super) fn len(&self) -> usize {
@@ -103,10 +106,10 @@ impl Discs {
     pub(super) fn by_id(&self) -> impl Iterator<Item = usize> {
         // Ids are those of the start: few are missing, so that each finds its place without sorting.
         let most = self.ids.iter().fold(0, |most, &id| Ord::max(most, id as usize + 1));
-        let mut places = vec![None; most];
-        for (place, &id) in self.ids.iter().enumerate() {
-            places[id as usize] = Some(place);
+        let mut places = vec![NOWHERE; most];
+        for (place, &id) in (0..).zip(&self.ids) {
+            places[id as usize] = place;
         }
-        places.into_iter().flatten()
+        places.into_iter().filter(|&place| place != NOWHERE).map(|place| place as usize)
     }
 }

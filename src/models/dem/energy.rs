@@ -27,15 +27,9 @@ pub(super) struct Energies {
 impl Energies {
     /// Energies at the positions' time: with the integrator's own velocities, which are half a step behind, the kinetic
     /// energy has peaks of several per cent within a contact.
-    pub(super) fn of(
-        discs: &Discs,
-        evaluation: &Evaluation,
-        gravity: [f64; 2],
-        stiffness: f64,
-    ) -> Self {
+    pub(super) fn of(discs: &Discs, evaluation: &Evaluation, gravity: [f64; 2]) -> Self {
         let mut kinetic = CompensatedSum::default();
         let mut gravitational = CompensatedSum::default();
-        let mut elastic = CompensatedSum::default();
         for disc in 0..discs.len() {
             let ([x, y], [vx, vy]) = (discs.position(disc), evaluation.velocities[disc]);
             let (mass, spin) = (discs.masses[disc], evaluation.spins[disc]);
@@ -46,13 +40,10 @@ impl Energies {
             }
             gravitational.add(-mass * (gravity[0] * x + gravity[1] * y));
         }
-        for contact in &evaluation.contacts {
-            elastic.add(0.5 * stiffness * contact.overlap * contact.overlap);
-        }
         Self {
             kinetic: kinetic.value(),
             gravitational: gravitational.value(),
-            elastic_normal: elastic.value(),
+            elastic_normal: evaluation.touching.elastic.value(),
             elastic_tangential: evaluation.moved.contacts.elastic,
         }
     }

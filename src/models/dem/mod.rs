@@ -35,6 +35,7 @@ mod walls;
 
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::Seed;
+use contacts::Contact;
 use discs::Discs;
 use energy::{Energies, Ledger};
 use forces::Scene;
@@ -349,19 +350,23 @@ impl Dem {
 
     /// Forces at the present state, found without touching it.
     fn evaluate(&self) -> Evaluation {
-        self.evaluate_with(&self.neighbours)
+        self.evaluate_with(&self.neighbours, &mut |_| {})
     }
 
-    /// Forces at the present state, with the lists of the run or a copy of them.
-    fn evaluate_with(&self, neighbours: &Neighbours) -> Evaluation {
+    /// Forces at the present state, with the lists of the run or a copy of them; `on_contact` is shown all contacts.
+    fn evaluate_with(
+        &self,
+        neighbours: &Neighbours,
+        on_contact: &mut dyn FnMut(&Contact),
+    ) -> Evaluation {
         let walls = self.parameters.walls_at(self.count);
         let scene = scene(&self.parameters, &walls, &Window::default(), self.use_lanes);
-        Evaluation::of(neighbours, &self.discs, &scene, &self.parameters)
+        Evaluation::of(neighbours, &self.discs, &scene, &self.parameters, on_contact)
     }
 
     fn energies(&self, evaluation: &Evaluation) -> Energies {
-        let Parameters { gravity, law, .. } = &self.parameters;
-        let mut energies = Energies::of(&self.discs, evaluation, *gravity, law.stiffness);
+        let Parameters { gravity, .. } = &self.parameters;
+        let mut energies = Energies::of(&self.discs, evaluation, *gravity);
         energies.gravitational += self.ledger.put_back.value();
         energies
     }

@@ -2,8 +2,9 @@
 
 use super::Dem;
 use super::contacts::{Contact, Partner};
+use super::neighbours::Neighbours;
 use super::parameters::Parameters;
-use super::step::Evaluation;
+use super::step::{Evaluation, Touching};
 use super::walls::Shape;
 use crate::model::Model as _;
 use kinetoscope_recording::channels::{
@@ -18,7 +19,11 @@ const MOST_ARROWS: usize = 100;
 const SPEED_RANGE: f64 = 0.75;
 
 impl Dem {
-    pub(super) fn fill(&self, evaluation: &Evaluation, frame: &mut Frame) {
+    pub(super) fn fill(&self, neighbours: &Neighbours, frame: &mut Frame) {
+        let evaluation = self.evaluate_with(neighbours, &mut |contact| {
+            frame.push_contact(self.line(contact));
+        });
+        let evaluation = &evaluation;
         if self.count == 0 {
             for fact in &self.facts {
                 frame.log(Level::Info, fact.as_str());
@@ -103,15 +108,7 @@ impl Dem {
     }
 
     fn push_contacts(&self, frame: &mut Frame, evaluation: &Evaluation) {
-        let (mut pairs, mut walls) = (0_u64, 0_u64);
-        for contact in &evaluation.contacts {
-            match contact.partner {
-                Partner::Disc(_) => pairs += 1,
-                Partner::Wall(_) => walls += 1,
-            }
-            frame.push_contact(self.line(contact));
-        }
-        let now = evaluation.largest_overlap();
+        let Touching { pairs, walls, largest_overlap: now, .. } = evaluation.touching;
         let before = self.window.largest_overlap;
         frame.push(&DemContacts {
             pair_contacts: pairs,

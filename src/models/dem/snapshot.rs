@@ -45,8 +45,7 @@ impl DemSnapshot {
 impl Snapshot for DemSnapshot {
     fn fill(&mut self, frame: &mut Frame) {
         if let Some(run) = &self.run {
-            let evaluation = run.evaluate_with(&self.neighbours);
-            run.fill(&evaluation, frame);
+            run.fill(&self.neighbours, frame);
         }
     }
 }

@@ -23,6 +23,7 @@ use super::implicit;
 use super::motion;
 use super::neighbours::{BLOCK, Block, Neighbours};
 use super::parameters::Parameters;
+use crate::sum::CompensatedSum;
 use rayon::prelude::*;
 
 /// Blocks are moved in at most so many groups, of at least two; a group shares memory that stays in the cache.
@@ -186,14 +187,40 @@ fn solved(
 /// Forces and accelerations at the present state, for looking at it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Evaluation {
-    /// All contacts, in a fixed order.
-    pub(super) contacts: Vec<Contact>,
+    /// What all contacts come to.
+    pub(super) touching: Touching,
     /// Velocities at the positions' time, v + a dt/2, m/s.
     pub(super) velocities: Vec<[f64; 2]>,
     /// Spins at the positions' time, rad/s.
     pub(super) spins: Vec<f64>,
     /// What the contacts do.
     pub(super) moved: Moved,
+}
+
+/// What all contacts come to: a large bed has no room for a list of them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Touching {
+    /// Contacts of two discs.
+    pub(super) pairs: u64,
+    /// Contacts with walls.
+    pub(super) walls: u64,
+    /// Energy k delta^2/2 of the normal springs, J.
+    pub(super) elastic: CompensatedSum,
+    /// Largest overlap over the smaller radius of a contact, 0 without contacts.
+    pub(super) largest_overlap: f64,
+}
+
+impl Touching {
+    fn take(&mut self, contact: &Contact, stiffness: f64) {
+        match contact.partner {
+            Partner::Disc(_) => self.pairs += 1,
+            Partner::Wall(_) => self.walls += 1,
+        }
+        self.elastic.add(0.5 * stiffness * contact.overlap * contact.overlap);
+        if contact.overlap_over_radius > self.largest_overlap {
+            self.largest_overlap = contact.overlap_over_radius;
+        }
+    }
 }
 
 /// What a look at one block finds.
@@ -206,37 +233,40 @@ struct Seen {
 
 impl Evaluation {
     /// Looks at the state, which stays as it is; block by block, since the run's threads may be busy with the next steps.
+    /// `on_contact` is shown all contacts, in a fixed order.
     pub(super) fn of(
         neighbours: &Neighbours,
         discs: &Discs,
         scene: &Scene<'_>,
         parameters: &Parameters,
+        on_contact: &mut dyn FnMut(&Contact),
     ) -> Self {
+        let mut all = Self::default();
+        all.velocities.reserve_exact(discs.len());
+        all.spins.reserve_exact(discs.len());
         let solved = solved(neighbours, discs, scene, parameters);
-        let blocks = neighbours.blocks.iter().enumerate();
-        let seen: Vec<Seen> = blocks
-            .map(|(number, block)| look(block, discs, solved.get(number), scene, parameters))
-            .collect();
-        let mut contacts = Vec::new();
-        contacts::find(discs, scene.law, scene.walls, neighbours, &mut contacts);
-        if scene.law.is_implicit {
-            implicit::solve_dashpots(discs, parameters, &mut contacts);
+        for (number, block) in neighbours.blocks.iter().enumerate() {
+            let seen = look(block, discs, solved.get(number), scene, parameters);
+            all.velocities.extend(seen.velocities);
+            all.spins.extend(seen.spins);
+            all.moved.take(&seen.moved);
         }
-        let mut all = Self { contacts, ..Self::default() };
-        for block in seen {
-            all.velocities.extend(block.velocities);
-            all.spins.extend(block.spins);
-            all.moved.take(&block.moved);
+        let mut take = |contact: &Contact| {
+            all.touching.take(contact, scene.law.stiffness);
+            on_contact(contact);
+        };
+        if scene.law.is_implicit {
+            let mut contacts = Vec::new();
+            contacts::find(discs, scene.law, scene.walls, neighbours, &mut contacts);
+            implicit::solve_dashpots(discs, parameters, &mut contacts);
+            contacts.iter().for_each(take);
+        } else {
+            for block in &neighbours.blocks {
+                let found = contacts::of_block(block, discs, scene.law, scene.walls);
+                found.for_each(|contact| take(&contact));
+            }
         }
         all
-    }
-
-    /// Largest overlap over the smaller radius of a contact, 0 without contacts.
-    pub(super) fn largest_overlap(&self) -> f64 {
-        self.contacts.iter().fold(0.0, |largest, contact| {
-            let overlap = contact.overlap_over_radius;
-            if overlap > largest { overlap } else { largest }
-        })
     }
 }
 

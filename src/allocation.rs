@@ -1,0 +1,22 @@
+//! How the system's allocator keeps what the program has freed.
+//!
+//! A run's memory is made by one thread and freed by another, large pieces again and again. With glibc's own choice, a heap for
+//! each thread and large pieces kept for later, a run of 10^6 discs holds 760 MB of which it uses at most 500; with one
+//! heap and large pieces given back it holds 480, in the same time.
+
+/// Has all threads share one heap, and large pieces go back to the system once they are free. For the program's start;
+/// where the allocator is another, nothing happens.
+pub fn keep_little() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        /// Smaller pieces are used again too often to be given back.
+        const LARGE_BYTES: libc::c_int = 4 << 20;
+        // SAFETY: `mallopt` takes two numbers and sets two of the allocator's own; it has no precondition but that
+        // nobody else calls it, and nobody does. A refused number leaves things as they were.
+        #[allow(unsafe_code, reason = "the call into the C library; see the head of the file")]
+        unsafe {
+            libc::mallopt(libc::M_ARENA_MAX, 1);
+            libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE_BYTES);
+        }
+    }
+}
