@@ -42,11 +42,14 @@ impl Dem {
         }
         self.push_energy(frame, evaluation);
         self.push_contacts(frame, evaluation);
+        if self.parameters.tells_contact_forces {
+            frame.push(&self.contact_forces(evaluation));
+        }
         frame.push(&temperature(&evaluation.velocities));
     }
 
     /// A place in the box: across a periodic side discs are put back only when the neighbour list is built.
-    fn within(&self, position: [f64; 2]) -> [f64; 2] {
+    pub(super) fn within(&self, position: [f64; 2]) -> [f64; 2] {
         let Parameters { sides, periodic, .. } = &self.parameters;
         [0, 1].map(|axis: usize| {
             let turns = (position[axis] / sides[axis]).floor();
@@ -122,7 +125,7 @@ impl Dem {
     }
 
     /// From the disc's centre to the partner's (or its image beyond a periodic side), or to the foot on the wall.
-    fn line(&self, contact: &Contact) -> ContactLine {
+    pub(super) fn line(&self, contact: &Contact) -> ContactLine {
         let disc = contact.disc as usize;
         let from = self.within(self.discs.position(disc));
         let reach = match contact.partner {
