@@ -8,7 +8,7 @@
 
 use kinetoscope_manifest::{ExperimentRecord, Run, RunManifest, content_key, parse};
 use kinetoscope_recording::channels::{
-    self, ChannelDeclaration, DemContacts, DemEnergy, DemTemperature, GasCollisions, GasInvariants,
+    self, ChannelDeclaration, DemContactForces, DemContacts, DemEnergy, DemTemperature, GasCollisions, GasInvariants,
     GasPressure, GasSpeeds, GasTemperature, OrbitElements, OrbitEnergy, PackingCollisions,
     PackingPressure, PackingTemperature, PerCollision,
 };
@@ -161,6 +161,7 @@ const DEM: &[ChannelDeclaration] = &[
     ChannelDeclaration::of::<DemEnergy>(),
     ChannelDeclaration::of::<DemContacts>(),
     ChannelDeclaration::of::<DemTemperature>(),
+    ChannelDeclaration::opt_in::<DemContactForces>(),
 ];
 
 const GAS: &[ChannelDeclaration] = &[
