@@ -222,7 +222,8 @@ impl DemRun {
         if discs.len() < 2 || !has_floor || down <= 0.0 {
             return;
         }
-        let weight = self.resting_weight_n();
+        // Walls within the box may carry them in place of its floor.
+        let weight = self.resting_weight_n().filter(|_| self.config.walls.is_empty());
         let carried = discs.iter().map(|disc| disc[3] * down).sum::<f64>();
         found.extend([
             Measurement::new(metric::BED_HEIGHT, bed_height),
@@ -279,10 +280,7 @@ impl DemRun {
         found.extend(ratio.map(|ratio| Measurement::new(metric::STRESS_RATIO, ratio)));
         let distances =
             layers.iter().map(|layer| (layer.vertical.value - layer.weight_above).abs() / whole);
-        found.push(Measurement::new(
-            metric::STRESS_DISTANCE,
-            distances.fold(0.0, largest_or_nan),
-        ));
+        found.push(Measurement::new(metric::STRESS_DISTANCE, distances.fold(0.0, largest_or_nan)));
     }
 
     /// What the discs of the last frame weigh, N, where they rest and nothing but what they lie on can carry them.

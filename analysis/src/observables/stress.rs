@@ -11,7 +11,7 @@
 
 use crate::figures::dem::wall_at;
 use crate::plot::InnerWall;
-use crate::statistics::{Blocking, Estimate};
+use crate::statistics::Estimate;
 use kinetoscope_manifest::model::{DemConfig, PeriodicSides};
 use kinetoscope_recording::channels::DemContactForces;
 
@@ -50,14 +50,14 @@ pub(crate) struct Stress {
     gravity: f64,
     since_s: f64,
     layers: Vec<LayerMeans>,
-    horizontal_over_vertical: Blocking,
+    horizontal_over_vertical: Scatter,
 }
 
 #[derive(Clone, Debug, Default)]
 struct LayerMeans {
-    vertical: Blocking,
-    horizontal: Blocking,
-    weight: Blocking,
+    vertical: Scatter,
+    horizontal: Scatter,
+    weight: Scatter,
 }
 
 /// What one frame adds to a layer: sums of f l in N m, kinetic sums, and weight.
@@ -70,6 +70,31 @@ struct LayerSums {
     /// Weight of its own discs, N, and the same times the share of the layer below their centres.
     weight: f64,
     weight_over_layer: f64,
+}
+
+/// Mean of a value over frames, with the frames' standard deviation as its error: what still swings in a bed swings as a whole and for
+/// long, so that frames are no independent samples.
+#[derive(Clone, Copy, Debug, Default)]
+struct Scatter {
+    frames: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Scatter {
+    /// Adds a frame (Welford 1962).
+    fn add(&mut self, value: f64) {
+        self.frames += 1.0;
+        let apart = value - self.mean;
+        self.mean += apart / self.frames;
+        self.squares += apart * (value - self.mean);
+    }
+
+    fn estimate(&self) -> Option<Estimate> {
+        let deviation = (self.squares / (self.frames - 1.0)).sqrt();
+        let standard_error = (self.frames > 1.0).then_some(deviation);
+        (self.frames > 0.0).then_some(Estimate { value: self.mean, standard_error })
+    }
 }
 
 impl Stress {
@@ -87,7 +112,7 @@ impl Stress {
             gravity,
             since_s: COUNTS_FROM * config.duration_s.get(),
             layers: vec![LayerMeans::default(); count],
-            horizontal_over_vertical: Blocking::default(),
+            horizontal_over_vertical: Scatter::default(),
         })
     }
 
@@ -139,8 +164,7 @@ impl Stress {
         forces: &DemContactForces,
         contact: usize,
     ) {
-        let [from, to] =
-            [forces.from_y_m[contact] - floor, forces.to_y_m[contact] - floor];
+        let [from, to] = [forces.from_y_m[contact] - floor, forces.to_y_m[contact] - floor];
         let across = forces.from_x_m[contact] - forces.to_x_m[contact];
         let products =
             [forces.force_x_n[contact] * across, forces.force_y_n[contact] * (from - to)];
@@ -174,7 +198,9 @@ impl Stress {
             above += sum.weight;
             whole = [whole[0] + stress[0], whole[1] + stress[1]];
         }
-        self.horizontal_over_vertical.add_amount(whole[0], whole[1]);
+        if whole[1] > 0.0 {
+            self.horizontal_over_vertical.add(whole[0] / whole[1]);
+        }
     }
 
     /// From the floor up, as far as there are discs; empty where no frame counted.

@@ -66,9 +66,7 @@ impl Dem {
                 law.materials.between(material, discs.materials[partner as usize]),
                 law.damping(discs, disc, partner as usize),
             ),
-            Partner::Wall(_) => {
-                (law.materials.with_walls(material), law.wall_damping(discs, disc))
-            }
+            Partner::Wall(_) => (law.materials.with_walls(material), law.wall_damping(discs, disc)),
         };
         let push = touch.push(law, damping);
         let mut stretch = contact.stretch;
