@@ -337,6 +337,58 @@ mod tests {
         assert!((z - 2.10804).abs() < 3.0 * 2.0e-3 + 0.005 * 1.108, "{z}");
     }
 
+    /// Event-driven runs of 3000 n events in a box of 40 x 40, radii uniform in [0.4, 1.6]: f, <r> and x of those drawn, then Z, and the rates
+    /// of pairs and walls over sqrt(kT/m), each with its standard error. Allowed besides: 0.5 % of Z - 1 and of the rates.
+    /// Control: discs of one size that cover as much.
+    #[test]
+    fn mixtures_between_walls_agree_with_simulation() {
+        type Simulated = [(f64, f64); 3];
+        let runs: [(u32, [f64; 3], Simulated); 3] = [
+            (
+                20,
+                [0.053_410_45, 1.126_786_65, 0.933_505_81],
+                [(1.111_97, 6.4e-4), (0.108_435, 6.0e-4), (0.047_234, 1.2e-4)],
+            ),
+            (
+                50,
+                [0.129_831_98, 1.102_035_52, 0.918_352_49],
+                [(1.315_09, 1.1e-3), (0.308_884, 9.6e-4), (0.055_754, 1.2e-4)],
+            ),
+            (
+                150,
+                [0.340_925_29, 1.014_832_73, 0.889_714_89],
+                [(2.283_82, 2.6e-3), (1.328_562, 2.2e-3), (0.096_398, 2.5e-4)],
+            ),
+        ];
+        for (discs, [packing_fraction, mean_radius, squared_mean_over_mean_square], simulated) in
+            runs
+        {
+            let config =
+                PackingConfig { discs: discs.try_into().unwrap(), ..PackingConfig::default() };
+            let mixed = Sizes { packing_fraction, mean_radius, squared_mean_over_mean_square };
+            let agrees = |sizes: Sizes| {
+                let theory = equilibrium(&config, sizes);
+                let told =
+                    [theory.compressibility_factor - 1.0, theory.pair_rate, theory.wall_rate];
+                told.iter()
+                    .zip(simulated)
+                    .enumerate()
+                    .map(|(index, (&theory, (value, error)))| {
+                        let value = if index == 0 { value - 1.0 } else { value };
+                        (theory - value).abs() < 3.0 * error + 0.005 * value
+                    })
+                    .collect::<Vec<bool>>()
+            };
+            assert_eq!(agrees(mixed), [true; 3], "n = {discs}: {:?}", equilibrium(&config, mixed));
+            let one_size = Sizes {
+                mean_radius: mean_radius / squared_mean_over_mean_square.sqrt(),
+                squared_mean_over_mean_square: 1.0,
+                ..mixed
+            };
+            assert!(!agrees(one_size)[0], "control, n = {discs}");
+        }
+    }
+
     /// In a box much larger than its discs, walls do not matter: Enskog's rate with g = (1 - 7f/16)/(1 - f)^2.
     #[test]
     fn without_walls_the_rate_is_enskogs() {
