@@ -85,11 +85,12 @@ pub trait Model: Sized + Serialize + DeserializeOwned {
     /// The channels that [`Model::observe`] can fill, in file order.
     const CHANNELS: &'static [ChannelDeclaration];
 
-    /// The state at the start. `per_collision` asks for the opt-in series, which costs memory between frames.
+    /// The state at the start. `opt_in` asks for the series that is recorded only on request: single collisions, which cost
+    /// memory between frames, or contact forces.
     ///
     /// # Errors
     /// A start that can't be built or can't be run, with what would do instead.
-    fn prepare(config: &Self::Config, seed: Seed, per_collision: bool) -> Result<Self, Refusal>;
+    fn prepare(config: &Self::Config, seed: Seed, opt_in: bool) -> Result<Self, Refusal>;
 
     /// The channels that this run fills, in file order.
     fn channels(&self) -> &'static [ChannelDeclaration] {

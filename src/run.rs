@@ -10,7 +10,6 @@ use crate::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::{Compression, RecordConfig};
 use kinetoscope_recording::background::FrameWriter;
-use kinetoscope_recording::channels::{Channel, PerCollision};
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::RecordingFile;
@@ -228,8 +227,7 @@ pub fn replay_into<W: Write + Send + 'static>(
         type Output = Result<(W, Outcome), RunError>;
         fn call<M: Model>(self, config: &M::Config) -> Self::Output {
             let Self(Replay { manifest, embedded, content_key }, sink, interrupt, on_frame) = self;
-            let per_collision = selects(&manifest.record, PerCollision::TOPIC);
-            let model = M::prepare(config, seed(manifest), per_collision)?;
+            let model = M::prepare(config, seed(manifest), wants_opt_in::<M>(&manifest.record))?;
             let schedule = Schedule::new(manifest.record.interval, model.extent())?;
             let header = header(&model, manifest, embedded.to_owned(), content_key.to_owned());
             let mut underway =
@@ -325,7 +323,7 @@ fn begin<M: Model>(
         Err(error @ RecordError::Locked { .. }) => return Err(error.into()),
         Err(error) => Beginning::AnewAfter(error.to_string()),
     };
-    let model = M::prepare(config, seed(manifest), selects(&manifest.record, PerCollision::TOPIC))?;
+    let model = M::prepare(config, seed(manifest), wants_opt_in::<M>(&manifest.record))?;
     Schedule::new(manifest.record.interval, model.extent())?;
     let file = RecordingFile::create(folder, stem)?;
     // From here on an older checkpoint would count on bytes that are gone.
@@ -446,9 +444,13 @@ fn seed(manifest: &RunManifest) -> Seed {
     Seed { seed: manifest.seed, replicate: manifest.replicate }
 }
 
-fn selects(record: &RecordConfig, topic: &str) -> bool {
-    let name = topic.trim_start_matches('/');
-    record.channels.as_ref().is_some_and(|channels| channels.iter().any(|channel| channel == name))
+/// Whether the manifest names a channel that is recorded only on request.
+fn wants_opt_in<M: Model>(record: &RecordConfig) -> bool {
+    let mut on_request = M::CHANNELS.iter().filter(|channel| channel.opt_in);
+    on_request.any(|channel| {
+        let name = channel.topic.trim_start_matches('/');
+        record.channels.iter().flatten().any(|wanted| wanted == name)
+    })
 }
 
 fn header<M: Model>(

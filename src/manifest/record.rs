@@ -13,7 +13,7 @@ use std::num::{NonZeroU32, NonZeroU64};
 pub struct RecordConfig {
     /// When frames are taken.
     pub interval: RecordInterval,
-    /// Topics wanted, without the leading slash; `None` is all that the model has but per-collision series.
+    /// Topics wanted, without the leading slash; `None` is all that the model has but series of single collisions and contacts.
     pub channels: Option<Vec<String>>,
     /// Frames a second of playback, at most 50.
     pub playback_rate: Positive,
@@ -67,6 +67,7 @@ pub const CHANNELS: [(&str, &[&str]); 4] = [
             "contact_count",
             "wall_forces",
             "temperature",
+            "contact_forces",
             "log",
         ],
     ),
@@ -124,7 +125,7 @@ const INTERVALS: &[&str] =
     &["frames", "every_s", "every_days", "every_time", "every_steps", "every_collisions"];
 
 impl Default for RecordConfig {
-    /// 200 intervals, all channels but per-collision series, 25 frames a second of playback, 10,000 particles drawn.
+    /// 200 intervals, all channels but series of single collisions and contacts, 25 frames a second of playback, 10,000 particles drawn.
     fn default() -> Self {
         Self {
             interval: RecordInterval::Frames(const { NonZeroU64::new(200).expect("not zero") }),
@@ -144,7 +145,7 @@ impl RecordConfig {
             "channels",
             "",
             "Topics wanted, without the leading slash; by default all that the model has, \
-            but per-collision series.",
+            but `per_collision` (packing) and `contact_forces` (dem).",
             self.channels.take(),
         );
         // The default is in both ranges.

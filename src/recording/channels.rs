@@ -168,6 +168,23 @@ channels! {
         largest_overlap_over_radius: f64 [double] = "4",
     }
 
+    /// DEM: the force of every contact, friction included, columns of equal length; first pairs of discs and contacts with walls, block
+    /// by block, in a fixed order.
+    DemContactForces on "/contact_forces" {
+        /// Centre of a disc, x, m.
+        from_x_m: Vec<f64> [double, repeated] = "1",
+        /// Centre of a disc, y, m.
+        from_y_m: Vec<f64> [double, repeated] = "2",
+        /// Centre of the disc that it touches, or of its image beyond a periodic side; of a wall the nearest point; x, m.
+        to_x_m: Vec<f64> [double, repeated] = "3",
+        /// The same, y, m.
+        to_y_m: Vec<f64> [double, repeated] = "4",
+        /// Force on the first disc, x, N: the one that moves it on in the next step.
+        force_x_n: Vec<f64> [double, repeated] = "5",
+        /// Force on the first disc, y, N.
+        force_y_n: Vec<f64> [double, repeated] = "6",
+    }
+
     /// DEM: forces of the walls on the discs, an entry a wall: left, right, floor, ceiling of the box (where it is not
     /// periodic), then the manifest's walls.
     DemWalls on "/wall_forces" {

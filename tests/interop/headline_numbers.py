@@ -37,7 +37,7 @@ class Recording:
                     names = [field.name for field in decoded.fields]
                     rows = numpy.frombuffer(decoded.data, dtype="<f8").reshape(-1, len(names))
                     self.states.append(dict(zip(names, rows.T)))
-                elif channel.topic in ("/energy", "/collisions", "/pressure", "/contact_count", "/speeds", "/ledger"):
+                elif channel.topic in ("/energy", "/collisions", "/pressure", "/contact_count", "/contact_forces", "/speeds", "/ledger"):
                     self.messages.setdefault(channel.topic, []).append(decoded)
                 if channel.topic == "/frame":
                     self.events.append(decoded.step_or_event_count)
@@ -91,10 +91,82 @@ def dem(recording, model):
             "bed.packing_fraction": covered / (width * height),
             "floor.force": floor,
         }
+        floor_wall = level_floor(model)
+        if "/contact_forces" in recording.messages and floor_wall is not None:
+            numbers |= stress(recording, model, floor_wall)
         if model["periodic"] == "none":
             numbers["side_wall.stress"] = model["stiffness_n_per_m"] * sides.sum() / (2 * height)
     elif gravity[0] == 0 and has_floor and not model.get("rain"):
         numbers |= rebounds(recording, model, -gravity[1])
+    return numbers
+
+
+def level_floor(model):
+    """Height of the floor by time: the box's, or that of the one wall, level and as wide as the box; None of other scenes."""
+    if not model["walls"]:
+        return lambda time: 0.0
+    wall = model["walls"][0]
+    ends = wall.get("from_m", [0, 0]), wall.get("to_m", [0, 1])
+    spans = min(ends)[0] <= 0 and max(ends)[0] >= model["width_m"]
+    if len(model["walls"]) > 1 or ends[0][1] != ends[1][1] or not spans:
+        return None
+
+    def height(time):
+        begin, end = wall.get("moves_s", (0.0, math.inf))
+        clock = min(max(time, begin), end) - begin
+        swing = math.sin(2 * math.pi * wall["frequency_hz"] * clock)
+        return ends[0][1] + wall["velocity_m_per_s"][1] * clock + wall["amplitude_m"][1] * swing
+
+    return height
+
+
+def stress(recording, model, floor):
+    """Love's and Weber's stress in layers of a mean diameter over the last tenth of the run: a layer has of each branch what lies below its
+    top less what lies below its bottom."""
+    radius = model["radius_m"]
+    if isinstance(radius, dict):
+        radius = radius["mean"] if "mean" in radius else (radius["min"] + radius["max"]) / 2
+    thickness = max(2 * radius, model["height_m"] / 200)
+    edges = thickness * numpy.arange(math.ceil(model["height_m"] / thickness) + 1)
+    width, down = model["width_m"], -model["gravity_m_per_s2"][1]
+    frames = []
+    for time, state, forces in zip(recording.times, recording.states, recording.messages["/contact_forces"]):
+        if time < 0.9 * model["duration_s"]:
+            continue
+        column = {name: numpy.array(getattr(forces, name)) for name in
+                  ("from_x_m", "from_y_m", "to_x_m", "to_y_m", "force_x_n", "force_y_n")}
+        ends = numpy.array([column["from_y_m"], column["to_y_m"]]) - floor(time)
+        low, high = ends.min(0), ends.max(0)
+        length = numpy.maximum(high - low, 1e-300)
+        below = numpy.clip((edges[:, None] - low) / length, 0, 1)
+        below[0], below[-1] = 0, 1
+        share = numpy.diff(below, axis=0)
+        height, mass = state["y"] - floor(time), state["mass"]
+        layer = numpy.clip((height // thickness).astype(int), 0, len(edges) - 2)
+        tensor = []
+        for force, ends_of, speed in (
+            (column["force_x_n"], (column["from_x_m"], column["to_x_m"]), state["vx"]),
+            (column["force_y_n"], (column["from_y_m"], column["to_y_m"]), state["vy"]),
+        ):
+            sums = [numpy.bincount(layer, weights, len(edges) - 1) for weights in (mass, mass * speed)]
+            flow = sums[1] / numpy.where(sums[0] > 0, sums[0], 1)
+            kinetic = numpy.bincount(layer, mass * (speed - flow[layer]) ** 2, len(edges) - 1)
+            tensor.append((share @ (force * (ends_of[0] - ends_of[1])) + kinetic) / (width * thickness))
+        above = [(mass * down * numpy.clip((height - edge) / thickness, 0, 1)).sum() / width for edge in edges[:-1]]
+        frames.append((*tensor, numpy.array(above)))
+    if not frames:
+        return {}
+    horizontal, vertical, weight = (numpy.mean(columns, axis=0) for columns in zip(*frames))
+    used = weight > 0
+    whole = (recording.states[-1]["mass"] * down).sum() / width
+    mid = int(numpy.argmax(weight <= whole / 2))
+    numbers = {
+        "stress.vertical_at_floor": vertical[0],
+        "stress.horizontal_over_vertical": numpy.mean([frame[0].sum() / frame[1].sum() for frame in frames]),
+        "stress.distance_from_weight": numpy.abs(vertical - weight)[used].max() / whole,
+    }
+    if used[mid]:
+        numbers["stress.vertical_at_mid_height"] = vertical[mid]
     return numbers
 
 
@@ -323,7 +395,7 @@ def kepler(r0, v0, time):
 SCALES = {name: 1.0 for name in (
     "energy.total_change_relative", "energy.residual_relative", "energy.drift_relative",
     "angular_momentum.drift_relative", "position_error.final", "a2.final", "energy.largest_error_relative",
-    "eccentricity_vector.change", "angular_momentum.largest_change_relative", "velocity_autocorrelation.final",
+    "stress.distance_from_weight", "eccentricity_vector.change", "angular_momentum.largest_change_relative", "velocity_autocorrelation.final",
 )}
 
 

@@ -44,7 +44,16 @@ pub fn deepest_overlap(discs: &[Seen], side: f64) -> f64 {
 /// Z by the virial and by the rate, each with its standard error, over blocks of 20 collisions a disc.
 pub fn pressures(discs: u32, fraction: f64, blocks: u64) -> ([f64; 2], [f64; 2]) {
     let config = periodic(placed(at_fraction(discs, fraction), PackingPlacement::Lattice));
-    let mut packing = prepare(&config, 17, 0);
+    let ([virial, virial_error], [rate, rate_error]) = excess_and_rate(&config, blocks);
+    let excess = PI.sqrt() / 4.0 * 2.0;
+    ([1.0 + virial, virial_error], [1.0 + excess * rate, excess * rate_error])
+}
+
+/// Z - 1 by the virial, and pair collisions a disc and unit of time over sqrt(kT/m), without walls; each with its standard error,
+/// over blocks of 20 collisions a disc.
+pub fn excess_and_rate(config: &PackingConfig, blocks: u64) -> ([f64; 2], [f64; 2]) {
+    let discs = config.discs.get();
+    let mut packing = prepare(config, 17, 0);
     let block = 10 * u64::from(discs);
     // From a lattice: the dense ones melt slowly.
     advance_to_count(&mut packing, 30 * block);
@@ -55,11 +64,11 @@ pub fn pressures(discs: u32, fraction: f64, blocks: u64) -> ([f64; 2], [f64; 2])
         let now = (message::<PackingPressure>(&packing), packing.time(), packing.count());
         let virial = now.0.collision_virial - before.0.collision_virial;
         let energy = now.0.kinetic_energy_time_integral - before.0.kinetic_energy_time_integral;
-        virials.push(1.0 + 0.5 * virial / energy);
+        virials.push(0.5 * virial / energy);
         let elapsed = now.1 - before.1;
         let rate = 2.0 * (now.2 - before.2) as f64 / (f64::from(discs) * elapsed);
         let temperature = energy / (elapsed * f64::from(discs));
-        rates.push(1.0 + PI.sqrt() / 4.0 * 2.0 * rate / temperature.sqrt());
+        rates.push(rate / temperature.sqrt());
         before = now;
     }
     let (virial, virial_error) = mean_and_standard_error(&virials);

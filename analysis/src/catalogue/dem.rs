@@ -29,6 +29,10 @@ definitions! {
     FLOOR_FORCE: "floor.force", "N", "/state: sum of k times overlap with the floor, last frame", [law::WEIGHT], 0.0;
     FLOOR_STRESS: "floor.stress", "N/m", "/state: floor.force over the box's width", [law::WEIGHT], 0.0;
     SIDE_WALL_STRESS: "side_wall.stress", "N/m", "/state: sum of k times overlap with both side walls, over twice bed.height, last frame", [], 0.0;
+    STRESS_AT_FLOOR: "stress.vertical_at_floor", "N/m", "/contact_forces and /state: sigma_yy = (sum of f_y l_y + sum of m u_y u_y)/A (Love 1927, Weber 1966; kinetic part Goldhirsch 2010) in the lowest layer, a mean diameter thick, f and branch l of the contacts as far as they lie in it, u against the layer's mean; mean over the frames of the last tenth of the run, their standard deviation as its error", [law::WEIGHT_ABOVE], 0.0;
+    STRESS_AT_MID_HEIGHT: "stress.vertical_at_mid_height", "N/m", "the same in the lowest layer that has at most half of the weight above it", [law::WEIGHT_ABOVE], 0.0;
+    STRESS_RATIO: "stress.horizontal_over_vertical", "1", "the same: sum of sigma_xx over sum of sigma_yy of all layers", [], 0.0;
+    STRESS_DISTANCE: "stress.distance_from_weight", "1", "the same: largest |sigma_yy - weight above/width| of a layer, over the weight of all discs/width: what walls carry, or what still moves", [], 0.0;
     PISTON_FORCE: "piston.force", "N", "/wall_forces: mean upward force of the first level wall that moves, over the last tenth of the run", [law::WEIGHT], 0.0;
     OPENING_WIDTH: "outlet.width", "m", "manifest: width of the opening between two level walls at rest", [], 0.0;
     FREE_OPENING_WIDTH: "outlet.free_width", "m", "manifest: outlet.width less 1.4 mean diameters, Beverloo's empty annulus", [], 0.0;

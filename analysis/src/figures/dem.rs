@@ -2,7 +2,11 @@
 
 use super::{Comparison, Figures, chart, curve, pictures};
 use crate::observables::dem::{DemRun, Ledger};
-use crate::plot::{Axis, Container, InnerWall, Picture, Plot, Point, Style, short_number, thinned};
+use crate::observables::stress::StressLayer;
+use crate::plot::{
+    Axis, Container, Curve, InnerWall, Picture, Plot, Point, Style, short_number, thinned,
+};
+use crate::statistics::Estimate;
 use kinetoscope_manifest::model::{DemWall, DemWallShape, DiscRadius};
 use kinetoscope_manifest::quantity::Finite;
 use std::f64::consts::{PI, TAU};
@@ -20,6 +24,7 @@ pub fn figures(run: &DemRun) -> Figures {
         }
     }
     figures.plots.extend(packing_by_height(run));
+    figures.plots.extend(stress_by_height(run));
     figures.plots.extend(states(run));
     figures
 }
@@ -115,6 +120,40 @@ fn packing_by_height(run: &DemRun) -> Option<Plot> {
     Some(chart("packing_by_height", title, x, y, vec![measured, closest]))
 }
 
+/// Vertical and horizontal stress by height, with the weight that lies above.
+fn stress_by_height(run: &DemRun) -> Option<Plot> {
+    let layers = run.stress.as_ref()?.layers();
+    let floor = layers.first()?;
+    let points = |of: fn(&StressLayer) -> Estimate| {
+        let points = layers.iter().map(|layer| {
+            let Estimate { value, standard_error } = of(layer);
+            Point { x: layer.height_m, y: value, error: standard_error }
+        });
+        points.collect::<Vec<Point>>()
+    };
+    let data = |name: &str, colour: usize, of: fn(&StressLayer) -> Estimate| Curve {
+        name: name.to_owned(),
+        style: Style::Data,
+        colour,
+        points: points(of),
+    };
+    let above = layers.iter().map(|layer| (layer.height_m, layer.weight_above));
+    // A straight line of the same weight: w (1 - y/h) over h is w h/2.
+    let thickness = 2.0 * floor.height_m;
+    let area = layers.iter().map(|layer| layer.weight_above * thickness).sum::<f64>();
+    let weight = run.weight_over_width()?;
+    let even = [(0.0, weight), (2.0 * area / weight, 0.0)];
+    let curves = vec![
+        data("vertical", 0, |layer| layer.vertical),
+        data("horizontal", 1, |layer| layer.horizontal),
+        curve("weight of the discs above / width", Style::Theory, 6, above),
+        curve("rho g (h - y), an even bed", Style::Theory, 3, even),
+    ];
+    let (x, y) = (Axis::linear("height over the floor", "m"), Axis::linear("stress", "N/m"));
+    let title = "Stress by height, mean over the last tenth of the run";
+    Some(chart("stress_by_height", title, x, y, curves))
+}
+
 /// Area of a disc below a line that passes its centre at this height.
 fn area_below(line: f64, radius: f64) -> f64 {
     let share = (line / radius).clamp(-1.0, 1.0);
@@ -141,7 +180,7 @@ fn states(run: &DemRun) -> Vec<Plot> {
 }
 
 /// A wall of the manifest at a time: displaced by u t + A sin(2 pi f t), where t runs while it moves.
-fn wall_at(wall: &DemWall, time: f64) -> InnerWall {
+pub(crate) fn wall_at(wall: &DemWall, time: f64) -> InnerWall {
     let clock = match wall.moves_s {
         Some([begin, end]) => time.clamp(begin.get(), end.get()) - begin.get(),
         None => time,

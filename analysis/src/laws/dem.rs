@@ -31,6 +31,12 @@ pub const WEIGHT: Law = Law {
     source: "equilibrium of forces without friction at the side walls",
 };
 
+/// What presses on a height in a bed.
+pub const WEIGHT_ABOVE: Law = Law {
+    statement: "sum of m g over the box's width, of the discs whose centres are above, mean over the layer's heights",
+    source: "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum rho g (h - y)",
+};
+
 /// How a gas of dissipative discs cools.
 pub const HAFF: Law = Law {
     statement: "1/tau = (1 - e^2) w0/4 of T = T0/(1 + t/tau)^2, w0 = 2 sqrt(pi) n s g sqrt(T0), g = (1 - 7f/16)/(1 - f)^2",

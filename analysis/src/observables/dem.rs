@@ -2,13 +2,16 @@
 
 use super::rebounds::Rebounds;
 use super::scenes::{self, Cooling, Outflow};
+use super::stress::{self, Grain, Stress};
 use super::{Observer, Pictures, Series, relative_change};
 use crate::catalogue::dem as metric;
 use crate::figures::{self, Figures};
 use crate::laws::dem as law;
 use crate::measurement::Measurement;
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, PeriodicSides};
-use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemTemperature, DemWalls};
+use kinetoscope_recording::channels::{
+    DemContactForces, DemContacts, DemEnergy, DemTemperature, DemWalls,
+};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 use std::f64::consts::PI;
@@ -64,6 +67,8 @@ pub struct DemRun {
     /// Mean upward force of a piston since the frame before, N, by time.
     piston: Series<(f64, f64)>,
     reach_at_start_m: Option<f64>,
+    /// None where the box does not hold the bed, or forces of contacts were not recorded.
+    pub(crate) stress: Option<Stress>,
     contacts: Option<DemContacts>,
     discs_removed: Option<u64>,
     largest_overlap_over_radius: f64,
@@ -84,6 +89,7 @@ impl DemRun {
         let sag = config.mass_kg.get() * -along / config.stiffness_n_per_m.get();
         Self {
             rebounds: drop.then(|| Rebounds::new(-along, sag)),
+            stress: Stress::new(&config),
             config,
             pictures,
             ledger: Series::default(),
@@ -216,7 +222,8 @@ impl DemRun {
         if discs.len() < 2 || !has_floor || down <= 0.0 {
             return;
         }
-        let weight = self.resting_weight_n();
+        // Walls within the box may carry them in place of its floor.
+        let weight = self.resting_weight_n().filter(|_| self.config.walls.is_empty());
         let carried = discs.iter().map(|disc| disc[3] * down).sum::<f64>();
         found.extend([
             Measurement::new(metric::BED_HEIGHT, bed_height),
@@ -230,6 +237,50 @@ impl DemRun {
             let stress = sides / (2.0 * bed_height);
             found.push(Measurement::new(metric::SIDE_WALL_STRESS, stress));
         }
+    }
+
+    fn see_stress(&mut self, time_s: f64, state: &StateTable, forces: &DemContactForces) {
+        let index = |name: &str| state.columns().iter().position(|column| column == name);
+        let Some([x, y, vx, vy]) = all(["x", "y", "vx", "vy"].map(index)) else { return };
+        let Some(floor) = stress::floor_m(&self.config, time_s) else { return };
+        let mass = index("mass");
+        let equal = self.equal_radius().map(|radius| self.mass_kg(radius));
+        let grains = (0..state.rows()).filter_map(|disc| {
+            let row = state.row(disc);
+            let mass = mass.map(|column| row[column]).or(equal)?;
+            Some(Grain { position: [row[x], row[y]], velocity: [row[vx], row[vy]], mass })
+        });
+        if let Some(stress) = &mut self.stress {
+            stress.see(time_s, floor, grains, forces);
+        }
+    }
+
+    /// Weight of the discs of the last frame over the box's width, N/m.
+    pub(crate) fn weight_over_width(&self) -> Option<f64> {
+        let down = -self.config.gravity_m_per_s2[1].get();
+        let weight = self.discs_at_end()?.iter().map(|disc| disc[3] * down).sum::<f64>();
+        Some(weight / self.config.width_m.get())
+    }
+
+    fn stress_measurements(&self, found: &mut Vec<Measurement>) {
+        let Some(stress) = &self.stress else { return };
+        let (layers, whole) = (stress.layers(), self.weight_over_width());
+        let (Some(floor), Some(whole)) = (layers.first(), whole) else { return };
+        let rests = self.resting_weight_n().is_some();
+        let mid = layers.iter().find(|layer| layer.weight_above <= whole / 2.0);
+        for (definition, layer) in
+            [(metric::STRESS_AT_FLOOR, Some(floor)), (metric::STRESS_AT_MID_HEIGHT, mid)]
+        {
+            found.extend(layer.map(|layer| {
+                let theory = rests.then_some(layer.weight_above);
+                Measurement::new(definition, layer.vertical).against(theory)
+            }));
+        }
+        let ratio = stress.horizontal_over_vertical();
+        found.extend(ratio.map(|ratio| Measurement::new(metric::STRESS_RATIO, ratio)));
+        let distances =
+            layers.iter().map(|layer| (layer.vertical.value - layer.weight_above).abs() / whole);
+        found.push(Measurement::new(metric::STRESS_DISTANCE, distances.fold(0.0, largest_or_nan)));
     }
 
     /// What the discs of the last frame weigh, N, where they rest and nothing but what they lie on can carry them.
@@ -341,7 +392,11 @@ impl Observer for DemRun {
             self.cooling.see(time_s, temperature.granular_temperature_m2_per_s2);
             self.granular_temperature = Some(temperature.granular_temperature_m2_per_s2);
         }
+        let forces = frame.get::<DemContactForces>()?;
         if let Some(state) = frame.take_state() {
+            if let Some(forces) = forces {
+                self.see_stress(time_s, &state, &forces);
+            }
             self.see_state(time_s, &state, ledger.as_ref());
             self.pictures.see(time_s, state, self.equal_radius());
             if self.reach_at_start_m.is_none() {
@@ -382,6 +437,7 @@ impl Observer for DemRun {
             found.push(Measurement::new(metric::GRANULAR_TEMPERATURE, temperature));
         }
         self.bed_measurements(&mut found);
+        self.stress_measurements(&mut found);
         self.scene_measurements(&mut found);
         found
     }
@@ -389,6 +445,12 @@ impl Observer for DemRun {
     fn figures(&self) -> Figures {
         figures::dem::figures(self)
     }
+}
+
+/// All of them, where none is missing.
+fn all<const N: usize>(found: [Option<usize>; N]) -> Option<[usize; N]> {
+    let found: Vec<usize> = found.into_iter().collect::<Option<_>>()?;
+    found.try_into().ok()
 }
 
 /// The larger of two, or not a number if either is none: a blow-up is not hidden.

@@ -11,6 +11,7 @@ mod pictures;
 mod rebounds;
 pub(crate) mod scenes;
 mod series;
+pub(crate) mod stress;
 mod structure;
 
 pub use pictures::{Pictures, Placed, Snapshot};

@@ -5,6 +5,7 @@ use super::structure::Structure;
 use super::{Observer, Pictures, Series, relative_change};
 use crate::catalogue::packing as metric;
 use crate::figures::{self, Figures};
+use crate::laws::Law;
 use crate::laws::packing as law;
 use crate::measurement::Measurement;
 use crate::statistics::{Blocking, Estimate, Sum, mean};
@@ -187,17 +188,25 @@ impl PackingRun {
         told.then(|| self.config.radius.get())
     }
 
+    /// The sizes of the discs, by the manifest or else by the last state.
+    fn known_sizes(&self) -> Option<law::Sizes> {
+        self.equal_radius().map(|_| law::Sizes::equal(&self.config)).or(self.sizes)
+    }
+
     /// What equilibrium theory says; `None` of discs and boxes that it does not speak of.
     fn equilibrium(&self) -> Option<law::Equilibrium> {
-        self.equal_radius()?;
+        let is_fluid = |sizes: &law::Sizes| sizes.packing_fraction <= law::DENSEST_FLUID;
+        let sizes = self.known_sizes().filter(is_fluid)?;
         if self.has_walls() {
-            return Some(law::equilibrium(&self.config));
+            return Some(law::equilibrium(&self.config, sizes));
         }
-        let packing_fraction = law::packing_fraction(&self.config);
-        law::periodic_equilibrium(
-            &self.config,
-            law::Sizes { packing_fraction, squared_mean_over_mean_square: 1.0 },
-        )
+        law::periodic_equilibrium(&self.config, sizes)
+    }
+
+    /// Of a law for one size and one for several, that which holds here.
+    fn law_of_sizes(&self, one: Law, several: Law) -> Law {
+        let is_one = self.config.polydispersity.get() == 0.0;
+        if is_one { one } else { several }
     }
 
     /// Sizes of the discs by their own radii.
@@ -207,6 +216,7 @@ impl PackingRun {
         let square = radii.iter().map(|radius| radius * radius).sum::<f64>();
         Some(law::Sizes {
             packing_fraction: PI * square / (self.config.width.get() * self.config.height.get()),
+            mean_radius: mean,
             squared_mean_over_mean_square: mean * mean / (square / radii.len() as f64),
         })
     }
@@ -269,7 +279,9 @@ impl PackingRun {
         let thermal_speed = self.mean_thermal_speed();
         if let Some(rate) = self.rate(&self.rates.pair) {
             let theory = thermal_speed.and_then(|speed| Some(equilibrium?.pair_rate * speed));
-            found.push(Measurement::new(metric::COLLISION_RATE, rate).against(theory));
+            let enskog = self.law_of_sizes(law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES);
+            let measured = Measurement::new(metric::COLLISION_RATE, rate);
+            found.push(measured.against_law(theory, enskog));
             if rate.value > 0.0 {
                 let free_time = Estimate {
                     value: 1.0 / rate.value,
@@ -277,29 +289,47 @@ impl PackingRun {
                         .standard_error
                         .map(|error| error / (rate.value * rate.value)),
                 };
-                found.push(
-                    Measurement::new(metric::MEAN_FREE_TIME, free_time)
-                        .against(theory.filter(|theory| *theory > 0.0).map(|theory| 1.0 / theory)),
-                );
+                let theory = theory.filter(|theory| *theory > 0.0).map(|theory| 1.0 / theory);
+                let measured = Measurement::new(metric::MEAN_FREE_TIME, free_time);
+                found.push(measured.against_law(theory, enskog));
             }
             if let (Some(equilibrium), Some(speed)) = (equilibrium, thermal_speed) {
-                let share = (1.0 + self.config.restitution.get()) / 2.0;
-                let factor = share * PI.sqrt() / 4.0 * 2.0 * self.config.radius.get()
-                    / (speed * equilibrium.approach);
-                let z = Estimate {
-                    value: 1.0 + factor * rate.value,
-                    standard_error: rate.standard_error.map(|error| factor * error),
-                };
-                found.push(
-                    Measurement::new(metric::COMPRESSIBILITY_BY_RATE, z)
-                        .against(equilibrium.compressibility_factor),
-                );
+                self.contact_measurements(rate, equilibrium, speed, found);
             }
         }
         if let Some(rate) = self.rate(&self.rates.wall) {
             let theory = thermal_speed.and_then(|speed| Some(equilibrium?.wall_rate * speed));
             found.push(Measurement::new(metric::WALL_RATE, rate).against(theory));
         }
+    }
+
+    /// What the collision rate says of contacts and of the pressure.
+    fn contact_measurements(
+        &self,
+        rate: Estimate,
+        equilibrium: law::Equilibrium,
+        thermal_speed: f64,
+        found: &mut Vec<Measurement>,
+    ) {
+        let Some(sizes) = self.known_sizes() else { return };
+        let scaled = |factor: f64| Estimate {
+            value: factor * rate.value,
+            standard_error: rate.standard_error.map(|error| factor * error),
+        };
+        let speed = thermal_speed * equilibrium.approach;
+        if !self.has_walls() {
+            let density = self.discs() / (self.config.width.get() * self.config.height.get());
+            let one = 2.0 * PI.sqrt() * density * 2.0 * sizes.mean_radius * speed;
+            let theory = equilibrium.pair_rate * thermal_speed / one;
+            found.push(Measurement::new(metric::CONTACT_VALUE, scaled(1.0 / one)).against(theory));
+        }
+        let share = (1.0 + self.config.restitution.get()) / 2.0;
+        let excess = scaled(share * PI.sqrt() / 4.0 * sizes.collision_diameter() / speed);
+        let z = Estimate { value: 1.0 + excess.value, ..excess };
+        found.push(
+            Measurement::new(metric::COMPRESSIBILITY_BY_RATE, z)
+                .against(equilibrium.compressibility_factor),
+        );
     }
 
     fn pressure_measurements(&self, found: &mut Vec<Measurement>) {
@@ -310,14 +340,9 @@ impl PackingRun {
         if let Some(excess) = self.rate(&self.rates.virial) {
             let z = Estimate { value: 1.0 + excess.value, ..excess };
             let measured = Measurement::new(metric::COMPRESSIBILITY, z);
-            let theory = |of: law::Equilibrium| of.compressibility_factor;
-            found.push(match self.sizes.filter(|_| equilibrium.is_none() && !self.has_walls()) {
-                Some(sizes) => {
-                    let several = law::periodic_equilibrium(&self.config, sizes);
-                    measured.against_law(several.map(theory), law::COMPRESSIBILITY_OF_SIZES)
-                }
-                None => measured.against(equilibrium.map(theory)),
-            });
+            let theory = equilibrium.map(|of| of.compressibility_factor);
+            let henderson = self.law_of_sizes(law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES);
+            found.push(measured.against_law(theory, henderson));
         }
         found.push(Measurement::new(metric::PRESSURE_VIRIAL, pressure.virial));
         found.push(Measurement::new(metric::PRESSURE_WALL, pressure.wall));

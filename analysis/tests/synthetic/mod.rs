@@ -8,9 +8,9 @@
 
 use kinetoscope_manifest::{ExperimentRecord, Run, RunManifest, content_key, parse};
 use kinetoscope_recording::channels::{
-    self, ChannelDeclaration, DemContacts, DemEnergy, DemTemperature, GasCollisions, GasInvariants,
-    GasPressure, GasSpeeds, GasTemperature, OrbitElements, OrbitEnergy, PackingCollisions,
-    PackingPressure, PackingTemperature, PerCollision,
+    self, ChannelDeclaration, DemContactForces, DemContacts, DemEnergy, DemTemperature,
+    GasCollisions, GasInvariants, GasPressure, GasSpeeds, GasTemperature, OrbitElements,
+    OrbitEnergy, PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
@@ -161,6 +161,7 @@ const DEM: &[ChannelDeclaration] = &[
     ChannelDeclaration::of::<DemEnergy>(),
     ChannelDeclaration::of::<DemContacts>(),
     ChannelDeclaration::of::<DemTemperature>(),
+    ChannelDeclaration::opt_in::<DemContactForces>(),
 ];
 
 const GAS: &[ChannelDeclaration] = &[

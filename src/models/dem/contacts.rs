@@ -3,7 +3,7 @@
 use super::discs::Discs;
 use super::materials::Materials;
 use super::motion;
-use super::neighbours::{Block, Neighbours};
+use super::neighbours::{Block, Neighbours, Stretch};
 use super::walls::PlacedWall;
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +41,8 @@ pub(super) struct Contact {
     pub(super) separating_speed: f64,
     /// Normal force f, positive where it pushes, N.
     pub(super) force: f64,
+    /// Stretch of the springs; none without friction.
+    pub(super) stretch: Stretch,
 }
 
 /// What a disc touches.
@@ -82,6 +84,12 @@ impl ContactLaw {
     }
 }
 
+impl Contact {
+    fn stretched_as(self, stretch: Option<&Stretch>) -> Self {
+        Self { stretch: stretch.copied().unwrap_or_default(), ..self }
+    }
+}
+
 /// Finds all contacts with their explicit normal forces, block by block: pairs, edges, walls.
 pub(super) fn find(
     discs: &Discs,
@@ -111,7 +119,9 @@ fn pair_contacts(block: &Block, discs: &Discs, law: &ContactLaw) -> impl Iterato
     (0..block.inner.len()).filter_map(|pair| {
         let first = block.start + block.inner.first[pair] as usize;
         let second = block.start + block.inner.second[pair] as usize;
-        pair_contact(discs, law, [first, second], [0.0; 2], block.inner.damping[pair])
+        let contact =
+            pair_contact(discs, law, [first, second], [0.0; 2], block.inner.damping[pair])?;
+        Some(contact.stretched_as(block.inner.stretch.get(pair)))
     })
 }
 
@@ -123,7 +133,14 @@ fn edge_contacts(block: &Block, discs: &Discs, law: &ContactLaw) -> impl Iterato
         if first > second {
             return None;
         }
-        pair_contact(discs, law, [first, second], block.shifts[edge], block.edges.damping[edge])
+        let contact = pair_contact(
+            discs,
+            law,
+            [first, second],
+            block.shifts[edge],
+            block.edges.damping[edge],
+        )?;
+        Some(contact.stretched_as(block.edges.stretch.get(edge)))
     })
 }
 
@@ -158,6 +175,7 @@ fn pair_contact(
         overlap_over_radius: overlap / if radius < other_radius { radius } else { other_radius },
         separating_speed,
         force: law.clamped(force),
+        stretch: Stretch::default(),
     })
 }
 
@@ -188,6 +206,7 @@ fn wall_contacts(
             overlap_over_radius: overlap / radius,
             separating_speed,
             force: law.clamped(force),
+            stretch: pair.stretch,
         })
     })
 }

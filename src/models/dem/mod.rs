@@ -8,6 +8,7 @@ pub mod motion;
 pub mod restitution;
 
 mod cells;
+mod contact_forces;
 mod contacts;
 mod discs;
 mod drift;
@@ -41,7 +42,8 @@ use energy::{Energies, Ledger};
 use forces::Scene;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement, Stability};
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, DemContacts, DemEnergy, DemEnergyShare, DemTemperature, DemWalls,
+    ChannelDeclaration, DemContactForces, DemContacts, DemEnergy, DemEnergyShare, DemTemperature,
+    DemWalls,
 };
 use kinetoscope_recording::frame::StateColumn;
 use kinetoscope_recording::scenery::Scenery;
@@ -131,10 +133,11 @@ impl Model for Dem {
         ChannelDeclaration::of::<DemContacts>(),
         ChannelDeclaration::of::<DemWalls>(),
         ChannelDeclaration::of::<DemTemperature>(),
+        ChannelDeclaration::opt_in::<DemContactForces>(),
     ];
 
-    /// There is no series per collision: contacts last many steps.
-    fn prepare(config: &DemConfig, seed: Seed, _per_collision: bool) -> Result<Self, Refusal> {
+    /// On request frames tell the force of every contact.
+    fn prepare(config: &DemConfig, seed: Seed, contact_forces: bool) -> Result<Self, Refusal> {
         let diagnosis = Diagnosis::of(config);
         let mut warnings = Vec::new();
         if diagnosis.is_refused() {
@@ -145,7 +148,8 @@ impl Model for Dem {
             warnings.push(text);
         }
         warnings.extend(diagnosis.doubts());
-        let parameters = Parameters::new(config);
+        let parameters =
+            Parameters { tells_contact_forces: contact_forces, ..Parameters::new(config) };
         let kinds = Kinds::drawn(config, &parameters, seed);
         let mut discs = start::discs(config, &parameters, seed, &kinds)?;
         let rain = Rain::new(config, &parameters, seed, kinds.rain(config, &parameters));

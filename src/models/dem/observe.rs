@@ -8,7 +8,7 @@ use super::step::{Evaluation, Touching};
 use super::walls::Shape;
 use crate::model::Model as _;
 use kinetoscope_recording::channels::{
-    DemContacts, DemEnergy, DemEnergyShare, DemTemperature, DemWalls,
+    DemContactForces, DemContacts, DemEnergy, DemEnergyShare, DemTemperature, DemWalls,
 };
 use kinetoscope_recording::frame::{ContactLine, Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
@@ -20,10 +20,15 @@ const SPEED_RANGE: f64 = 0.75;
 
 impl Dem {
     pub(super) fn fill(&self, neighbours: &Neighbours, frame: &mut Frame) {
-        let evaluation = self.evaluate_with(neighbours, &mut |contact| {
+        let tells_forces = self.parameters.tells_contact_forces;
+        let walls = self.parameters.walls_at(self.count);
+        let mut forces = DemContactForces::default();
+        let evaluation = &self.evaluate_with(neighbours, &mut |contact| {
             frame.push_contact(self.line(contact));
+            if tells_forces {
+                self.tell_force(contact, &walls, &mut forces);
+            }
         });
-        let evaluation = &evaluation;
         if self.count == 0 {
             for fact in &self.facts {
                 frame.log(Level::Info, fact.as_str());
@@ -47,11 +52,14 @@ impl Dem {
         }
         self.push_energy(frame, evaluation);
         self.push_contacts(frame, evaluation);
+        if tells_forces {
+            frame.push(&forces);
+        }
         frame.push(&temperature(&evaluation.velocities));
     }
 
     /// A place in the box: across a periodic side discs are put back only when the neighbour list is built.
-    fn within(&self, position: [f64; 2]) -> [f64; 2] {
+    pub(super) fn within(&self, position: [f64; 2]) -> [f64; 2] {
         let Parameters { sides, periodic, .. } = &self.parameters;
         [0, 1].map(|axis: usize| {
             let turns = (position[axis] / sides[axis]).floor();
@@ -119,7 +127,7 @@ impl Dem {
     }
 
     /// From the disc's centre to the partner's (or its image beyond a periodic side), or to the foot on the wall.
-    fn line(&self, contact: &Contact) -> ContactLine {
+    pub(super) fn line(&self, contact: &Contact) -> ContactLine {
         let disc = contact.disc as usize;
         let from = self.within(self.discs.position(disc));
         let reach = match contact.partner {

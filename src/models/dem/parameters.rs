@@ -36,6 +36,8 @@ pub(super) struct Parameters {
     pub(super) walls: Vec<Wall>,
     /// Discs whose centre sinks below this height are removed.
     pub(super) outlet_below: Option<f64>,
+    /// Whether frames tell the force of every contact.
+    pub(super) tells_contact_forces: bool,
 }
 
 /// An automatic time step: pi sqrt(m/k) over so much, and c = eta dt/m_eff of at most so much.
@@ -92,6 +94,7 @@ impl Parameters {
             periodic,
             walls,
             outlet_below: config.outlet_below_m.map(|height| height.get()),
+            tells_contact_forces: false,
         }
     }
 
