@@ -80,6 +80,11 @@ impl ContactLaw {
     pub(super) fn has_friction(&self) -> bool {
         self.materials.have_friction()
     }
+
+    /// Whether contacts have rolling springs.
+    pub(super) fn has_rolling_friction(&self) -> bool {
+        self.materials.have_rolling_friction()
+    }
 }
 
 /// Finds all contacts with their explicit normal forces, block by block: pairs, edges, walls.
