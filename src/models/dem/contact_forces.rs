@@ -13,8 +13,6 @@ struct OtherSide {
     velocity: [f64; 2],
     /// Speed of its surface by its spin, m/s.
     surface_speed: f64,
-    /// m
-    radius: f64,
 }
 
 impl Dem {
@@ -68,9 +66,8 @@ impl Dem {
             Partner::Wall(_) => (law.materials.with_walls(material), law.wall_damping(discs, disc)),
         };
         let push = touch.push(law, damping);
-        let mut stretch = contact.stretch;
-        let (step, radii) = (self.parameters.time_step, [radius, other.radius]);
-        let rub = touch.rub(law, constants, step, radii, &push, &mut stretch);
+        let (step, mut stretch) = (self.parameters.time_step, [contact.stretch, 0.0]);
+        let rub = touch.rub(law, constants, step, None, &push, &mut stretch);
         let [fx, fy, ..] = push.and(&rub, contact.normal);
         [fx, fy]
     }
@@ -79,11 +76,9 @@ impl Dem {
         match contact.partner {
             Partner::Disc(partner) => {
                 let other = partner as usize;
-                let radius = self.discs.radii[other];
                 OtherSide {
                     velocity: self.discs.velocity(other),
-                    surface_speed: radius * self.discs.spins[other],
-                    radius,
+                    surface_speed: self.discs.radii[other] * self.discs.spins[other],
                 }
             }
             Partner::Wall(number) => {
@@ -92,7 +87,6 @@ impl Dem {
                     // That of the surface: a drum's spin is in it.
                     velocity: wall.surface_velocity(wall.step_velocity, contact.normal),
                     surface_speed: 0.0,
-                    radius: f64::INFINITY,
                 }
             }
         }

@@ -3,7 +3,7 @@
 use super::discs::Discs;
 use super::materials::Materials;
 use super::motion;
-use super::neighbours::{Block, Neighbours, Stretch};
+use super::neighbours::{Block, Neighbours};
 use super::walls::PlacedWall;
 use serde::{Deserialize, Serialize};
 
@@ -41,8 +41,8 @@ pub(super) struct Contact {
     pub(super) separating_speed: f64,
     /// Normal force f, positive where it pushes, N.
     pub(super) force: f64,
-    /// Stretch of the springs; none without friction.
-    pub(super) stretch: Stretch,
+    /// Stretch of the tangential spring, m; 0 without friction.
+    pub(super) stretch: f64,
 }
 
 /// What a disc touches.
@@ -82,10 +82,15 @@ impl ContactLaw {
     pub(super) fn has_friction(&self) -> bool {
         self.materials.have_friction()
     }
+
+    /// Whether contacts have rolling springs.
+    pub(super) fn has_rolling_friction(&self) -> bool {
+        self.materials.have_rolling_friction()
+    }
 }
 
 impl Contact {
-    fn stretched_as(self, stretch: Option<&Stretch>) -> Self {
+    fn stretched_as(self, stretch: Option<&f64>) -> Self {
         Self { stretch: stretch.copied().unwrap_or_default(), ..self }
     }
 }
@@ -175,7 +180,7 @@ fn pair_contact(
         overlap_over_radius: overlap / if radius < other_radius { radius } else { other_radius },
         separating_speed,
         force: law.clamped(force),
-        stretch: Stretch::default(),
+        stretch: 0.0,
     })
 }
 
@@ -206,7 +211,7 @@ fn wall_contacts(
             overlap_over_radius: overlap / radius,
             separating_speed,
             force: law.clamped(force),
-            stretch: pair.stretch,
+            stretch: pair.stretch[0],
         })
     })
 }

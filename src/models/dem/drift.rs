@@ -4,6 +4,7 @@ use super::forces::{Forces, Own};
 use super::motion;
 use super::parameters::Parameters;
 use super::step::Moved;
+use super::turn;
 use crate::vector_width::{self, Kernel};
 
 /// Numbers of two discs, x and y of the first, then of the second.
@@ -44,25 +45,11 @@ pub(super) fn kick_and_drift(
         outside = own.states.iter().position(|state| !is_inside(state)).map(|disc| start + disc);
     }
     Moved {
-        dashpot_power: dashpot_power + turn(own, forces, time_step),
+        dashpot_power: dashpot_power + turn::turn(own, forces, time_step),
         contacts: forces.sums.clone(),
         fastest_squared,
         outside,
     }
-}
-
-/// w' = w + alpha dt; the power that dashpots take from the spins, W.
-fn turn(own: &mut Own<'_>, forces: &Forces, time_step: f64) -> f64 {
-    let half = 0.5 * time_step;
-    let mut power = 0.0;
-    let bodies = own.masses.iter().zip(own.radii);
-    let turning = own.spins.iter_mut().zip(bodies).zip(&forces.torques);
-    for ((spin, (&mass, &radius)), &[torque, loss]) in turning {
-        let alpha = motion::angular_acceleration(torque, mass, radius);
-        power += loss * (*spin + alpha * half);
-        *spin += alpha * time_step;
-    }
-    power
 }
 
 /// The loop over a block.

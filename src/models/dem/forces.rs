@@ -9,7 +9,9 @@
 use super::contacts::{ContactLaw, Partner};
 use super::discs::Discs;
 use super::lanes;
-use super::neighbours::{Block, Pairs, Stretch};
+use super::neighbours::{Block, Pairs};
+use super::rubbing;
+use super::springs::Stretch;
 use super::touch::{Rub, Touch};
 use super::walls::PlacedWall;
 
@@ -18,9 +20,13 @@ use super::walls::PlacedWall;
 pub(super) struct Forces {
     /// Fx, Fy, Dx, Dy of each disc, N.
     pub(super) forces: Vec<[f64; 4]>,
-    /// Torque and its dissipative part, N m; empty without friction.
-    pub(super) torques: Vec<[f64; 2]>,
+    /// Tangential force on the rim of each disc and the dashpots' share of it, N; empty without friction.
+    pub(super) tangential: Vec<[f64; 2]>,
+    /// Torque of the rolling springs on each disc, N m; empty without friction.
+    pub(super) rolling: Vec<f64>,
     pub(super) sums: ContactSums,
+    /// Memory for the speeds r w of the discs' rims, m/s.
+    pub(super) rim_speeds: Vec<f64>,
 }
 
 /// Forces of a block's edges on its own discs.
@@ -28,10 +34,13 @@ pub(super) struct Forces {
 pub(super) struct EdgeForces {
     /// The disc, counted from the block's first, with Fx, Fy, Dx, Dy, N.
     forces: Vec<(u32, [f64; 4])>,
-    /// Torque and its dissipative part, N m, of each; empty without friction.
-    torques: Vec<[f64; 2]>,
+    /// What friction does to each; empty without friction.
+    rubs: Vec<RimForce>,
     sums: ContactSums,
 }
+
+/// Tangential force on a rim and the dashpot's share of it, N, and the torque of a rolling spring, N m.
+type RimForce = ([f64; 2], f64);
 
 /// Sums over the contacts of a block. An edge, which two blocks see, counts half in each.
 #[derive(Clone, Debug, Default)]
@@ -123,8 +132,9 @@ impl EdgeForces {
     /// Finds the forces of a block's edges; the springs of its contacts move on by a step.
     pub(super) fn find(&mut self, block: &mut Block, discs: &Discs, scene: &Scene<'_>) {
         self.forces.clear();
-        self.torques.clear();
+        self.rubs.clear();
         self.sums.clear(scene, block.start);
+        let rolls = scene.law.has_rolling_friction();
         for edge in 0..block.edges.len() {
             let own = block.edges.first[edge];
             let ends = [block.start + own as usize, block.edges.second[edge] as usize];
@@ -132,9 +142,9 @@ impl EdgeForces {
             let [state, other] = ends.map(|disc| discs.states[disc]);
             let touch = Touch::between(state, other, block.shifts[edge], block.edges.reach[edge]);
             let Some(touch) = touch else {
-                if let Some(stretch) = block.edges.stretch.get_mut(edge) {
-                    self.sums.let_go(stretch, scene.law, 0.5);
-                }
+                let mut stretch = block.edges.stretch_of(edge);
+                self.sums.let_go(&mut stretch, scene.law, 0.5);
+                block.edges.set_stretch(edge, stretch);
                 continue;
             };
             let radii = ends.map(|disc| discs.radii[disc]);
@@ -142,16 +152,20 @@ impl EdgeForces {
             let partner = Partner::Disc(ends[1] as u32);
             self.sums.deepest.note(touch.overlap, own as usize, radii[0], partner, radii[1]);
             let push = touch.push(scene.law, damping);
-            let Some(stretch) = block.edges.stretch.get_mut(edge) else {
+            if !scene.law.has_friction() {
                 self.forces.push((own, push.along(touch.normal)));
                 continue;
-            };
+            }
             let [first, second] = ends.map(|disc| discs.materials[disc]);
             let pair = scene.law.materials.between(first, second);
-            let rub = touch.rub(scene.law, pair, scene.time_step, radii, &push, stretch);
+            let reduced_radius = rolls.then(|| radii[0] * radii[1] / block.edges.reach[edge]);
+            let mut stretch = block.edges.stretch_of(edge);
+            let (law, time_step) = (scene.law, scene.time_step);
+            let rub = touch.rub(law, pair, time_step, reduced_radius, &push, &mut stretch);
+            block.edges.set_stretch(edge, stretch);
             self.sums.take(&rub, 0.5);
             self.forces.push((own, push.and(&rub, touch.normal)));
-            self.torques.push(rub.torques(radii[0], 1.0));
+            self.rubs.push(([rub.force, rub.dashpot], rub.rolling_torque));
         }
     }
 }
@@ -168,11 +182,13 @@ impl Forces {
         let count = own.states.len();
         self.forces.clear();
         self.forces.resize(count, [0.0; 4]);
-        self.torques.clear();
+        self.tangential.clear();
+        self.rolling.clear();
         self.sums.clear(scene, block.start);
         if scene.law.has_friction() {
-            self.torques.resize(count, [0.0; 2]);
-            self.rubbing_pairs(block, own, scene);
+            self.tangential.resize(count, [0.0; 2]);
+            self.rolling.resize(count, 0.0);
+            rubbing::inner_pairs(&mut block.inner, own, scene, self);
         } else {
             let (states, radii, law) = (&*own.states, own.radii, scene.law);
             let (forces, deepest) = (&mut self.forces, &mut self.sums.deepest);
@@ -186,43 +202,19 @@ impl Forces {
         for &(disc, force) in &edges.forces {
             add(&mut self.forces[disc as usize], force);
         }
-        for (&(disc, _), &torque) in edges.forces.iter().zip(&edges.torques) {
-            add_torque(&mut self.torques[disc as usize], torque);
+        for (&(disc, _), &rub) in edges.forces.iter().zip(&edges.rubs) {
+            self.add_rub(disc as usize, rub);
         }
         self.walls(block, own, scene);
         self.sums.add(&edges.sums);
     }
 
-    fn rubbing_pairs(&mut self, block: &mut Block, own: &Own<'_>, scene: &Scene<'_>) {
-        let Pairs { first, second, reach, damping, stretch } = &mut block.inner;
-        let (law, time_step) = (scene.law, scene.time_step);
-        // Sums of its own stay in registers.
-        let mut sums = std::mem::take(&mut self.sums);
-        let constants = reach.iter().zip(damping.iter()).zip(stretch);
-        for ((&a, &b), ((&reach, &damping), stretch)) in first.iter().zip(&*second).zip(constants) {
-            let ends = [a as usize, b as usize];
-            let [state, other] = ends.map(|disc| own.states[disc]);
-            let Some(touch) = Touch::between(state, other, [0.0; 2], reach) else {
-                sums.let_go(stretch, law, 1.0);
-                continue;
-            };
-            let radii = ends.map(|disc| own.radii[disc]);
-            let touch = touch.turning(ends.map(|disc| own.spins[disc]), radii);
-            if touch.overlap > sums.deepest.bound() {
-                sums.deepest.note_pair(touch.overlap, ends, own.radii);
-            }
-            let push = touch.push(law, damping);
-            let [first, second] = ends.map(|disc| own.materials[disc]);
-            let pair = law.materials.between(first, second);
-            let rub = touch.rub(law, pair, time_step, radii, &push, stretch);
-            sums.take(&rub, 1.0);
-            let on_first = push.and(&rub, touch.normal);
-            add(&mut self.forces[ends[0]], on_first);
-            add(&mut self.forces[ends[1]], on_first.map(|part| -part));
-            add_torque(&mut self.torques[ends[0]], rub.torques(radii[0], 1.0));
-            add_torque(&mut self.torques[ends[1]], rub.torques(radii[1], -1.0));
-        }
-        self.sums = sums;
+    /// Adds what friction does to a disc.
+    #[inline]
+    fn add_rub(&mut self, disc: usize, ([force, dashpot], rolling_torque): RimForce) {
+        let sum = self.tangential[disc];
+        self.tangential[disc] = [sum[0] + force, sum[1] + dashpot];
+        self.rolling[disc] += rolling_torque;
     }
 
     fn walls(&mut self, block: &mut Block, own: &Own<'_>, scene: &Scene<'_>) {
@@ -250,14 +242,13 @@ impl Forces {
             let push = touch.push(scene.law, pair.damping);
             let mut on_disc = push.along(normal);
             if scene.law.has_friction() {
-                // Against a wall the reduced radius is the disc's own.
-                let radii = [radius, f64::INFINITY];
-                let stretch = &mut pair.stretch;
-                let pair = scene.law.materials.with_walls(own.materials[disc]);
-                let rub = touch.rub(scene.law, pair, scene.time_step, radii, &push, stretch);
+                let (law, stretch) = (scene.law, &mut pair.stretch);
+                let pair = law.materials.with_walls(own.materials[disc]);
+                let reduced_radius = law.has_rolling_friction().then_some(radius);
+                let rub = touch.rub(law, pair, scene.time_step, reduced_radius, &push, stretch);
                 self.sums.take(&rub, 1.0);
                 on_disc = push.and(&rub, normal);
-                add_torque(&mut self.torques[disc], rub.torques(radius, 1.0));
+                self.add_rub(disc, ([rub.force, rub.dashpot], rub.rolling_torque));
             }
             add(&mut self.forces[disc], on_disc);
             let [u, v] = wall.surface_velocity(wall.mid_velocity, normal);
@@ -333,21 +324,14 @@ impl ContactSums {
     /// The contact has ended: what its springs still held is lost to friction.
     #[inline]
     fn let_go(&mut self, stretch: &mut Stretch, law: &ContactLaw, share: f64) {
-        if *stretch != [0.0; 2] {
-            let half = 0.5 * law.tangential_stiffness * share;
-            self.friction += half * stretch[0] * stretch[0];
-            self.rolling += half * stretch[1] * stretch[1];
-            *stretch = [0.0; 2];
-        }
+        let half = 0.5 * law.tangential_stiffness * share;
+        self.friction += half * stretch[0] * stretch[0];
+        self.rolling += half * stretch[1] * stretch[1];
+        *stretch = [0.0; 2];
     }
 }
 
 #[inline]
 fn add(sum: &mut [f64; 4], part: [f64; 4]) {
     *sum = [sum[0] + part[0], sum[1] + part[1], sum[2] + part[2], sum[3] + part[3]];
-}
-
-#[inline]
-fn add_torque(sum: &mut [f64; 2], part: [f64; 2]) {
-    *sum = [sum[0] + part[0], sum[1] + part[1]];
 }

@@ -168,6 +168,16 @@ impl Materials {
         self.pairs.iter().any(|pair| pair.friction > 0.0 || pair.rolling_friction > 0.0)
     }
 
+    /// Whether any contact has rolling springs.
+    pub(super) fn have_rolling_friction(&self) -> bool {
+        self.pairs.iter().any(|pair| pair.rolling_friction > 0.0)
+    }
+
+    /// The constants of contacts between discs, where all discs are of one material.
+    pub(super) fn only(&self) -> Option<&ContactConstants> {
+        self.pairs.first().filter(|_| self.shares.len() < 2)
+    }
+
     /// The constants with the strongest dashpot, for judging a time step.
     pub(super) fn strongest_dashpot(&self) -> &ContactConstants {
         let strength = |pair: &ContactConstants| match pair.dashpot {

@@ -27,11 +27,15 @@ mod rain;
 mod recorded;
 mod remedies;
 mod report;
+mod rubbing;
+mod rubbing_lanes;
 mod snapshot;
+mod springs;
 mod stability;
 mod start;
 mod step;
 mod touch;
+mod turn;
 mod walls;
 
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};

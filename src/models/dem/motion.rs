@@ -14,14 +14,14 @@ pub fn acceleration(gravity: [f64; 2], contact_force: [f64; 2], mass: f64) -> [f
 
 /// The equation of motion of the spin, I alpha = sum of torques, for a disc: I = m r^2/2. In rad/s^2.
 #[must_use]
-#[inline]
+#[inline(always)]
 pub fn angular_acceleration(torque: f64, mass: f64, radius: f64) -> f64 {
     torque / moment_of_inertia(mass, radius)
 }
 
 /// Moment of inertia of a disc about its centre, I = m r^2/2, in kg m^2.
 #[must_use]
-#[inline]
+#[inline(always)]
 pub fn moment_of_inertia(mass: f64, radius: f64) -> f64 {
     0.5 * mass * radius * radius
 }

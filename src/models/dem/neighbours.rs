@@ -11,12 +11,10 @@ use super::cells::{Cells, Periodic};
 use super::contacts::ContactLaw;
 use super::discs::Discs;
 use super::finder::{Finder, Grid};
+use super::springs::{Springs, Stretch};
 use super::walls::PlacedWall;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-
-/// Stretch of a contact's tangential and rolling springs, m.
-pub(super) type Stretch = [f64; 2];
 
 /// Discs a block: small enough that its lists stay in the cache, large enough that few pairs belong to two blocks.
 pub(super) const BLOCK: usize = 2500;
@@ -32,8 +30,10 @@ pub(super) struct Pairs {
     pub(super) reach: Vec<f64>,
     /// eta of the pair, N s/m.
     pub(super) damping: Vec<f64>,
-    /// Stretch of the springs; empty without friction.
-    pub(super) stretch: Vec<Stretch>,
+    /// Stretch of the tangential springs, m; empty without friction.
+    pub(super) stretch: Vec<f64>,
+    /// Stretch of the rolling springs, m; empty without rolling friction.
+    pub(super) rolling_stretch: Vec<f64>,
 }
 
 /// A disc that may touch a wall.
@@ -168,6 +168,7 @@ impl Neighbours {
             Some(springs) => springs,
             None => self.springs(discs),
         };
+        let springs = springs.finder();
         let reach = 2.0 * around.largest_radius + self.skin;
         let (cells, order) =
             Cells::sort(&discs.states, around.sides, reach, around.periodic, BLOCK);
@@ -180,7 +181,9 @@ impl Neighbours {
         blocks.for_each_init(Finder::default, |finder, (number, block)| {
             block.start = number * BLOCK;
             finder.fill(block, &Grid { discs, cells: &cells, around, skin });
-            block.take_up(discs, around.law.has_friction(), &springs);
+            if around.law.has_friction() {
+                springs.hand_on(block, discs, around.law.has_rolling_friction());
+            }
         });
         self.built_at.clear();
         self.built_at.extend(discs.states.iter().map(|&[x, y, ..]| [x, y]));
@@ -195,38 +198,10 @@ impl Neighbours {
         self.held = Some(springs);
     }
 
-    /// Every spring that is stretched, in the order of the ids of its two ends.
+    /// Every spring that is stretched.
     pub(super) fn springs(&self, discs: &Discs) -> Springs {
-        let mut springs = Springs::default();
-        for block in &self.blocks {
-            let id = |local: u32| discs.ids[block.start + local as usize];
-            let inner = block.inner.stretched().map(|(a, b, stretch)| (id(a), id(b), stretch));
-            springs.pairs.extend(inner.map(|(a, b, stretch)| ([a.min(b), a.max(b)], stretch)));
-            for (a, b, stretch) in block.edges.stretched() {
-                let (a, b) = (id(a), discs.ids[b as usize]);
-                // The other end's copy is equal.
-                if a < b {
-                    springs.pairs.push(([a, b], stretch));
-                }
-            }
-            let walls = block.walls.iter().filter(|pair| pair.stretch != [0.0; 2]);
-            springs.walls.extend(walls.map(|pair| ([id(pair.disc), pair.wall], pair.stretch)));
-        }
-        springs.pairs.sort_unstable_by_key(|spring| spring.0);
-        springs.walls.sort_unstable_by_key(|spring| spring.0);
-        springs
+        Springs::of(&self.blocks, discs)
     }
-}
-
-/// Stretched springs by the ids of their ends.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Springs {
-    pairs: Vec<([u32; 2], Stretch)>,
-    walls: Vec<([u32; 2], Stretch)>,
-}
-
-fn stretch_of(springs: &[([u32; 2], Stretch)], ends: [u32; 2]) -> Stretch {
-    springs.binary_search_by_key(&ends, |spring| spring.0).map_or([0.0; 2], |at| springs[at].1)
 }
 
 impl Pairs {
@@ -241,6 +216,23 @@ impl Pairs {
         self.reach.clear();
         self.damping.clear();
         self.stretch.clear();
+        self.rolling_stretch.clear();
+    }
+
+    /// Stretches of a pair's springs; zero where it has none.
+    pub(super) fn stretch_of(&self, pair: usize) -> Stretch {
+        let of = |column: &[f64]| column.get(pair).copied().unwrap_or(0.0);
+        [of(&self.stretch), of(&self.rolling_stretch)]
+    }
+
+    /// Sets the stretches of those springs that a pair has.
+    pub(super) fn set_stretch(&mut self, pair: usize, [sliding, rolling]: Stretch) {
+        for (column, value) in [(&mut self.stretch, sliding), (&mut self.rolling_stretch, rolling)]
+        {
+            if let Some(stretch) = column.get_mut(pair) {
+                *stretch = value;
+            }
+        }
     }
 
     /// Makes room for just so many pairs.
@@ -250,39 +242,11 @@ impl Pairs {
         self.reach.reserve_exact(pairs);
         self.damping.reserve_exact(pairs);
     }
-
-    fn stretched(&self) -> impl Iterator<Item = (u32, u32, Stretch)> {
-        let ends = self.first.iter().zip(&self.second);
-        ends.zip(&self.stretch)
-            .filter(|(_, stretch)| **stretch != [0.0; 2])
-            .map(|((&first, &second), &stretch)| (first, second, stretch))
-    }
 }
 
 impl Block {
     /// The number of its discs.
     pub(super) fn len(&self, discs: &Discs) -> usize {
         Ord::min(BLOCK, discs.len() - self.start)
-    }
-
-    /// Hands the springs of lasting contacts on to the new list.
-    fn take_up(&mut self, discs: &Discs, has_friction: bool, springs: &Springs) {
-        if !has_friction {
-            return;
-        }
-        let start = self.start;
-        let id = |local: u32| discs.ids[start + local as usize];
-        let ends = |a: u32, b: u32| [a.min(b), a.max(b)];
-        let pairs = self.inner.first.iter().zip(&self.inner.second);
-        self.inner.stretch =
-            pairs.map(|(&a, &b)| stretch_of(&springs.pairs, ends(id(a), id(b)))).collect();
-        let pairs = self.edges.first.iter().zip(&self.edges.second);
-        self.edges.stretch = pairs
-            .map(|(&a, &b)| stretch_of(&springs.pairs, ends(id(a), discs.ids[b as usize])))
-            .collect();
-        for pair in &mut self.walls {
-            pair.stretch =
-                stretch_of(&springs.walls, [discs.ids[start + pair.disc as usize], pair.wall]);
-        }
     }
 }

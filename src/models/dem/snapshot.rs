@@ -74,10 +74,11 @@ fn copy_lists(copy: &mut Neighbours, neighbours: &Neighbours) {
 }
 
 fn copy_pairs(copy: &mut Pairs, pairs: &Pairs) {
-    let Pairs { first, second, reach, damping, stretch } = pairs;
+    let Pairs { first, second, reach, damping, stretch, rolling_stretch } = pairs;
     copy.first.clone_from(first);
     copy.second.clone_from(second);
     copy.reach.clone_from(reach);
     copy.damping.clone_from(damping);
     copy.stretch.clone_from(stretch);
+    copy.rolling_stretch.clone_from(rolling_stretch);
 }

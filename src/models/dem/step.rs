@@ -23,6 +23,7 @@ use super::implicit;
 use super::motion;
 use super::neighbours::{BLOCK, Block, Neighbours};
 use super::parameters::Parameters;
+use super::turn;
 use crate::sum::CompensatedSum;
 use rayon::prelude::*;
 
@@ -300,8 +301,12 @@ fn look(
     });
     let mut spins = spins.to_vec();
     let bodies = masses.iter().zip(radii);
-    for ((spin, (&mass, &radius)), torque) in spins.iter_mut().zip(bodies).zip(&forces.torques) {
-        *spin += motion::angular_acceleration(torque[0], mass, radius) * half;
+    let friction = forces.tangential.iter().zip(&forces.rolling);
+    for ((spin, (&mass, &radius)), (&tangential, &rolling)) in
+        spins.iter_mut().zip(bodies).zip(friction)
+    {
+        let [torque, _] = turn::torque(radius, tangential, rolling);
+        *spin += motion::angular_acceleration(torque, mass, radius) * half;
     }
     Seen { velocities: velocities.collect(), spins, moved }
 }

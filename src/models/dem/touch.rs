@@ -3,7 +3,7 @@
 use super::contacts::ContactLaw;
 use super::materials::ContactConstants;
 use super::motion::{self, SpringSlider};
-use super::neighbours::Stretch;
+use super::springs::Stretch;
 
 /// Two that overlap.
 pub(super) struct Touch {
@@ -32,9 +32,8 @@ pub(super) struct Rub {
     /// Tangential force and the dashpot's share of it, N.
     pub(super) force: f64,
     pub(super) dashpot: f64,
-    /// Torque of the rolling spring over the reduced radius, N; and that radius, m.
-    pub(super) rolling_force: f64,
-    pub(super) reduced_radius: f64,
+    /// Torque of the rolling spring on the disc that the normal points to, N m; the other's is its opposite.
+    pub(super) rolling_torque: f64,
     /// Energy of both springs, J.
     pub(super) elastic: f64,
     /// Energy taken by either slider, J.
@@ -89,7 +88,8 @@ impl Touch {
         Push { force, damping, loss: law.stiffness * self.overlap - force }
     }
 
-    /// Moves the springs of the contact on. Slippage counts with the mean of the spring's force before and after it: with
+    /// Moves the springs of the contact on. `reduced_radius` is r_i r_j/(r_i + r_j) in m, or the disc's own
+    /// against a wall; `None` without rolling friction. Slippage counts with the mean of the spring's force before and after it: with
     /// the velocities half a step behind the positions that makes work and energy of the springs agree exactly.
     #[inline]
     pub(super) fn rub(
@@ -97,7 +97,7 @@ impl Touch {
         law: &ContactLaw,
         constants: &ContactConstants,
         time_step: f64,
-        radii: [f64; 2],
+        reduced_radius: Option<f64>,
         push: &Push,
         stretch: &mut Stretch,
     ) -> Rub {
@@ -117,23 +117,20 @@ impl Touch {
         let mut rub = Rub {
             force: tangential.force,
             dashpot: tangential.dashpot_force,
-            rolling_force: 0.0,
-            reduced_radius: 0.0,
+            rolling_torque: 0.0,
             elastic: 0.5 * stiffness * tangential.stretch * tangential.stretch,
             friction_loss,
             rolling_loss: 0.0,
         };
         stretch[0] = tangential.stretch;
-        if constants.rolling_friction > 0.0 {
-            let reduced = 1.0 / (1.0 / radii[0] + 1.0 / radii[1]);
-            let travel = reduced * self.rolling_rate * time_step;
+        if let Some(reduced_radius) = reduced_radius {
+            let travel = reduced_radius * self.rolling_rate * time_step;
             let limit = constants.rolling_friction * pressing;
             // Without a dashpot: rolling friction alone takes the energy.
             let rolling = motion::spring_slider(stiffness, 0.0, stretch[1], travel, 0.0, limit);
             rub.rolling_loss = 0.5 * stiffness * (stretch[1] + rolling.stretch) * rolling.slip;
             rub.elastic += 0.5 * stiffness * rolling.stretch * rolling.stretch;
-            rub.rolling_force = rolling.force;
-            rub.reduced_radius = reduced;
+            rub.rolling_torque = reduced_radius * rolling.force;
             stretch[1] = rolling.stretch;
         }
         rub
@@ -153,14 +150,5 @@ impl Push {
         let [fx, fy, dx, dy] = self.along([nx, ny]);
         let (force, loss) = (rub.force, -rub.dashpot);
         [fx - force * ny, fy + force * nx, dx - loss * ny, dy + loss * nx]
-    }
-}
-
-impl Rub {
-    /// Torque on a disc of a radius, and its dissipative part. `side` is 1 for the disc that the normal points to, else -1.
-    #[inline]
-    pub(super) fn torques(&self, radius: f64, side: f64) -> [f64; 2] {
-        let rolling = side * self.reduced_radius * self.rolling_force;
-        [rolling - radius * self.force, radius * self.dashpot]
     }
 }

@@ -1,0 +1,159 @@
+//! Forces of the pairs of a block that rub against each other, in the order of its list.
+//!
+//! A pair's tangential force f acts on both rims: the torque on either disc is -r f, whichever of the two is the first. So
+//! f is summed disc by disc, and multiplied by the radius once.
+
+use super::contacts::ContactLaw;
+use super::forces::{Deepest, Forces, Own, Scene};
+use super::neighbours::Pairs;
+use super::rubbing_lanes;
+use super::touch::{Rub, Touch};
+
+/// Pairs that may be taken at a time.
+pub(super) const LANES: usize = 4;
+
+/// Discs of a block, as their pairs see them.
+pub(super) struct Sight<'a> {
+    /// x, y in m, vx, vy in m/s.
+    pub(super) states: &'a [[f64; 4]],
+    /// Speeds r w of the rims, m/s.
+    pub(super) rim_speeds: &'a [f64],
+    /// Angular velocities, rad/s.
+    pub(super) spins: &'a [f64],
+    /// Radii, m.
+    pub(super) radii: &'a [f64],
+    /// Materials, by their number.
+    pub(super) materials: &'a [u8],
+    pub(super) law: &'a ContactLaw,
+    pub(super) time_step: f64,
+}
+
+/// What pairs add to.
+pub(super) struct Totals<'a> {
+    /// Fx, Fy, Dx, Dy of each disc, N.
+    pub(super) forces: &'a mut [[f64; 4]],
+    /// Tangential force on the rim of each disc and the dashpots' share of it, N.
+    pub(super) tangential: &'a mut [[f64; 2]],
+    /// Torque of the rolling springs on each disc, N m.
+    pub(super) rolling: &'a mut [f64],
+    pub(super) energies: LaneSums,
+    pub(super) deepest: &'a mut Deepest,
+}
+
+/// Energies, J, of the pairs whose numbers leave the same remainder when divided by four. How many pairs are taken at a
+/// time changes no bit of them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LaneSums {
+    /// Held by the tangential and rolling springs.
+    pub(super) elastic: [f64; LANES],
+    /// Taken by friction.
+    pub(super) friction: [f64; LANES],
+    /// Taken by rolling friction.
+    pub(super) rolling: [f64; LANES],
+}
+
+/// Adds the forces of a block's inner pairs; the springs of its contacts move on by a step.
+pub(super) fn inner_pairs(
+    pairs: &mut Pairs,
+    own: &Own<'_>,
+    scene: &Scene<'_>,
+    forces: &mut Forces,
+) {
+    forces.rim_speeds.clear();
+    forces.rim_speeds.extend(own.radii.iter().zip(&*own.spins).map(|(radius, spin)| radius * spin));
+    let sight = Sight {
+        states: own.states,
+        rim_speeds: &forces.rim_speeds,
+        spins: own.spins,
+        radii: own.radii,
+        materials: own.materials,
+        law: scene.law,
+        time_step: scene.time_step,
+    };
+    let mut totals = Totals {
+        forces: &mut forces.forces,
+        tangential: &mut forces.tangential,
+        rolling: &mut forces.rolling,
+        energies: LaneSums::default(),
+        deepest: &mut forces.sums.deepest,
+    };
+    let done =
+        if scene.use_lanes { rubbing_lanes::inner_pairs(pairs, &sight, &mut totals) } else { 0 };
+    pair_by_pair(pairs, done, &sight, &mut totals);
+    let LaneSums { elastic, friction, rolling } = totals.energies;
+    let sum = |lanes: [f64; LANES]| (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
+    forces.sums.elastic += sum(elastic);
+    forces.sums.friction += sum(friction);
+    forces.sums.rolling += sum(rolling);
+}
+
+/// Pairs from number `from` on. `rubbing_lanes` does the same for four pairs at a time.
+fn pair_by_pair(pairs: &mut Pairs, from: usize, sight: &Sight<'_>, totals: &mut Totals<'_>) {
+    let Pairs { first, second, reach, damping, stretch, rolling_stretch } = pairs;
+    let (law, rolls) = (sight.law, sight.law.has_rolling_friction());
+    let ends = first.iter().zip(&*second);
+    let constants = reach.iter().zip(&*damping).zip(stretch).enumerate();
+    for ((&a, &b), (number, ((&reach, &damping), sliding))) in ends.zip(constants).skip(from) {
+        let (ends, lane) = ([a as usize, b as usize], number % LANES);
+        let [state, other] = ends.map(|disc| sight.states[disc]);
+        let mut stretch = [*sliding, if rolls { rolling_stretch[number] } else { 0.0 }];
+        let apart = [state[0] - other[0], state[1] - other[1]];
+        let squared = apart[0] * apart[0] + apart[1] * apart[1];
+        if squared < reach * reach {
+            let velocity = [state[2] - other[2], state[3] - other[3]];
+            let spins = ends.map(|disc| sight.spins[disc]);
+            let radii = ends.map(|disc| sight.radii[disc]);
+            let touch = Touch::of(apart, squared, reach, velocity).turning(spins, radii);
+            if touch.overlap > totals.deepest.bound() {
+                totals.deepest.note_pair(touch.overlap, ends, sight.radii);
+            }
+            let push = touch.push(law, damping);
+            let [first, second] = ends.map(|disc| sight.materials[disc]);
+            let pair = law.materials.between(first, second);
+            let reduced_radius = rolls.then(|| radii[0] * radii[1] / reach);
+            let rub = touch.rub(law, pair, sight.time_step, reduced_radius, &push, &mut stretch);
+            totals.energies.take(&rub, lane);
+            totals.add(ends, push.and(&rub, touch.normal), &rub);
+        } else {
+            totals.energies.let_go(&mut stretch, law, lane);
+        }
+        *sliding = stretch[0];
+        if rolls {
+            rolling_stretch[number] = stretch[1];
+        }
+    }
+}
+
+impl LaneSums {
+    #[inline]
+    fn take(&mut self, rub: &Rub, lane: usize) {
+        self.elastic[lane] += rub.elastic;
+        self.friction[lane] += rub.friction_loss;
+        self.rolling[lane] += rub.rolling_loss;
+    }
+
+    /// A pair is apart: what its springs still held is lost to friction.
+    #[inline]
+    fn let_go(&mut self, stretch: &mut [f64; 2], law: &ContactLaw, lane: usize) {
+        let half = 0.5 * law.tangential_stiffness;
+        self.friction[lane] += half * stretch[0] * stretch[0];
+        self.rolling[lane] += half * stretch[1] * stretch[1];
+        *stretch = [0.0; 2];
+    }
+}
+
+impl Totals<'_> {
+    #[inline]
+    fn add(&mut self, [a, b]: [usize; 2], on_first: [f64; 4], rub: &Rub) {
+        let sum = self.forces[a];
+        self.forces[a] = [0, 1, 2, 3].map(|part: usize| sum[part] + on_first[part]);
+        let sum = self.forces[b];
+        self.forces[b] = [0, 1, 2, 3].map(|part: usize| sum[part] - on_first[part]);
+        for disc in [a, b] {
+            let [force, dashpot] = self.tangential[disc];
+            self.tangential[disc] = [force + rub.force, dashpot + rub.dashpot];
+        }
+        self.rolling[a] += rub.rolling_torque;
+        self.rolling[b] -= rub.rolling_torque;
+    }
+}

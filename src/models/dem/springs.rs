@@ -1,0 +1,139 @@
+//! Springs of friction are carried from one list to the next by the ids of the two that they join.
+//!
+//! A tangential spring looks the same from both of its ends. A rolling spring does not: its stretch is that of the first
+//! against the second, and changes sign where the next list names the two the other way round.
+
+use super::discs::Discs;
+use super::neighbours::{Block, Pairs};
+use serde::{Deserialize, Serialize};
+
+/// Stretch of a contact's tangential and rolling springs, m.
+pub(super) type Stretch = [f64; 2];
+
+/// Stretched springs, in the order of the ids of their ends.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Springs {
+    /// The smaller id first; stretches as seen from it.
+    pairs: Vec<([u32; 2], Stretch)>,
+    /// A disc's id and a wall's number.
+    walls: Vec<([u32; 2], Stretch)>,
+}
+
+/// Where the springs of each smaller id begin in a sorted list of them, so that one is found without a search.
+struct Places<'a> {
+    springs: &'a [([u32; 2], Stretch)],
+    starts: Vec<u32>,
+}
+
+/// Looks springs up while lists are built.
+pub(super) struct SpringFinder<'a> {
+    pairs: Places<'a>,
+    walls: Places<'a>,
+}
+
+impl Springs {
+    /// Every spring of the lists that is stretched.
+    pub(super) fn of(blocks: &[Block], discs: &Discs) -> Self {
+        let mut springs = Self::default();
+        for block in blocks {
+            let id = |local: u32| discs.ids[block.start + local as usize];
+            for (a, b, stretch) in stretched(&block.inner) {
+                springs.pairs.push(from_smaller_id(id(a), id(b), stretch));
+            }
+            for (a, b, stretch) in stretched(&block.edges) {
+                let (a, b) = (id(a), discs.ids[b as usize]);
+                // The other end has a copy.
+                if a < b {
+                    springs.pairs.push(([a, b], stretch));
+                }
+            }
+            let walls = block.walls.iter().filter(|pair| pair.stretch != [0.0; 2]);
+            springs.walls.extend(walls.map(|pair| ([id(pair.disc), pair.wall], pair.stretch)));
+        }
+        springs.pairs.sort_unstable_by_key(|spring| spring.0);
+        springs.walls.sort_unstable_by_key(|spring| spring.0);
+        springs
+    }
+
+    pub(super) fn finder(&self) -> SpringFinder<'_> {
+        SpringFinder { pairs: Places::of(&self.pairs), walls: Places::of(&self.walls) }
+    }
+}
+
+/// Pairs of a list with stretched springs.
+fn stretched(pairs: &Pairs) -> impl Iterator<Item = (u32, u32, Stretch)> {
+    (0..pairs.stretch.len()).filter_map(|pair| {
+        let stretch = pairs.stretch_of(pair);
+        (stretch != [0.0; 2]).then(|| (pairs.first[pair], pairs.second[pair], stretch))
+    })
+}
+
+/// A spring as seen from the smaller of two ids, or from there back.
+fn from_smaller_id(first: u32, second: u32, [sliding, rolling]: Stretch) -> ([u32; 2], Stretch) {
+    if first < second {
+        ([first, second], [sliding, rolling])
+    } else {
+        ([second, first], [sliding, -rolling])
+    }
+}
+
+impl<'a> Places<'a> {
+    fn of(springs: &'a [([u32; 2], Stretch)]) -> Self {
+        let ids = springs.last().map_or(0, |spring| spring.0[0] as usize + 1);
+        let mut starts = vec![0; ids + 1];
+        for ([id, _], _) in springs {
+            // Only a list out of a damaged checkpoint is out of order.
+            if let Some(count) = starts.get_mut(*id as usize + 1) {
+                *count += 1;
+            }
+        }
+        let mut sum = 0;
+        for start in &mut starts {
+            sum += *start;
+            *start = sum;
+        }
+        Self { springs, starts }
+    }
+
+    /// The stretch of a spring, zero where there is none.
+    fn stretch(&self, ends: [u32; 2]) -> Stretch {
+        let id = ends[0] as usize;
+        let Some(&[start, end]) = self.starts.get(id..id + 2).and_then(|range| range.first_chunk())
+        else {
+            return [0.0; 2];
+        };
+        let from_here = &self.springs[start as usize..end as usize];
+        from_here.iter().find(|spring| spring.0 == ends).map_or([0.0; 2], |spring| spring.1)
+    }
+}
+
+impl SpringFinder<'_> {
+    /// Hands the springs of lasting contacts on to a block's new lists.
+    pub(super) fn hand_on(&self, block: &mut Block, discs: &Discs, has_rolling_friction: bool) {
+        let start = block.start;
+        let id = |local: u32| discs.ids[start + local as usize];
+        self.fill(&mut block.inner, has_rolling_friction, |a, b| [id(a), id(b)]);
+        self.fill(&mut block.edges, has_rolling_friction, |a, b| [id(a), discs.ids[b as usize]]);
+        for pair in &mut block.walls {
+            pair.stretch = self.walls.stretch([id(pair.disc), pair.wall]);
+        }
+    }
+
+    fn fill(
+        &self,
+        pairs: &mut Pairs,
+        has_rolling_friction: bool,
+        ids: impl Fn(u32, u32) -> [u32; 2],
+    ) {
+        let Pairs { first, second, stretch, rolling_stretch, .. } = pairs;
+        for (&a, &b) in first.iter().zip(&*second) {
+            let [a, b] = ids(a, b);
+            let (ends, _) = from_smaller_id(a, b, [0.0; 2]);
+            let (_, [sliding, rolling]) = from_smaller_id(a, b, self.pairs.stretch(ends));
+            stretch.push(sliding);
+            if has_rolling_friction {
+                rolling_stretch.push(rolling);
+            }
+        }
+    }
+}
