@@ -9,6 +9,7 @@
 
 use super::disc::Disc;
 use super::events::{EventCode, NEVER};
+use super::processor::{fetch_ahead, with_large_pages};
 
 /// Entries of a sheet: two cache lines.
 const ENTRIES_OF_SHEET: usize = 8;
@@ -104,6 +105,8 @@ pub(super) struct Calendar {
     behind: Vec<u32>,
     /// Sheets that are free, in a list.
     free: u32,
+    /// The sheet of the next page that is asked for next: opening it waits for none.
+    coming_sheet: u32,
     /// What comes after the last page of the ring.
     later: Vec<Entry>,
 }
@@ -122,9 +125,10 @@ impl Calendar {
             pages_per_time: 0.0,
             pages: vec![BLANK; pages.next_power_of_two()],
             on_pages: 0,
-            sheets: Vec::new(),
+            sheets: with_large_pages(discs.len() / 4),
             behind: Vec::new(),
             free: NONE,
+            coming_sheet: NONE,
             later: Vec::new(),
         };
         calendar.file_anew(discs, wait);
@@ -144,6 +148,7 @@ impl Calendar {
         self.sheets.clear();
         self.behind.clear();
         self.free = NONE;
+        self.coming_sheet = NONE;
         self.later.clear();
         for (disc, record) in discs.iter().enumerate() {
             if record.event_time < NEVER {
@@ -187,10 +192,23 @@ impl Calendar {
                 }
                 self.turned += 1;
                 passing(Ahead(&self.today[self.turned..]));
+                if self.turned.is_multiple_of(ENTRIES_OF_SHEET / 2) {
+                    self.fetch_coming_sheet();
+                }
             }
             if !self.turn_page(discs) {
                 return None;
             }
+        }
+    }
+
+    /// Asks for one more sheet of the next page.
+    #[inline(always)]
+    fn fetch_coming_sheet(&mut self) {
+        if let Some(Sheet(entries)) = self.sheets.get(self.coming_sheet as usize) {
+            fetch_ahead(&entries[0]);
+            fetch_ahead(&entries[ENTRIES_OF_SHEET / 2]);
+            self.coming_sheet = self.behind[self.coming_sheet as usize];
         }
     }
 
@@ -265,6 +283,7 @@ impl Calendar {
             self.free = sheet;
             sheet = following;
         }
+        self.coming_sheet = self.pages[(place + 1) & (self.pages.len() - 1)].sheet;
         self.on_pages -= self.today.len() - filed;
         self.today.sort_unstable();
     }

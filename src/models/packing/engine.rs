@@ -15,6 +15,7 @@ use super::clock::Clock;
 use super::disc::Disc;
 use super::events::{EventCode, EventKind, NEVER, Side};
 use super::motion::{self, Vector};
+use super::processor::with_large_pages;
 use super::rapid::Rapid;
 use super::scan::Seeker;
 use crate::model::Fault;
@@ -105,7 +106,8 @@ impl Engine {
         wall_noise: Generator,
     ) -> Self {
         let grid = Self::grid(&arena, positions.len());
-        let discs = positions.into_iter().zip(velocities).map(|(position, velocity)| {
+        let mut discs = with_large_pages(positions.len());
+        discs.extend(positions.into_iter().zip(velocities).map(|(position, velocity)| {
             let (cell, inside) = grid.locate(position);
             Disc {
                 position: inside,
@@ -117,11 +119,11 @@ impl Engine {
                 collisions: 0,
                 cell,
             }
-        });
+        }));
         let contact_distance = 2.0 * arena.largest_radius;
         let mut engine = Self::of(State {
             arena,
-            discs: discs.collect(),
+            discs,
             radii,
             growth: None,
             clock: Clock::new(contact_distance, mean_square_speed),

@@ -11,7 +11,7 @@ use crate::models::packing::processor::fetch_ahead;
 const FETCHED_AHEAD_FROM: usize = 20_000;
 
 /// So many events lie between two stages: time enough for memory to answer.
-const STAGE: usize = 4;
+const STAGE: usize = 2;
 
 /// Of a cell's places the first ones are looked at ahead: few cells have more discs.
 const PLACES: usize = 2;
