@@ -206,8 +206,8 @@ impl Calendar {
     #[inline(always)]
     fn fetch_coming_sheet(&mut self) {
         if let Some(Sheet(entries)) = self.sheets.get(self.coming_sheet as usize) {
-            fetch_ahead(&entries[0]);
-            fetch_ahead(&entries[ENTRIES_OF_SHEET / 2]);
+            fetch_ahead(entries, 0);
+            fetch_ahead(entries, ENTRIES_OF_SHEET / 2);
             self.coming_sheet = self.behind[self.coming_sheet as usize];
         }
     }

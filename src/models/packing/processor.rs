@@ -90,17 +90,19 @@ fn run_with_avx512<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<true>()
 }
 
-/// Asks for the cache line of a value that will be wanted soon.
+/// Asks for the cache line of one of several values that will be wanted soon; past their end, for that of the last one:
+/// written without a branch, as whether somebody is there can't be guessed.
 #[inline(always)]
-pub(super) fn fetch_ahead<T>(value: &T) {
+pub(super) fn fetch_ahead<T>(values: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
-    // SAFETY: fetching ahead reads nothing and may be asked of any address; this one is a reference's.
+    // SAFETY: fetching ahead reads nothing and may be asked of any address.
     unsafe {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast());
+        let value = values.as_ptr().wrapping_add(index.min(values.len().wrapping_sub(1)));
+        _mm_prefetch::<_MM_HINT_T0>(value.cast());
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = value;
+    let _ = (values, index);
 }
 
 /// Room for so many values, in large pages of memory where the system has them: discs that meet stand anywhere, and each page

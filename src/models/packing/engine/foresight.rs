@@ -35,27 +35,24 @@ impl Engine {
 #[inline(always)]
 fn fetch(discs: &[Disc], cells: &Cells, ahead: Ahead<'_>) {
     if let Some((disc, event)) = ahead.after(3 * STAGE) {
-        fetch_ahead(&discs[disc as usize]);
+        fetch_ahead(discs, disc as usize);
         // The partner, if there is one.
-        let partner = event.word() as usize;
-        fetch_ahead(&discs[if partner < discs.len() { partner } else { disc as usize }]);
+        fetch_ahead(discs, event.word() as usize);
     }
     if let Some((disc, event)) = ahead.after(2 * STAGE) {
         for_each_centre(discs, cells, disc, event, |cell| {
             let (slots, rows, columns) = cells.block(cell);
             for row in rows {
-                fetch_ahead(&slots[row + columns[0]]);
-                fetch_ahead(&slots[row + columns[2]]);
+                fetch_ahead(slots, row + columns[0]);
+                fetch_ahead(slots, row + columns[2]);
             }
         });
     }
     if let Some((disc, event)) = ahead.after(STAGE) {
         for_each_centre(discs, cells, disc, event, |cell| {
             for slots in cells.around(cell) {
-                for &slot in &slots[..PLACES] {
-                    // Written without a branch: whether a cell is empty can't be guessed.
-                    let other = slot as usize;
-                    fetch_ahead(&discs[if other < discs.len() { other } else { disc as usize }]);
+                for &other in &slots[..PLACES] {
+                    fetch_ahead(discs, other as usize);
                 }
             }
         });
