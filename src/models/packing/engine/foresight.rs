@@ -69,6 +69,10 @@ fn for_each_centre(
     visit: impl Fn([u16; 2]),
 ) {
     let record = &discs[disc as usize];
+    if record.event != event {
+        // It has another event by now, and this one will be passed over.
+        return;
+    }
     match event.kind() {
         EventKind::Pair(partner) => {
             visit(record.cell);
