@@ -9,9 +9,10 @@
 
 use super::disc::Disc;
 use super::events::{EventCode, NEVER};
+use super::processor::{fetch_ahead, with_large_pages};
 
-/// Entries of a sheet: with what else it holds it fills two cache lines.
-const ENTRIES_OF_SHEET: usize = 7;
+/// Entries of a sheet: two cache lines.
+const ENTRIES_OF_SHEET: usize = 8;
 
 /// No sheet.
 const NONE: u32 = u32::MAX;
@@ -40,6 +41,11 @@ impl Entry {
     }
 
     #[inline(always)]
+    fn event(self) -> EventCode {
+        EventCode::of_word((self.0 >> 32) as u32)
+    }
+
+    #[inline(always)]
     fn disc(self) -> u32 {
         self.0 as u32
     }
@@ -52,14 +58,32 @@ impl Entry {
     }
 }
 
+/// The entries that come next on the open page.
+pub(super) struct Ahead<'a>(&'a [Entry]);
+
+impl Ahead<'_> {
+    /// The disc and the event of the one that comes after so many others.
+    #[inline(always)]
+    pub(super) fn after(&self, others: usize) -> Option<(u32, EventCode)> {
+        self.0.get(others).map(|entry| (entry.disc(), entry.event()))
+    }
+}
+
 /// Some entries of one page.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-struct Sheet {
-    entries: [Entry; ENTRIES_OF_SHEET],
-    count: u32,
-    next: u32,
+struct Sheet([Entry; ENTRIES_OF_SHEET]);
+
+/// Where a page ends: its entries fill a list of sheets.
+#[derive(Clone, Copy, Debug)]
+struct Page {
+    /// The sheet that is being filled, or [`NONE`]; those behind it are full.
+    sheet: u32,
+    /// Entries on it.
+    filled: u32,
 }
+
+const BLANK: Page = Page { sheet: NONE, filled: 0 };
 
 /// All events that are to come, one a disc.
 #[derive(Clone, Debug)]
@@ -71,13 +95,18 @@ pub(super) struct Calendar {
     page: u64,
     /// Pages for each unit of time.
     pages_per_time: f64,
-    /// The first sheet of the pages that follow, in a ring whose length is a power of two.
-    pages: Vec<u32>,
+    /// The pages that follow, in a ring whose length is a power of two. What filing reads is all here, in few cache lines:
+    /// nobody waits for the line of the sheet that is written.
+    pages: Vec<Page>,
     /// Entries on them.
     on_pages: usize,
     sheets: Vec<Sheet>,
+    /// The sheet behind each one.
+    behind: Vec<u32>,
     /// Sheets that are free, in a list.
     free: u32,
+    /// The sheet of the next page that is asked for next: opening it waits for none.
+    coming_sheet: u32,
     /// What comes after the last page of the ring.
     later: Vec<Entry>,
 }
@@ -94,10 +123,12 @@ impl Calendar {
             turned: 0,
             page: 0,
             pages_per_time: 0.0,
-            pages: vec![NONE; pages.next_power_of_two()],
+            pages: vec![BLANK; pages.next_power_of_two()],
             on_pages: 0,
-            sheets: Vec::new(),
+            sheets: with_large_pages(discs.len() / 4),
+            behind: Vec::new(),
             free: NONE,
+            coming_sheet: NONE,
             later: Vec::new(),
         };
         calendar.file_anew(discs, wait);
@@ -112,10 +143,12 @@ impl Calendar {
         self.today.clear();
         self.turned = 0;
         self.page = 0;
-        self.pages.fill(NONE);
+        self.pages.fill(BLANK);
         self.on_pages = 0;
         self.sheets.clear();
+        self.behind.clear();
         self.free = NONE;
+        self.coming_sheet = NONE;
         self.later.clear();
         for (disc, record) in discs.iter().enumerate() {
             if record.event_time < NEVER {
@@ -149,14 +182,19 @@ impl Calendar {
     }
 
     /// The disc whose event comes first; `None` if nothing ever happens. It stays first until it has another event.
+    /// `passing` is called for each entry that is passed over, and looks at those that come after it.
     #[inline(always)]
-    pub(super) fn first(&mut self, discs: &[Disc]) -> Option<u32> {
+    pub(super) fn first(&mut self, discs: &[Disc], passing: impl Fn(Ahead<'_>)) -> Option<u32> {
         loop {
             while let Some(&entry) = self.today.get(self.turned) {
                 if entry.is_current(discs) {
                     return Some(entry.disc());
                 }
                 self.turned += 1;
+                passing(Ahead(&self.today[self.turned..]));
+                if self.turned.is_multiple_of(ENTRIES_OF_SHEET / 2) {
+                    self.fetch_coming_sheet();
+                }
             }
             if !self.turn_page(discs) {
                 return None;
@@ -164,10 +202,14 @@ impl Calendar {
         }
     }
 
-    /// The discs that come some places after the first, as far as they are on the open page.
+    /// Asks for one more sheet of the next page.
     #[inline(always)]
-    pub(super) fn coming(&self, places: usize) -> Option<u32> {
-        self.today.get(self.turned + places).map(|entry| entry.disc())
+    fn fetch_coming_sheet(&mut self) {
+        if let Some(Sheet(entries)) = self.sheets.get(self.coming_sheet as usize) {
+            fetch_ahead(entries, 0);
+            fetch_ahead(entries, ENTRIES_OF_SHEET / 2);
+            self.coming_sheet = self.behind[self.coming_sheet as usize];
+        }
     }
 
     #[inline(always)]
@@ -185,29 +227,28 @@ impl Calendar {
     #[inline(always)]
     fn put_onto(&mut self, page: usize, entry: Entry) {
         self.on_pages += 1;
-        let first = self.pages[page];
-        if first != NONE {
-            let sheet = &mut self.sheets[first as usize];
-            if let Some(line) = sheet.entries.get_mut(sheet.count as usize) {
-                *line = entry;
-                sheet.count += 1;
-                return;
-            }
+        let Page { sheet, filled } = &mut self.pages[page];
+        if let Some(Sheet(entries)) = self.sheets.get_mut(*sheet as usize)
+            && let Some(line) = entries.get_mut(*filled as usize)
+        {
+            *line = entry;
+            *filled += 1;
+        } else {
+            self.put_onto_new_sheet(page, entry);
         }
-        self.put_onto_new_sheet(page, entry);
     }
 
+    #[inline(never)]
     fn put_onto_new_sheet(&mut self, page: usize, entry: Entry) {
-        let sheet = Sheet { entries: [entry; ENTRIES_OF_SHEET], count: 1, next: self.pages[page] };
         if self.free == NONE {
-            self.pages[page] = self.sheets.len() as u32;
-            self.sheets.push(sheet);
-        } else {
-            let place = self.free as usize;
-            self.pages[page] = self.free;
-            self.free = self.sheets[place].next;
-            self.sheets[place] = sheet;
+            self.free = self.sheets.len() as u32;
+            self.sheets.push(Sheet([entry; ENTRIES_OF_SHEET]));
+            self.behind.push(NONE);
         }
+        let sheet = self.free;
+        let before = std::mem::replace(&mut self.pages[page], Page { sheet, filled: 1 });
+        self.sheets[sheet as usize].0[0] = entry;
+        self.free = std::mem::replace(&mut self.behind[sheet as usize], before.sheet);
     }
 
     /// Opens the next page that has entries; returns whether there is one.
@@ -221,7 +262,7 @@ impl Calendar {
             if place == 0 && !self.later.is_empty() {
                 self.file_later(discs);
             }
-            if self.pages[place] != NONE {
+            if self.pages[place].sheet != NONE {
                 self.open(place);
             }
             if !self.today.is_empty() {
@@ -233,14 +274,16 @@ impl Calendar {
 
     fn open(&mut self, place: usize) {
         let filed = self.today.len();
-        let mut sheet = std::mem::replace(&mut self.pages[place], NONE);
+        let Page { mut sheet, filled } = std::mem::replace(&mut self.pages[place], BLANK);
+        let mut count = filled as usize;
         while sheet != NONE {
-            let Sheet { entries, count, next } = &mut self.sheets[sheet as usize];
-            self.today.extend_from_slice(&entries[..*count as usize]);
-            let following = std::mem::replace(next, self.free);
+            self.today.extend_from_slice(&self.sheets[sheet as usize].0[..count]);
+            count = ENTRIES_OF_SHEET;
+            let following = std::mem::replace(&mut self.behind[sheet as usize], self.free);
             self.free = sheet;
             sheet = following;
         }
+        self.coming_sheet = self.pages[(place + 1) & (self.pages.len() - 1)].sheet;
         self.on_pages -= self.today.len() - filed;
         self.today.sort_unstable();
     }
@@ -308,7 +351,7 @@ mod tests {
             for round in 0..20_000 {
                 let disc = (generator.uniform() * count as f64) as usize;
                 let disc = if round % 2 == 0 {
-                    calendar.first(&discs).map_or(disc, |first| first as usize)
+                    calendar.first(&discs, |_| ()).map_or(disc, |first| first as usize)
                 } else {
                     disc
                 };
@@ -337,7 +380,7 @@ mod tests {
                     let record = &discs[disc as usize];
                     Entry::new(record.event_time, record.event, disc)
                 });
-                assert_eq!(calendar.first(&discs), least, "{count} discs, round {round}");
+                assert_eq!(calendar.first(&discs, |_| ()), least, "{count} discs, round {round}");
             }
         }
     }

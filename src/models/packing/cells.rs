@@ -2,6 +2,7 @@
 
 use super::events::Side;
 use super::motion::Vector;
+use super::processor::with_large_pages;
 
 /// Cells are wider than the largest contact distance by this factor: rounding of edges and crossing times hides no
 /// partner. As narrow as that, four discs fit into a cell and the search looks at the fewest.
@@ -145,6 +146,12 @@ impl Grid {
         shifts
     }
 
+    /// The order of cells by patches of 16 x 16, row by row in each: near in this order is near in space.
+    pub(super) fn order(&self, [column, row]: [u16; 2]) -> u64 {
+        let [column, row] = [u64::from(column), u64::from(row)];
+        (row >> 4) << 36 | (column >> 4) << 8 | (row & 15) << 4 | column & 15
+    }
+
     #[inline(always)]
     fn index(&self, [column, row]: [u16; 2]) -> usize {
         u32::from(row) as usize * self.table[0] as usize + usize::from(column)
@@ -185,7 +192,9 @@ impl Cells {
     /// Cells in which nobody stands.
     pub(super) fn new(grid: Grid) -> Self {
         let size = grid.table[0] as usize * grid.table[1] as usize;
-        Self { grid, slots: vec![[NOBODY; 4]; size], behind: Vec::new(), crowd: 0 }
+        let mut slots = with_large_pages(size);
+        slots.resize(size, EMPTY);
+        Self { grid, slots, behind: Vec::new(), crowd: 0 }
     }
 
     /// Whether a cell has more discs than places.

@@ -4,6 +4,7 @@
 //! disc has one event in the calendar, its soonest. A collision predicted with a partner that has collided since is void
 //! and is found out when its time comes (Lubachevsky, J. Comput. Phys. 94, 255, 1991; Paul, J. Comput. Phys. 221, 615, 2007).
 
+mod foresight;
 mod prediction;
 
 use self::prediction::Prospect;
@@ -14,7 +15,7 @@ use super::clock::Clock;
 use super::disc::Disc;
 use super::events::{EventCode, EventKind, NEVER, Side};
 use super::motion::{self, Vector};
-use super::processor::fetch_ahead;
+use super::processor::with_large_pages;
 use super::rapid::Rapid;
 use super::scan::Seeker;
 use crate::model::Fault;
@@ -25,9 +26,6 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// the clock's local time stays near the time between a disc's collisions, and its grain far below all lengths.
 const EVENTS_BETWEEN_MOVES: u64 = 16;
 const EVENTS_A_DISC_BETWEEN_MOVES: u64 = 4;
-
-/// So few discs stay in the processor's caches: fetching ahead would only cost.
-const FETCHED_AHEAD_FROM: usize = 20_000;
 
 /// What a step of the engine was.
 pub(super) enum Step {
@@ -108,7 +106,8 @@ impl Engine {
         wall_noise: Generator,
     ) -> Self {
         let grid = Self::grid(&arena, positions.len());
-        let discs = positions.into_iter().zip(velocities).map(|(position, velocity)| {
+        let mut discs = with_large_pages(positions.len());
+        discs.extend(positions.into_iter().zip(velocities).map(|(position, velocity)| {
             let (cell, inside) = grid.locate(position);
             Disc {
                 position: inside,
@@ -120,11 +119,11 @@ impl Engine {
                 collisions: 0,
                 cell,
             }
-        });
+        }));
         let contact_distance = 2.0 * arena.largest_radius;
         let mut engine = Self::of(State {
             arena,
-            discs: discs.collect(),
+            discs,
             radii,
             growth: None,
             clock: Clock::new(contact_distance, mean_square_speed),
@@ -242,10 +241,7 @@ impl Engine {
     /// Inelastic collapse (McNamara and Young, Phys. Fluids A 4, 496, 1992), or a jam.
     #[inline(always)]
     pub(super) fn step<const WIDE: bool>(&mut self, until: f64) -> Result<Step, Fault> {
-        let Some(disc) = self.calendar.first(&self.state.discs) else { return Ok(Step::Quiet) };
-        if self.state.discs.len() >= FETCHED_AHEAD_FROM {
-            self.fetch_coming();
-        }
+        let Some(disc) = self.next() else { return Ok(Step::Quiet) };
         let record = &self.state.discs[disc as usize];
         if record.event_time > self.state.clock.to_local(until) {
             return Ok(Step::Quiet);
@@ -436,30 +432,6 @@ impl Engine {
             let turned = |angle| motion::wall_impact(velocity, axis, angle);
             if let Some(leaving) = angles.into_iter().find_map(turned) {
                 return leaving;
-            }
-        }
-    }
-
-    /// Asks for what the coming events will look at: their discs first, then the cells around, then the neighbours.
-    #[inline(always)]
-    fn fetch_coming(&self) {
-        let discs = &self.state.discs;
-        if let Some(disc) = self.calendar.coming(12) {
-            fetch_ahead(&discs[disc as usize]);
-        }
-        if let Some(disc) = self.calendar.coming(8) {
-            let record = &discs[disc as usize];
-            for slots in self.cells.around(record.cell) {
-                fetch_ahead(slots);
-            }
-        }
-        if let Some(disc) = self.calendar.coming(4) {
-            for slots in self.cells.around(discs[disc as usize].cell) {
-                for &other in slots {
-                    if let Some(other) = discs.get(other as usize) {
-                        fetch_ahead(other);
-                    }
-                }
             }
         }
     }

@@ -78,6 +78,12 @@ impl EventCode {
         Self(CROSSINGS + 2 * (axis & 1) as u32 + u32::from(is_upper))
     }
 
+    /// The kind of a word.
+    #[inline(always)]
+    pub(super) fn of_word(word: u32) -> Self {
+        Self(word)
+    }
+
     /// The word itself.
     pub(super) fn word(self) -> u32 {
         self.0

@@ -5,6 +5,10 @@
 //! Gain, measured at packing fraction 0.3 and 0.7: see `benches/packing_speed.rs`.
 #![allow(unsafe_code)]
 
+/// Size of a large page of memory.
+#[cfg(target_os = "linux")]
+const LARGE_PAGE: usize = 2 << 20;
+
 /// Work that is compiled for several widths of instructions. `run` must be `#[inline(always)]`, and so must be what it calls
 /// where it counts.
 pub(super) trait Kernel {
@@ -86,17 +90,40 @@ fn run_with_avx512<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<true>()
 }
 
-/// Asks for the cache line of a value that will be wanted soon.
+/// Asks for the cache line of one of several values that will be wanted soon; past their end, for that of the last one:
+/// written without a branch, as whether somebody is there can't be guessed.
 #[inline(always)]
-pub(super) fn fetch_ahead<T>(value: &T) {
+pub(super) fn fetch_ahead<T>(values: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
-    // SAFETY: fetching ahead reads nothing and may be asked of any address; this one is a reference's.
+    // SAFETY: fetching ahead reads nothing and may be asked of any address.
     unsafe {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast());
+        let value = values.as_ptr().wrapping_add(index.min(values.len().wrapping_sub(1)));
+        _mm_prefetch::<_MM_HINT_T0>(value.cast());
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = value;
+    let _ = (values, index);
+}
+
+/// Room for so many values, in large pages of memory where the system has them: discs that meet stand anywhere, and each page
+/// has to be found first.
+pub(super) fn with_large_pages<T>(capacity: usize) -> Vec<T> {
+    let room: Vec<T> = Vec::with_capacity(capacity);
+    #[cfg(target_os = "linux")]
+    {
+        let begin = room.as_ptr().addr();
+        let end = begin + room.capacity() * size_of::<T>();
+        let (first, last) = (begin.next_multiple_of(LARGE_PAGE), end / LARGE_PAGE * LARGE_PAGE);
+        if first < last {
+            let place = room.as_ptr().cast::<u8>().wrapping_add(first - begin);
+            // SAFETY: the advice changes no value, and it is given for memory of this vector only. It may be refused: then
+            // pages are small.
+            let _ = unsafe {
+                libc::madvise(place.cast_mut().cast(), last - first, libc::MADV_HUGEPAGE)
+            };
+        }
+    }
+    room
 }
 
 /// The search with instructions of 512 bits: eight pairs side by side. The arithmetic is that of the plain search.

@@ -46,9 +46,9 @@ pub(super) struct Start {
 /// Discs that do not fit, overlap, or stand outside.
 pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal> {
     check_size(config)?;
-    let radii = radii(config, seed);
+    let mut radii = radii(config, seed);
     let mut scale = 1.0;
-    let (positions, placed) = match &config.placement {
+    let (mut positions, placed) = match &config.placement {
         PackingPlacement::Random => {
             check_random(config, &radii)?;
             (random_positions(config, &radii, seed)?, "random sequential addition".to_owned())
@@ -64,6 +64,7 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
         }
         PackingPlacement::Recorded(start) => return recorded_start(config, start),
     };
+    number_by_place(config, &mut positions, &mut radii);
     let velocities = random_velocities(config, seed.stream(Stream::Velocities));
     let momentum = if velocities.len() > 1 { ", mean velocity removed" } else { "" };
     let radii: Vec<f64> = radii.into_iter().map(|radius| radius * scale).collect();
@@ -79,6 +80,20 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
         radii: if is_equal(config) { Vec::new() } else { radii },
         account,
     })
+}
+
+/// Numbers the discs of a start of our own by their place, so that discs that stand near each other are near each other in
+/// memory, too.
+fn number_by_place(config: &PackingConfig, positions: &mut Vec<Vector>, radii: &mut Vec<f64>) {
+    let sides = [config.width.get(), config.height.get()];
+    let has_walls = config.boundary == Boundary::Walls;
+    let grid = Grid::new(sides, 2.0 * config.largest_radius(), positions.len(), has_walls);
+    let place = |position: &Vector| grid.order(grid.locate(*position).0);
+    let mut order: Vec<(u64, u32)> = Vec::with_capacity(positions.len());
+    order.extend(positions.iter().zip(0..).map(|(position, disc)| (place(position), disc)));
+    order.sort_unstable();
+    *positions = order.iter().map(|&(_, disc)| positions[disc as usize]).collect();
+    *radii = order.iter().map(|&(_, disc)| radii[disc as usize]).collect();
 }
 
 fn is_equal(config: &PackingConfig) -> bool {
