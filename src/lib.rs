@@ -42,8 +42,11 @@ pub mod timing;
 
 pub mod evidence;
 
+pub mod depot;
+pub mod destination;
 pub mod disk_space;
 pub mod distribution;
+mod telling;
 pub mod watching;
 
 pub mod exit;
