@@ -1,7 +1,8 @@
 //! The command line of `run-experiment`: what is asked, the plan, the runs, what was written and the next command.
 
 use crate::analysing;
-use crate::depot::{Delivery, Depot};
+use crate::conclusion::{self, Conclusion};
+use crate::depot::Depot;
 use crate::destination::Destination;
 use crate::disk_space;
 use crate::distribution::{self, Distribution, Executor, Rest};
@@ -12,18 +13,17 @@ use crate::exit::{EXIT_CODES, Exit};
 use crate::interrupt::Interrupt;
 use crate::plan::{Plan, Status};
 use crate::progress::{ProgressDisplay, Verbosity};
-use crate::run::{Conduct, Ending, RunError};
+use crate::run::Conduct;
 use crate::side_files;
 use crate::stale;
 use crate::start_file::StartFiles;
-use crate::telling::{describe, name_of, summary};
+use crate::telling::{describe, name_of};
 use crate::timing::{TimingError, time_table};
 use crate::watching::Watching;
 use crate::why::Earlier;
 use clap::Parser;
 use kinetoscope_manifest::{Experiment, Override};
 use kinetoscope_recording::file;
-use kinetoscope_recording::recorder::Outcome;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::num::NonZeroUsize;
@@ -183,8 +183,7 @@ impl Arguments {
 
     /// Where recordings go that do not stay on this machine.
     fn depot(&self, experiment: &Experiment) -> Result<Option<Depot>, String> {
-        let depot =
-            self.destination.depot(&experiment.name).map_err(|error| error.to_string())?;
+        let depot = self.destination.depot(&experiment.name).map_err(|error| error.to_string())?;
         let for_folders_alone = [
             (self.why, "--why"),
             (self.prune, "--prune"),
@@ -279,7 +278,10 @@ impl Arguments {
             depot.put_all(plan, is_whole, &stop);
         }
         if let Some(file) = &self.distribution.export_commands {
-            return self.delivered(depot, plan, self.export(file, manifest, plan));
+            let exit = self.export(file, manifest, plan);
+            return depot.map_or(exit, |depot| {
+                conclusion::delivered(&depot.delivery(plan), depot, exit, &|text| self.say(text))
+            });
         }
         let runs = plan.to_do_by_cost();
         let progress = ProgressDisplay::new(runs.len(), self.verbosity());
@@ -325,7 +327,14 @@ impl Arguments {
         {
             eprintln!("warning: not all recordings were analysed: {why}");
         }
-        self.conclude(experiment, plan, depot, &results, &interrupt)
+        let conclusion = Conclusion {
+            experiment,
+            plan,
+            depot,
+            is_task: self.distribution.only.is_some(),
+            say: &|text| self.say(text),
+        };
+        conclusion.of(&results, interrupt.exit_code())
     }
 
     fn rest<'a>(&'a self, manifest: &'a Path) -> Rest<'a> {
@@ -381,105 +390,6 @@ impl Arguments {
             Some(code) => Exit::Signal(code),
             None => conclusion.exit,
         }
-    }
-
-    fn conclude(
-        &self,
-        experiment: &Experiment,
-        plan: &Plan,
-        depot: Option<&Depot>,
-        results: &[local::Result<'_>],
-        interrupt: &Interrupt,
-    ) -> Exit {
-        let (exit, failed) = self.complain(experiment, plan, results);
-        let endings: Vec<&Ending> =
-            results.iter().filter_map(|(_, result)| result.as_ref()?.as_ref().ok()).collect();
-        let place = depot.map_or_else(
-            || plan.folder.display().to_string(),
-            |depot| depot.address().to_string(),
-        );
-        if !endings.is_empty() {
-            self.say(&summary(plan, &endings));
-        }
-        let exit = self.delivered(depot, plan, exit);
-        if results.is_empty() && exit == Exit::Done {
-            self.say(&format!("Nothing to do: {place} has all recordings"));
-        }
-        if failed > 0 && results.len() > 1 {
-            eprintln!("{failed} of {} runs did not end well", results.len());
-        }
-        if let Some(code) = interrupt.exit_code() {
-            eprintln!("Stopped. The same command goes on from here.");
-            return Exit::Signal(code);
-        }
-        if exit == Exit::Done {
-            let (feature, results) = match depot {
-                None => ("", String::new()),
-                Some(_) => (
-                    " --features object-storage",
-                    format!(" --output {}", Path::new("recordings").join(&experiment.name).display()),
-                ),
-            };
-            self.say(&format!(
-                "\nNext:\n  cargo run --release{feature} --bin analyze-recordings -- {place}{results}"
-            ));
-        }
-        exit
-    }
-
-    /// Says of each run that did not end well why, and how many there are; returns the gravest exit code.
-    fn complain(
-        &self,
-        experiment: &Experiment,
-        plan: &Plan,
-        results: &[local::Result<'_>],
-    ) -> (Exit, usize) {
-        let (mut exit, mut failed) = (Exit::Done, 0);
-        for run in &plan.runs {
-            if let Status::Done(Outcome::Fault(fault)) = &run.status {
-                eprintln!("{}: ended in a fault earlier: {fault}", name_of(run, experiment));
-                exit = Exit::RunFailed;
-            }
-        }
-        for (run, result) in results {
-            let (message, class) = match result {
-                None => continue,
-                Some(Ok(ending)) => match &ending.outcome {
-                    Outcome::Complete | Outcome::Interrupted => continue,
-                    Outcome::Fault(fault) => {
-                        (format!("ended in a fault: {fault}"), Exit::RunFailed)
-                    }
-                },
-                Some(Err(RunError::Record(error))) if error.is_retryable() => {
-                    (error.to_string(), Exit::Retryable)
-                }
-                Some(Err(error)) => (error.to_string(), Exit::RunFailed),
-            };
-            eprintln!("{}: {message}", name_of(run, experiment));
-            failed += 1;
-            if self.distribution.only.is_some() && !matches!(result, Some(Ok(_))) {
-                let is_retryable = class == Exit::Retryable;
-                distribution::report_failure(&plan.folder, run, is_retryable, &message);
-            }
-            if exit != Exit::RunFailed {
-                exit = class;
-            }
-        }
-        (exit, failed)
-    }
-
-    /// Says what came of the puts to object storage, and returns the graver exit code.
-    fn delivered(&self, depot: Option<&Depot>, plan: &Plan, exit: Exit) -> Exit {
-        let Some(depot) = depot else { return exit };
-        let Delivery { put, complaints, exit: of_puts } = depot.delivery(plan);
-        if put > 0 {
-            let plural = if put == 1 { "recording" } else { "recordings" };
-            self.say(&format!("Put {put} {plural} to {}", depot.address()));
-        }
-        for complaint in complaints {
-            eprintln!("{complaint}");
-        }
-        if exit == Exit::Done || of_puts == Exit::RunFailed { of_puts } else { exit }
     }
 
     fn jobs(&self) -> NonZeroUsize {

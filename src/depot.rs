@@ -79,8 +79,7 @@ impl Depot {
     /// # Errors
     /// A store that does not answer, or has no such bucket, with the exit code.
     pub fn find(&self, plan: &mut Plan, force: bool) -> Result<(), (Exit, String)> {
-        let objects =
-            self.store.objects().map_err(|error| (exit_of(&error), error.to_string()))?;
+        let objects = self.store.objects().map_err(|error| (exit_of(&error), error.to_string()))?;
         if force {
             return Ok(());
         }

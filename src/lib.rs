@@ -42,6 +42,7 @@ pub mod timing;
 
 pub mod evidence;
 
+mod conclusion;
 pub mod depot;
 pub mod destination;
 pub mod disk_space;

@@ -138,12 +138,7 @@ fn search(folder: &Path, found: &mut Vec<Source>) -> Result<(), BadPath> {
     Ok(())
 }
 
-fn source(
-    storage: Arc<dyn Storage>,
-    folder: PathBuf,
-    files: Vec<PathBuf>,
-    whole: bool,
-) -> Source {
+fn source(storage: Arc<dyn Storage>, folder: PathBuf, files: Vec<PathBuf>, whole: bool) -> Source {
     let remote = Address::is_one(&folder).then(|| folder.clone());
     let name = remote.or_else(|| std::fs::canonicalize(&folder).ok());
     let name = name.as_deref().map_or_else(|| "recordings".to_owned(), file_name);

@@ -26,7 +26,8 @@ impl Address {
     /// # Errors
     /// An address that names no bucket, or whose parts no folder could be named by: empty ones, `.` and `..`.
     pub fn parse(text: &str) -> Result<Self, StoreError> {
-        let wrong = |why: &str| StoreError::wrong(format!("{text}: {why}; write s3://BUCKET/PREFIX"));
+        let wrong =
+            |why: &str| StoreError::wrong(format!("{text}: {why}; write s3://BUCKET/PREFIX"));
         let place = text.strip_prefix(SCHEME).ok_or_else(|| wrong("this is no address"))?;
         let place = place.strip_suffix('/').unwrap_or(place);
         let (bucket, prefix) = place.split_once('/').unwrap_or((place, ""));
@@ -43,8 +44,11 @@ impl Address {
     /// The place one level below.
     #[must_use]
     pub fn below(&self, name: &str) -> Self {
-        let prefix =
-            if self.prefix.is_empty() { name.to_owned() } else { format!("{}/{name}", self.prefix) };
+        let prefix = if self.prefix.is_empty() {
+            name.to_owned()
+        } else {
+            format!("{}/{name}", self.prefix)
+        };
         Self { bucket: self.bucket.clone(), prefix }
     }
 
@@ -87,7 +91,9 @@ mod tests {
 
     #[test]
     fn what_leads_nowhere_is_refused() {
-        for text in ["s3://", "s3:///a", "s3://bucket//a", "s3://bucket/../a", "s3://bucket/.", "bucket/a"] {
+        for text in
+            ["s3://", "s3:///a", "s3://bucket//a", "s3://bucket/../a", "s3://bucket/.", "bucket/a"]
+        {
             let error = Address::parse(text).unwrap_err();
             assert!(!error.is_retryable && error.to_string().starts_with(text), "{error}");
         }

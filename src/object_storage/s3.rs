@@ -37,7 +37,7 @@ const SHORT: Duration = Duration::from_millis(100);
 const TO_CLEAN_UP: Duration = Duration::from_secs(5);
 /// A connection that lies unused may be closed at the other end, and nobody looks meanwhile.
 const UNUSED_CONNECTIONS: &str = "5 seconds";
-/// A request is tried again for about ten seconds where nobody answers, for a minute where somebody does.
+/// A request is tried again for some seconds where nobody answers, for a minute at most where somebody does.
 const PATIENCE: RetryConfig = RetryConfig {
     backoff: BackoffConfig {
         init_backoff: Duration::from_millis(100),

@@ -178,10 +178,7 @@ fn read_head(
 }
 
 /// The outcome by way of the footer and the summary's index; `None` where the file has no footer.
-fn read_outcome(
-    mut file: BufReader<Box<dyn Input>>,
-    end: u64,
-) -> Result<Option<Outcome>, Broken> {
+fn read_outcome(mut file: BufReader<Box<dyn Input>>, end: u64) -> Result<Option<Outcome>, Broken> {
     let Some(tail) = end.checked_sub(TAIL) else { return Ok(None) };
     file.seek(SeekFrom::Start(tail))?;
     let mut footer = Records::new(&mut file, tail, end);
