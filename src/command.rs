@@ -5,7 +5,7 @@ use crate::conclusion::{self, Conclusion};
 use crate::depot::Depot;
 use crate::destination::Destination;
 use crate::disk_space;
-use crate::distribution::{self, Distribution, Executor, Rest};
+use crate::distribution::{Distribution, Executor, Rest};
 use crate::evidence::{Evidence, Report};
 use crate::executor::engine::Engine;
 use crate::executor::local::{self, Workforce};

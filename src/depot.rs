@@ -10,6 +10,7 @@ use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
 use kinetoscope_recording::storage::Storage;
+use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::fs;
@@ -20,6 +21,9 @@ use std::time::{Duration, Instant};
 
 /// After a put that failed, runs go on for so long before the next is tried: a store that is away holds up no run.
 const REST: Duration = Duration::from_secs(30);
+
+/// Recordings that are asked for at the same time.
+const ASKED_AT_ONCE: usize = 32;
 
 /// Whether to stop.
 pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
@@ -84,19 +88,23 @@ impl Depot {
             return Ok(());
         }
         let names: BTreeSet<String> = objects.into_iter().map(|object| object.name).collect();
-        let found: Result<Vec<()>, ReadError> = plan
-            .runs
-            .par_iter_mut()
-            .filter(|run| names.contains(&run.file_name()))
-            .map(|run| {
+        let ask = || -> Result<(), ReadError> {
+            let named = plan.runs.par_iter_mut().filter(|run| names.contains(&run.file_name()));
+            named.try_for_each(|run| {
                 if let Some(outcome) = self.outcome(run)? {
                     run.status = Status::Done(outcome);
                     self.state().there.insert(run.file_name());
                 }
                 Ok(())
             })
-            .collect();
-        found.map(drop).map_err(|error| (Exit::Retryable, error.to_string()))
+        };
+        // An answer takes the way there and back, whatever the number of processors.
+        let pool = ThreadPoolBuilder::new().num_threads(ASKED_AT_ONCE).build();
+        let found = match pool {
+            Ok(pool) => pool.install(ask),
+            Err(_) => ask(),
+        };
+        found.map_err(|error| (Exit::Retryable, error.to_string()))
     }
 
     /// How a run ended by its recording there; `None` where something else has its name.
@@ -201,9 +209,12 @@ impl Depot {
             let left = plan.runs.iter().filter(|run| {
                 !state.there.contains(&run.file_name()) && run.recorded(&plan.folder).is_some()
             });
+            let left = match left.count() {
+                1 => "1 recording waits".to_owned(),
+                left => format!("{left} recordings wait"),
+            };
             delivery.complaints.push(format!(
-                "{error}\n{} recordings wait in {}: the same command puts them there without running again",
-                left.count(),
+                "{error}\n{left} in {}: the same command puts it all there without running again",
                 plan.folder.display()
             ));
             delivery.exit = exit_of(error);

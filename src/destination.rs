@@ -37,6 +37,7 @@ impl Destination {
     pub fn folder(&self) -> Result<PathBuf, StoreError> {
         Ok(match self.address()? {
             None => self.output.clone(),
+            Some(address) if address.prefix().is_empty() => self.spool.join(address.bucket()),
             Some(address) => self.spool.join(address.bucket()).join(address.prefix()),
         })
     }
