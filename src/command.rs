@@ -1,26 +1,29 @@
 //! The command line of `run-experiment`: what is asked, the plan, the runs, what was written and the next command.
 
 use crate::analysing;
+use crate::conclusion::{self, Conclusion};
+use crate::depot::Depot;
+use crate::destination::Destination;
 use crate::disk_space;
-use crate::distribution::{self, Distribution, Executor, Rest};
+use crate::distribution::{Distribution, Executor, Rest};
 use crate::evidence::{Evidence, Report};
 use crate::executor::engine::Engine;
 use crate::executor::local::{self, Workforce};
 use crate::exit::{EXIT_CODES, Exit};
 use crate::interrupt::Interrupt;
-use crate::plan::{Plan, PlannedRun, Status};
-use crate::progress::{ProgressDisplay, Verbosity, size};
-use crate::run::{Conduct, Ending, RunError};
+use crate::plan::{Plan, Status};
+use crate::progress::{ProgressDisplay, Verbosity};
+use crate::run::Conduct;
 use crate::side_files;
 use crate::stale;
 use crate::start_file::StartFiles;
+use crate::telling::{describe, name_of};
 use crate::timing::{TimingError, time_table};
 use crate::watching::Watching;
 use crate::why::Earlier;
 use clap::Parser;
 use kinetoscope_manifest::{Experiment, Override};
 use kinetoscope_recording::file;
-use kinetoscope_recording::recorder::Outcome;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::num::NonZeroUsize;
@@ -34,9 +37,8 @@ pub struct Arguments {
     /// The manifest, a TOML file
     #[arg(required_unless_present_any = ["schema", "new", "evidence"], value_name = "MANIFEST")]
     manifest: Option<PathBuf>,
-    /// Folder of the recordings: they go to DIR/NAME
-    #[arg(long, value_name = "DIR", default_value = "recordings")]
-    output: PathBuf,
+    #[command(flatten)]
+    destination: Destination,
     /// Runs side by side [default: one a processor]
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
@@ -115,50 +117,85 @@ impl Arguments {
     }
 
     fn run(&self, path: &Path) -> Exit {
-        let experiment = match self.read(path) {
-            Ok(experiment) => experiment,
-            Err(message) => return fail(Exit::BadManifest, &message),
-        };
-        if self.time {
-            return timed(&experiment);
+        match self.plan_and_run(path) {
+            Ok(exit) => exit,
+            Err((exit, message)) => fail(exit, &message),
         }
-        let plan = match &self.distribution.only {
-            None => Plan::new(&experiment, &self.output, self.force),
-            Some(keys) => match Plan::of_keys(&experiment, &self.output, self.force, keys) {
-                Ok(plan) => plan,
-                Err(key) => {
-                    let message = format!(
-                        "no run has the content key {key}: the manifest or the program has changed since it was given"
-                    );
-                    return fail(Exit::BadManifest, &message);
-                }
-            },
-        };
+    }
+
+    fn plan_and_run(&self, path: &Path) -> Result<Exit, (Exit, String)> {
+        let bad = |message: String| (Exit::BadManifest, message);
+        let experiment = self.read(path).map_err(bad)?;
+        if self.time {
+            return Ok(timed(&experiment));
+        }
+        let depot = self.depot(&experiment).map_err(bad)?;
+        let mut plan = self.plan(&experiment).map_err(bad)?;
+        if let Some(depot) = &depot {
+            depot.find(&mut plan, self.force)?;
+        }
         if self.why {
-            return explain(&experiment, &plan);
+            return Ok(explain(&experiment, &plan));
         }
         let refusals: Vec<String> = plan
             .refused()
             .map(|(run, refusal)| format!("{}: {refusal}", name_of(run, &experiment)))
             .collect();
         if !refusals.is_empty() {
-            return fail(Exit::BadManifest, &refusals.join("\n"));
+            return Err(bad(refusals.join("\n")));
         }
         let jobs = self.jobs().get().min(plan.to_do().len().max(1));
-        self.say(&describe(&experiment, &plan, jobs));
-        if let Some(message) = disk_space::shortage(&plan) {
-            return fail(Exit::Retryable, &message);
+        let here = plan.folder.display().to_string();
+        let place = match &depot {
+            None => here,
+            Some(depot) => format!("{} by way of {here}", depot.address()),
+        };
+        self.say(&describe(&experiment, &plan, jobs, &place));
+        let at_once = if depot.is_some() { jobs } else { plan.runs.len() };
+        let option = self.destination.option_of_folder();
+        if let Some(message) = disk_space::shortage(&plan, plan.bytes_at_once(at_once), option) {
+            return Err((Exit::Retryable, message));
         }
         if self.force && self.distribution.executor != Executor::Local {
             let message = "--force is for this machine alone: a cluster's task skips what is recorded. Remove the recordings that are to be done again";
-            return fail(Exit::BadManifest, message);
+            return Err(bad(message.to_owned()));
         }
         if self.dry_run {
-            return if self.prune { self.prune(&plan) } else { Exit::Done };
+            return Ok(if self.prune { self.prune(&plan) } else { Exit::Done });
         }
-        match self.execute_plan(path, &experiment, &plan, jobs) {
+        Ok(match self.execute_plan(path, &experiment, &plan, depot.as_ref(), jobs) {
             Exit::Done if self.prune => self.prune(&plan),
             exit => exit,
+        })
+    }
+
+    fn plan(&self, experiment: &Experiment) -> Result<Plan, String> {
+        let folder = self.destination.folder().map_err(|error| error.to_string())?;
+        let Some(keys) = &self.distribution.only else {
+            return Ok(Plan::new(experiment, &folder, self.force));
+        };
+        Plan::of_keys(experiment, &folder, self.force, keys).map_err(|key| {
+            format!(
+                "no run has the content key {key}: the manifest or the program has changed since it was given"
+            )
+        })
+    }
+
+    /// Where recordings go that do not stay on this machine.
+    fn depot(&self, experiment: &Experiment) -> Result<Option<Depot>, String> {
+        let depot = self.destination.depot(&experiment.name).map_err(|error| error.to_string())?;
+        let for_folders_alone = [
+            (self.why, "--why"),
+            (self.prune, "--prune"),
+            (self.distribution.analyze, "--analyze"),
+            (self.distribution.executor != Executor::Local, "--executor"),
+        ];
+        match for_folders_alone.iter().find(|(asked, _)| *asked) {
+            Some((_, option)) if depot.is_some() => Err(format!(
+                "{option} looks into a folder of recordings, and these go to s3://. Leave it out, or name a folder with --output \
+                 DIR; other machines record to s3:// with the commands of --export-commands FILE"
+            )),
+            _ => Ok(depot),
         }
     }
 
@@ -214,6 +251,7 @@ impl Arguments {
         manifest: &Path,
         experiment: &Experiment,
         plan: &Plan,
+        depot: Option<&Depot>,
         jobs: usize,
     ) -> Exit {
         let interrupt = match Interrupt::listen() {
@@ -228,13 +266,22 @@ impl Arguments {
             return fail(
                 Exit::Retryable,
                 &format!(
-                    "cannot write to {}: {error}\nMake it writable or choose another folder with --output DIR, and run the same command again.",
-                    plan.folder.display()
+                    "cannot write to {}: {error}\nMake it writable or choose another folder with {} DIR, and run the same command again.",
+                    plan.folder.display(),
+                    self.destination.option_of_folder()
                 ),
             );
         }
+        let stop = || interrupt.is_raised();
+        let is_whole = self.distribution.only.is_none();
+        if let Some(depot) = depot {
+            depot.put_all(plan, is_whole, &stop);
+        }
         if let Some(file) = &self.distribution.export_commands {
-            return self.export(file, manifest, plan);
+            let exit = self.export(file, manifest, plan);
+            return depot.map_or(exit, |depot| {
+                conclusion::delivered(&depot.delivery(plan), depot, exit, &|text| self.say(text))
+            });
         }
         let runs = plan.to_do_by_cost();
         let progress = ProgressDisplay::new(runs.len(), self.verbosity());
@@ -263,22 +310,37 @@ impl Arguments {
                 live: live.as_ref(),
             },
             &progress,
+            &|run| {
+                if let Some(depot) = depot {
+                    depot.put_soon(run, &plan.folder, &stop);
+                }
+            },
         );
         progress.close();
         drop(live);
+        if let Some(depot) = depot {
+            depot.put_all(plan, is_whole, &stop);
+        }
         if self.distribution.analyze
             && !interrupt.is_raised()
             && let Err(why) = analysing::remember(plan)
         {
             eprintln!("warning: not all recordings were analysed: {why}");
         }
-        self.conclude(experiment, plan, &results, &interrupt)
+        let conclusion = Conclusion {
+            experiment,
+            plan,
+            depot,
+            is_task: self.distribution.only.is_some(),
+            say: &|text| self.say(text),
+        };
+        conclusion.of(&results, interrupt.exit_code())
     }
 
     fn rest<'a>(&'a self, manifest: &'a Path) -> Rest<'a> {
         Rest {
             manifest,
-            output: &self.output,
+            destination: &self.destination,
             overrides: &self.overrides,
             analyze: self.distribution.analyze,
             threads: self.threads,
@@ -328,67 +390,6 @@ impl Arguments {
             Some(code) => Exit::Signal(code),
             None => conclusion.exit,
         }
-    }
-
-    fn conclude(
-        &self,
-        experiment: &Experiment,
-        plan: &Plan,
-        results: &[local::Result<'_>],
-        interrupt: &Interrupt,
-    ) -> Exit {
-        let (mut exit, mut failed) = (Exit::Done, 0);
-        for run in &plan.runs {
-            if let Status::Done(Outcome::Fault(fault)) = &run.status {
-                eprintln!("{}: ended in a fault earlier: {fault}", name_of(run, experiment));
-                exit = Exit::RunFailed;
-            }
-        }
-        for (run, result) in results {
-            let (message, class) = match result {
-                None => continue,
-                Some(Ok(ending)) => match &ending.outcome {
-                    Outcome::Complete | Outcome::Interrupted => continue,
-                    Outcome::Fault(fault) => {
-                        (format!("ended in a fault: {fault}"), Exit::RunFailed)
-                    }
-                },
-                Some(Err(RunError::Record(error))) if error.is_retryable() => {
-                    (error.to_string(), Exit::Retryable)
-                }
-                Some(Err(error)) => (error.to_string(), Exit::RunFailed),
-            };
-            eprintln!("{}: {message}", name_of(run, experiment));
-            failed += 1;
-            if self.distribution.only.is_some() && !matches!(result, Some(Ok(_))) {
-                let is_retryable = class == Exit::Retryable;
-                distribution::report_failure(&plan.folder, run, is_retryable, &message);
-            }
-            if exit != Exit::RunFailed {
-                exit = class;
-            }
-        }
-        let endings: Vec<&Ending> =
-            results.iter().filter_map(|(_, result)| result.as_ref()?.as_ref().ok()).collect();
-        if results.is_empty() {
-            self.say(&format!("Nothing to do: {} has all recordings", plan.folder.display()));
-        } else if !endings.is_empty() {
-            self.say(&summary(plan, &endings));
-        }
-        if failed > 0 && results.len() > 1 {
-            eprintln!("{failed} of {} runs did not end well", results.len());
-        }
-        if let Some(code) = interrupt.exit_code() {
-            eprintln!("Stopped. The same command goes on from here.");
-            return Exit::Signal(code);
-        }
-        if exit == Exit::Done {
-            self.say(&format!(
-                "\nNext:\n  cargo run --release --bin analyze-recordings -- {}",
-                plan.folder.display()
-            ));
-        }
-        exit
     }
 
     fn jobs(&self) -> NonZeroUsize {
@@ -467,76 +468,4 @@ fn fail(exit: Exit, message: &str) -> Exit {
 fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().map_err(|_| "write a number of seconds, such as 5".to_owned())?;
     Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
-}
-
-/// What tells a run from the others: its coordinates and replicate, or the experiment's name.
-fn name_of(run: &PlannedRun, experiment: &Experiment) -> String {
-    let mut parts: Vec<String> = run
-        .run
-        .coordinates
-        .iter()
-        .map(|coordinate| format!("{} = {}", coordinate.key, coordinate.value))
-        .collect();
-    if experiment.replicates > 1 {
-        parts.push(format!("replicate {}", run.run.replicate));
-    }
-    if parts.is_empty() { experiment.name.clone() } else { parts.join(", ") }
-}
-
-fn describe(experiment: &Experiment, plan: &Plan, jobs: usize) -> String {
-    let to_do = plan.to_do();
-    let done = plan.runs.len() - to_do.len();
-    let mut text = format!("{}: {} ", experiment.name, experiment.model());
-    text += &match plan.runs.len() {
-        1 => "run".to_owned(),
-        runs => format!("runs, {runs}"),
-    };
-    if experiment.replicates > 1 {
-        text += &format!(" ({} replicates each)", experiment.replicates);
-    }
-    let mut estimates = to_do.iter().filter_map(|run| match &run.status {
-        Status::ToDo(estimate) => Some(estimate),
-        Status::Done(_) | Status::Refused(_) => None,
-    });
-    if let Some(first) = estimates.next() {
-        let plural = if first.particles == 1 { "particle" } else { "particles" };
-        text += &format!("\n  {} {plural}, {} frames", first.particles, first.frames);
-        if estimates.any(|other| (other.particles, other.frames) != (first.particles, first.frames))
-        {
-            text += " in the first";
-        }
-        text += &format!(", at most {} in all, {jobs} at a time", size(plan.bytes_to_write()));
-    }
-    text += &format!("\n  to {}", plan.folder.display());
-    if done > 0 {
-        text += &format!("\n  {done} finished already, {} to do (--force does all)", to_do.len());
-    }
-    text
-}
-
-fn summary(plan: &Plan, endings: &[&Ending]) -> String {
-    let (stopped, written): (Vec<&Ending>, Vec<&Ending>) =
-        endings.iter().partition(|ending| ending.outcome == Outcome::Interrupted);
-    let bytes: u64 = written.iter().map(|ending| ending.bytes).sum();
-    let seconds: f64 = written.iter().map(|ending| ending.wall_time.as_secs_f64()).sum();
-    let frames: u64 = written.iter().map(|ending| ending.frames).sum();
-    let mut lines = Vec::new();
-    match written.as_slice() {
-        [] => {}
-        [ending] => lines.push(format!(
-            "Wrote {} ({}, {frames} frames in {seconds:.2} s)",
-            ending.path.display(),
-            size(bytes)
-        )),
-        several => lines.push(format!(
-            "Wrote {} recordings to {} ({}, {frames} frames, {seconds:.1} s of running)",
-            several.len(),
-            plan.folder.display(),
-            size(bytes)
-        )),
-    }
-    lines.extend(stopped.iter().map(|ending| {
-        format!("Kept {} with {} frames so far", ending.path.display(), ending.frames)
-    }));
-    lines.join("\n")
 }

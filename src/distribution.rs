@@ -1,5 +1,6 @@
 //! What the command line says of other machines: who does the runs, and which of them this process does.
 
+use crate::destination::Destination;
 use crate::executor::engine::Engine;
 use crate::executor::queue::{self, Errand};
 use crate::executor::task::{TaskCommand, dealt, keys};
@@ -74,8 +75,8 @@ pub struct Distribution {
 pub struct Rest<'a> {
     /// The manifest.
     pub manifest: &'a Path,
-    /// The folder of the recordings' folder.
-    pub output: &'a Path,
+    /// Where recordings go.
+    pub destination: &'a Destination,
     /// The overrides of the manifest.
     pub overrides: &'a [String],
     /// Whether tasks analyse what they record.
@@ -94,7 +95,7 @@ impl Rest<'_> {
             program: std::env::current_exe()?,
             manifest: fs::canonicalize(self.manifest)?,
             starts_in: None,
-            output: fs::canonicalize(self.output)?,
+            destination: self.destination.words()?,
             overrides: self.overrides.to_vec(),
             analyze: self.analyze,
             threads: self.threads.map_or(1, NonZeroUsize::get),

@@ -43,8 +43,12 @@ pub mod timing;
 
 pub mod evidence;
 
+mod conclusion;
+pub mod depot;
+pub mod destination;
 pub mod disk_space;
 pub mod distribution;
+mod telling;
 pub mod watching;
 
 pub mod exit;

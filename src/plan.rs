@@ -136,6 +136,15 @@ impl Plan {
             })
             .fold(0, u64::saturating_add)
     }
+
+    /// Upper estimate of the bytes of the `jobs` largest recordings still to be written.
+    #[must_use]
+    pub fn bytes_at_once(&self, jobs: usize) -> u64 {
+        let estimates = self.runs.iter().filter_map(PlannedRun::estimate);
+        let mut bytes: Vec<u64> = estimates.map(|estimate| estimate.bytes).collect();
+        bytes.sort_unstable_by(|one, other| other.cmp(one));
+        bytes.into_iter().take(jobs).fold(0, u64::saturating_add)
+    }
 }
 
 impl PlannedRun {
@@ -166,6 +175,12 @@ impl PlannedRun {
         finished(folder, &self.stem, &self.content_key)
     }
 
+    /// The outcome of a recording, where it is this run's: finished, and with the whole key.
+    #[must_use]
+    pub fn outcome_in(&self, recording: &Recording) -> Option<Outcome> {
+        outcome(recording, &self.content_key)
+    }
+
     /// The recording's file name.
     #[must_use]
     pub fn file_name(&self) -> String {
@@ -175,7 +190,10 @@ impl PlannedRun {
 
 /// The outcome of a recording that is there, is finished and carries the whole key: the file's name alone proves nothing.
 fn finished(folder: &Path, stem: &str, content_key: &ContentKey) -> Option<Outcome> {
-    let recording = Recording::open(&folder.join(format!("{stem}.mcap"))).ok()?;
+    outcome(&Recording::open(&folder.join(format!("{stem}.mcap"))).ok()?, content_key)
+}
+
+fn outcome(recording: &Recording, content_key: &ContentKey) -> Option<Outcome> {
     let provenance = recording.provenance();
     match provenance.outcome.clone()? {
         Outcome::Interrupted => None,

@@ -104,6 +104,8 @@ fn given_packages_have_one_home() {
         ("rand_chacha::", "src/random.rs"),
         ("indicatif::", "src/progress.rs"),
         ("tungstenite::", "src/live"),
+        ("object_store::", "src/object_storage"),
+        ("tokio::", "src/object_storage"),
         ("csv::", "analysis"),
         ("png::", "analysis"),
     ];

@@ -3,14 +3,15 @@
 use crate::baseline::Baseline;
 use crate::export::{self, Form};
 use crate::files::{self, WriteError};
-use crate::input::Source;
+use crate::input::{BadPath, Source};
 use crate::memory::Memory;
 use crate::report::{self, Report, Wishes, analyse};
 use crate::table::{Terminal, Tone};
-use crate::thumbnail::{PictureForm, Wish, thumbnail};
+use crate::thumbnail::{PictureForm, ThumbnailError, Wish, thumbnail};
 use crate::{catalogue, ci, input};
 use clap::Parser;
 use kinetoscope_manifest::{Check, parse_checks};
+use kinetoscope_recording::error::ReadError;
 use std::io::{IsTerminal, Write};
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
@@ -61,7 +62,8 @@ struct Arguments {
     /// Prints the reference of all metrics (Markdown) and stops.
     #[arg(long, exclusive = true)]
     metrics: bool,
-    /// Recordings, and folders of recordings.
+    /// Recordings, and folders of recordings; also on object storage as s3://BUCKET/PREFIX, in a program built with
+    /// `--features object-storage`.
     #[arg(required_unless_present = "metrics", value_name = "PATH")]
     paths: Vec<PathBuf>,
 }
@@ -138,8 +140,15 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
     let baselines: Result<Vec<Baseline>, String> =
         arguments.baseline.iter().map(|path| read_baseline(path)).collect();
     let mut baselines = baselines.map_err(usage)?;
-    let sources =
-        input::sources(&arguments.paths).map_err(|input::BadPath(why)| (Exit::Usage, why))?;
+    let sources = sources(&arguments.paths)?;
+    if arguments.output.is_none()
+        && let Some(remote) = sources.iter().find(|source| source.is_remote())
+    {
+        let folder = remote.folder.display();
+        return Err(usage(format!(
+            "{folder} is not on this machine: name a folder for the results with --output DIR"
+        )));
+    }
     if arguments.remember {
         return Ok(remember(sources, arguments));
     }
@@ -179,6 +188,13 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
     Ok(conclude(&reports, terminal))
 }
 
+/// Finds the recordings behind the paths.
+fn sources(paths: &[PathBuf]) -> Result<Vec<Source>, (Exit, String)> {
+    input::sources(paths).map_err(|BadPath { why, is_retryable }| {
+        (if is_retryable { Exit::Retry } else { Exit::Usage }, why)
+    })
+}
+
 /// Analyses and remembers; what could not be read is named.
 fn remember(sources: Vec<Source>, arguments: &Arguments) -> Exit {
     let mut exit = Exit::Done;
@@ -205,14 +221,19 @@ fn draw(
 ) -> Result<Exit, (Exit, String)> {
     let usage = |message: &str| (Exit::Usage, message.to_owned());
     let form = PictureForm::of(file, picture.thumbnail_frames).map_err(usage)?;
-    let sources = input::sources(paths).map_err(|input::BadPath(why)| (Exit::Usage, why))?;
-    let recordings: Vec<&PathBuf> = sources.iter().flat_map(|source| &source.files).collect();
-    let [recording] = recordings.as_slice() else {
+    let sources = sources(paths)?;
+    let recordings: Vec<(&Source, &PathBuf)> = sources
+        .iter()
+        .flat_map(|source| source.files.iter().map(move |path| (source, path)))
+        .collect();
+    let [(source, path)] = recordings.as_slice() else {
         return Err(usage("a thumbnail is of one recording: name its file"));
     };
+    let unread = |error: ReadError| (Exit::Unreadable, error.to_string());
+    let recording = source.recording(path).map_err(unread)?;
     let wish = Wish { form, width: picture.thumbnail_width };
-    let drawn =
-        thumbnail(recording, wish).map_err(|error| (Exit::Unreadable, error.to_string()))?;
+    let unreadable = |error: ThumbnailError| (Exit::Unreadable, error.to_string());
+    let drawn = thumbnail(&recording, wish).map_err(unreadable)?;
     let size = drawn.len().div_ceil(1000);
     files::replace(file, drawn).map_err(|error| (Exit::Retry, error.to_string()))?;
     print(&format!("written: {} ({size} kB)\n", file.display()));

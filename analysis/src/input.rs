@@ -1,10 +1,17 @@
 //! From the paths of the command line to experiments: which recordings belong together, and which are left out.
 
 use crate::coordinates;
+use crate::remote;
 use crate::run::{self, OpenRun, is_partial};
 use kinetoscope_manifest::{Coordinate, ExperimentRecord};
+use kinetoscope_object_storage::address::Address;
+use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::reader::Recording;
+use kinetoscope_recording::storage::{LocalFolders, Storage};
 use std::collections::BTreeMap;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Name of the file beside the recordings that says what they are.
 pub const SIDE_CAR: &str = "experiment.toml";
@@ -12,7 +19,9 @@ pub const SIDE_CAR: &str = "experiment.toml";
 /// Recordings that are analysed together: those of one folder.
 #[derive(Debug)]
 pub struct Source {
-    /// The folder.
+    /// Where the folder is.
+    storage: Arc<dyn Storage>,
+    /// The folder, or the address of one.
     pub folder: PathBuf,
     /// Name of the experiment: of its `experiment.toml`, or of the folder.
     pub name: String,
@@ -32,9 +41,27 @@ pub struct Source {
 
 /// A path that names nothing to analyse, with the user's next step.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BadPath(pub String);
+pub struct BadPath {
+    /// Why.
+    pub why: String,
+    /// Whether the same command may succeed later.
+    pub is_retryable: bool,
+}
 
-/// Finds the recordings behind the paths, a source a folder, in the order of the command line.
+impl BadPath {
+    fn wrong(why: String) -> Self {
+        Self { why, is_retryable: false }
+    }
+
+    fn empty(path: &Path) -> Self {
+        Self::wrong(format!(
+            "{} holds no finished recording (*.mcap). Run an experiment first; a partial file is read only when named itself",
+            path.display()
+        ))
+    }
+}
+
+/// Finds the recordings behind the paths and addresses (`s3://BUCKET/PREFIX`), a source a folder, in the order of the command line.
 ///
 /// # Errors
 /// The first path that leads to no recording.
@@ -42,36 +69,55 @@ pub fn sources(paths: &[PathBuf]) -> Result<Vec<Source>, BadPath> {
     let mut found: Vec<Source> = Vec::new();
     let mut named: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
     for path in paths {
-        if path.is_dir() {
-            let before = found.len();
+        let is_remote = Address::is_one(path);
+        let before = found.len();
+        if is_remote && !file_name(path).ends_with(".mcap") {
+            search_remote(path, &mut found)?;
+            if found.len() == before {
+                return Err(BadPath::empty(path));
+            }
+        } else if path.is_dir() {
             search(path, &mut found)?;
             if found.len() == before {
-                return Err(BadPath(format!(
-                    "{} holds no finished recording (*.mcap). Run an experiment first; a partial file is read only when named itself",
-                    path.display()
-                )));
+                return Err(BadPath::empty(path));
             }
-        } else if path.is_file() {
+        } else if is_remote || path.is_file() {
             let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty());
             let folder = folder.unwrap_or(Path::new(".")).to_path_buf();
             named.entry(folder).or_default().push(path.clone());
         } else {
-            return Err(BadPath(format!("{} does not exist", path.display())));
+            return Err(BadPath::wrong(format!("{} does not exist", path.display())));
         }
     }
     for (folder, mut files) in named {
         files.sort();
         files.dedup();
         if !found.iter().any(|source| source.folder == folder) {
-            found.push(source(folder, files, false));
+            let storage: Arc<dyn Storage> = if Address::is_one(&folder) {
+                remote::open(&folder)?
+            } else {
+                Arc::new(LocalFolders)
+            };
+            found.push(source(storage, folder, files, false));
         }
     }
     Ok(found)
 }
 
+/// Adds the recordings below an address.
+fn search_remote(address: &Path, found: &mut Vec<Source>) -> Result<(), BadPath> {
+    let store = remote::open(address)?;
+    for (folder, files) in remote::folders(&store)? {
+        if !found.iter().any(|source| source.folder == folder) {
+            found.push(source(store.clone(), folder, files, true));
+        }
+    }
+    Ok(())
+}
+
 /// Adds the folder's recordings and those of its sub-folders.
 fn search(folder: &Path, found: &mut Vec<Source>) -> Result<(), BadPath> {
-    let unlisted = |error| BadPath(format!("{} can't be listed: {error}", folder.display()));
+    let unlisted = |error| BadPath::wrong(format!("{} can't be listed: {error}", folder.display()));
     let entries = std::fs::read_dir(folder).map_err(unlisted)?;
     let mut paths: Vec<PathBuf> = entries
         .map(|entry| entry.map(|entry| entry.path()))
@@ -84,7 +130,7 @@ fn search(folder: &Path, found: &mut Vec<Source>) -> Result<(), BadPath> {
     };
     let files: Vec<PathBuf> = paths.iter().filter(is_recording).cloned().collect();
     if !files.is_empty() && !found.iter().any(|source| source.folder == folder) {
-        found.push(source(folder.to_path_buf(), files, true));
+        found.push(source(Arc::new(LocalFolders), folder.to_path_buf(), files, true));
     }
     for path in paths.iter().filter(|path| path.is_dir() && !path.is_symlink()) {
         search(path, found)?;
@@ -92,10 +138,12 @@ fn search(folder: &Path, found: &mut Vec<Source>) -> Result<(), BadPath> {
     Ok(())
 }
 
-fn source(folder: PathBuf, files: Vec<PathBuf>, whole: bool) -> Source {
-    let name = std::fs::canonicalize(&folder).ok();
+fn source(storage: Arc<dyn Storage>, folder: PathBuf, files: Vec<PathBuf>, whole: bool) -> Source {
+    let remote = Address::is_one(&folder).then(|| folder.clone());
+    let name = remote.or_else(|| std::fs::canonicalize(&folder).ok());
     let name = name.as_deref().map_or_else(|| "recordings".to_owned(), file_name);
     let mut source = Source {
+        storage,
         folder,
         name,
         record: None,
@@ -110,13 +158,32 @@ fn source(folder: PathBuf, files: Vec<PathBuf>, whole: bool) -> Source {
 }
 
 impl Source {
+    /// Whether it lies on object storage.
+    #[must_use]
+    pub fn is_remote(&self) -> bool {
+        Address::is_one(&self.folder)
+    }
+
+    /// Opens one of the recordings.
+    ///
+    /// # Errors
+    /// As [`Recording::open`].
+    pub fn recording(&self, path: &Path) -> Result<Recording, ReadError> {
+        Recording::open_in(Arc::clone(&self.storage), path)
+    }
+
+    /// The text of a small file.
+    fn text(&self, path: &Path) -> io::Result<String> {
+        let mut text = String::new();
+        self.storage.open(path)?.input.read_to_string(&mut text)?;
+        Ok(text)
+    }
+
     fn read_side_car(&mut self) {
         let path = self.folder.join(SIDE_CAR);
-        if !path.exists() {
-            return;
-        }
-        let text = match std::fs::read_to_string(&path) {
+        let text = match self.text(&path) {
             Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return,
             Err(error) => {
                 self.unreadable.push(format!(
                     "{}: {error}; its recordings are read without it",
@@ -176,7 +243,7 @@ impl Source {
     pub fn open(&mut self) -> Vec<(OpenRun, Vec<Coordinate>)> {
         let mut opened = Vec::new();
         for path in &self.files {
-            match run::open(path) {
+            match self.recording(path).map_err(run::unreadable).and_then(run::opened) {
                 Ok(run) => opened.push((file_name(path), run)),
                 Err(run::Unreadable(why)) => self.unreadable.push(why),
             }

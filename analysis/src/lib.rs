@@ -8,6 +8,7 @@
 pub mod command;
 pub mod input;
 pub mod memory;
+mod remote;
 pub mod run;
 
 pub mod catalogue;

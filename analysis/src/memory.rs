@@ -9,9 +9,8 @@ use crate::run::{Ending, OpenRun, RunAnalysis};
 use crate::statistics::Estimate;
 use kinetoscope_manifest::Coordinate;
 use serde::{Deserialize, Serialize};
-use std::fs::Metadata;
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Folder of the remembered analyses, beside the results. It can be deleted at any time.
 pub const FOLDER: &str = ".analysed";
@@ -35,9 +34,9 @@ struct Stamp {
 }
 
 impl Stamp {
-    fn of(metadata: &Metadata) -> Option<Self> {
-        let changed = metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
-        Some(Self { bytes: metadata.len(), changed_ns: changed.as_nanos() })
+    fn new(bytes: u64, changed: SystemTime) -> Option<Self> {
+        let changed_ns = changed.duration_since(UNIX_EPOCH).ok()?.as_nanos();
+        Some(Self { bytes, changed_ns })
     }
 }
 
@@ -76,7 +75,8 @@ impl Memory {
     #[must_use]
     pub fn beside(output: &Path) -> Option<Self> {
         let program = std::env::current_exe().ok()?;
-        let program = Stamp::of(&std::fs::metadata(program).ok()?)?;
+        let program = std::fs::metadata(program).ok()?;
+        let program = Stamp::new(program.len(), program.modified().ok()?)?;
         Some(Self { folder: output.join(FOLDER), program })
     }
 
@@ -87,7 +87,7 @@ impl Memory {
     fn identity(&self, run: &OpenRun, pictures_at: &[f64]) -> Option<Identity> {
         Some(Identity {
             program: self.program.clone(),
-            recording: Stamp::of(&std::fs::metadata(run.path()).ok()?)?,
+            recording: Stamp::new(run.recording().bytes(), run.recording().changed()?)?,
             content_key: run.content_key.clone(),
             pictures_at: pictures_at.to_vec(),
         })

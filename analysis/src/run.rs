@@ -97,10 +97,10 @@ pub struct OpenRun {
 }
 
 impl OpenRun {
-    /// The file.
+    /// The recording.
     #[must_use]
-    pub fn path(&self) -> &Path {
-        self.recording.path()
+    pub fn recording(&self) -> &Recording {
+        &self.recording
     }
 }
 
@@ -109,9 +109,21 @@ impl OpenRun {
 /// # Errors
 /// A file that is no recording of ours, or whose manifest does not read.
 pub fn open(path: &Path) -> Result<OpenRun, Unreadable> {
-    let unreadable = |error: ReadError| Unreadable(error.to_string());
-    let recording = Recording::open(path).map_err(unreadable)?;
+    opened(Recording::open(path).map_err(unreadable)?)
+}
+
+/// What an error of the reader says.
+pub(crate) fn unreadable(error: ReadError) -> Unreadable {
+    Unreadable(error.to_string())
+}
+
+/// Reads the manifest of an open recording.
+///
+/// # Errors
+/// A manifest that does not read.
+pub fn opened(recording: Recording) -> Result<OpenRun, Unreadable> {
     let canonical = recording.manifest().to_owned();
+    let path = recording.path();
     let manifest = parse_run(&canonical).map_err(|diagnostics| {
         let path = path.display();
         Unreadable(format!(

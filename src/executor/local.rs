@@ -26,13 +26,15 @@ pub struct Workforce {
 pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<Ending, RunError>>);
 
 /// Does the runs in the order of `runs`, at most `jobs` side by side and only as many as fit the memory, and returns what
-/// became of each. The failure of one does not stop the others.
+/// became of each. The failure of one does not stop the others. `after` hears of each run that left a finished recording, on the thread
+/// that did it.
 pub fn run_all<'a>(
     runs: &[&'a PlannedRun],
     folder: &Path,
     workforce: Workforce,
     conduct: Conduct<'_>,
     progress: &ProgressDisplay,
+    after: &(dyn Fn(&PlannedRun) + Sync),
 ) -> Vec<Result<'a>> {
     let next = AtomicUsize::new(0);
     let memory = MemoryBudget::of_this_machine();
@@ -54,7 +56,12 @@ pub fn run_all<'a>(
                     let ending =
                         pool.as_ref().map_or_else(|_| run_it(), |pool| pool.install(run_it));
                     bar.finish(&ending);
-                    keep_timing(run, folder, &ending, workforce.jobs);
+                    if let Ok(ending) = &ending
+                        && ending.outcome != Outcome::Interrupted
+                    {
+                        keep_timing(run, folder, ending, workforce.jobs);
+                        after(run);
+                    }
                     finished
                         .lock()
                         .unwrap_or_else(std::sync::PoisonError::into_inner)
@@ -72,16 +79,8 @@ pub fn run_all<'a>(
 }
 
 /// Writes the timing file of a run that has ended.
-fn keep_timing(
-    run: &PlannedRun,
-    folder: &Path,
-    ending: &std::result::Result<Ending, RunError>,
-    jobs: NonZeroUsize,
-) {
-    if let Ok(ending) = ending
-        && ending.outcome != Outcome::Interrupted
-        && let Err(error) = side_files::write_host(folder, &run.stem, ending, jobs.get())
-    {
+fn keep_timing(run: &PlannedRun, folder: &Path, ending: &Ending, jobs: NonZeroUsize) {
+    if let Err(error) = side_files::write_host(folder, &run.stem, ending, jobs.get()) {
         eprintln!("warning: no timing file for {}: {error}", run.stem);
     }
 }

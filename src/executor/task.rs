@@ -12,8 +12,8 @@ pub struct TaskCommand {
     pub manifest: PathBuf,
     /// The folder that paths in it are relative to, where it is not the manifest's own.
     pub starts_in: Option<PathBuf>,
-    /// The folder of the recordings' folder.
-    pub output: PathBuf,
+    /// The part of a shell's command line that says where recordings go.
+    pub destination: String,
     /// The overrides of the manifest, `key=value`.
     pub overrides: Vec<String>,
     /// Whether it has its recordings analysed.
@@ -31,7 +31,7 @@ impl TaskCommand {
         let mut words = vec![
             quoted(&self.program.display().to_string()),
             quoted(&self.manifest.display().to_string()),
-            format!("--output {}", quoted(&self.output.display().to_string())),
+            self.destination.clone(),
             format!("--jobs 1 --threads {}", self.threads),
             format!("--checkpoint-every {}", self.checkpoint_every_s),
             "--quiet".to_owned(),

@@ -77,6 +77,11 @@ impl<R: Read> Records<R> {
         Self { input, position, end, checksum: crc32fast::Hasher::new() }
     }
 
+    /// The input, wherever it stands.
+    pub(crate) fn into_input(self) -> R {
+        self.input
+    }
+
     /// The byte that comes next.
     pub(crate) fn position(&self) -> u64 {
         self.position

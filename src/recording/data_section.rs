@@ -1,10 +1,10 @@
 //! The records between a file's first bytes and its last, in order, with chunks read ahead so that threads can unpack them.
 
 use crate::container::{Broken, Fields, MAGIC, Prefix, Records, damaged, kind, metadata};
+use crate::storage::Input;
 use crate::unpacking::{Ticket, Unpackers};
 use prost::bytes::Bytes;
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::File;
 use std::io::BufReader;
 use std::num::NonZeroUsize;
 
@@ -36,7 +36,7 @@ enum Ahead {
 /// Reads a file from its first byte to its last. What comes, and which error, does not depend on the number of threads: a
 /// record is judged when its turn comes, whatever was read behind it.
 pub(crate) struct DataSection {
-    records: Records<BufReader<File>>,
+    records: Records<BufReader<Box<dyn Input>>>,
     unpackers: Unpackers,
     /// What was read ahead, each with its first byte; an error, or the data's end, is the last.
     ahead: VecDeque<(u64, Result<Ahead, Broken>)>,
@@ -51,7 +51,7 @@ pub(crate) struct DataSection {
 
 impl DataSection {
     /// `records` stands at the start of the file.
-    pub(crate) fn new(records: Records<BufReader<File>>, threads: NonZeroUsize) -> Self {
+    pub(crate) fn new(records: Records<BufReader<Box<dyn Input>>>, threads: NonZeroUsize) -> Self {
         Self {
             records,
             unpackers: Unpackers::new(threads),

@@ -16,6 +16,7 @@ pub mod reader;
 pub mod recorder;
 pub mod scenery;
 pub mod spectator;
+pub mod storage;
 
 mod colour;
 mod container;

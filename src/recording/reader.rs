@@ -9,12 +9,13 @@ use crate::container::{Broken, Fields, MAGIC, PREFIX, Records, attachment, kind,
 use crate::data_section::DataSection;
 use crate::error::{ReadError, ReadFault};
 use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
-use std::fs::File;
-use std::io::{BufReader, Seek, SeekFrom};
+use crate::storage::{Input, LocalFolders, Opened, Storage};
+use std::io::{BufReader, Seek as _, SeekFrom};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Arc;
 use std::thread::available_parallelism;
+use std::time::SystemTime;
 
 /// Bytes of the footer with the magic behind it.
 const TAIL: u64 = PREFIX + 20 + MAGIC.len() as u64;
@@ -24,7 +25,10 @@ const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(4).unwrap();
 /// A recording, opened.
 #[derive(Clone, Debug)]
 pub struct Recording {
+    storage: Arc<dyn Storage>,
     path: Arc<Path>,
+    changed: Option<SystemTime>,
+    bytes: u64,
     manifest: String,
     provenance: Provenance,
     state_columns: Arc<[String]>,
@@ -36,7 +40,16 @@ impl Recording {
     /// # Errors
     /// A file that can't be read, is no recording of ours, or is damaged at its start.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let (mut records, end) = open_records(path)?;
+        Self::open_in(Arc::new(LocalFolders), path)
+    }
+
+    /// As [`Recording::open`], of a file that lies elsewhere.
+    ///
+    /// # Errors
+    /// As [`Recording::open`].
+    pub fn open_in(storage: Arc<dyn Storage>, path: &Path) -> Result<Self, ReadError> {
+        let Opened { input, bytes, changed } = opened(storage.as_ref(), path)?;
+        let mut records = Records::new(BufReader::new(input), 0, bytes);
         let head = read_head(&mut records)
             .map_err(|broken| ReadError::new(path, 0, records.position(), broken))?;
         let fault = |fault| ReadError { path: path.to_path_buf(), intact_frames: 0, fault };
@@ -45,15 +58,28 @@ impl Recording {
             return Err(fault(ReadFault::OtherSchema { found: provenance.schema_version }));
         }
         // Where the end can't be read, the frames say what is wrong with it.
-        provenance.outcome = read_outcome(path, end).unwrap_or(None);
+        provenance.outcome = read_outcome(records.into_input(), bytes).unwrap_or(None);
         let state_columns = provenance.state_columns.clone().into();
-        Ok(Self { path: path.into(), manifest, provenance, state_columns })
+        let path = path.into();
+        Ok(Self { storage, path, changed, bytes, manifest, provenance, state_columns })
     }
 
     /// The file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The file's size in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// When the file was last changed, where that is known.
+    #[must_use]
+    pub fn changed(&self) -> Option<SystemTime> {
+        self.changed
     }
 
     /// The canonical manifest of the run.
@@ -90,8 +116,8 @@ impl Recording {
     /// # Errors
     /// A file that can't be opened.
     pub fn frames_on(&self, threads: NonZeroUsize) -> Result<Frames, ReadError> {
-        let (records, _) = open_records(&self.path)?;
-        let data = DataSection::new(records, threads);
+        let Opened { input, bytes, .. } = opened(self.storage.as_ref(), &self.path)?;
+        let data = DataSection::new(Records::new(BufReader::new(input), 0, bytes), threads);
         let (path, columns) = (Arc::clone(&self.path), Arc::clone(&self.state_columns));
         Ok(Frames::new(data, path, columns, self.provenance.outcome.clone()))
     }
@@ -109,18 +135,13 @@ impl ReadError {
     }
 }
 
-fn open_records(path: &Path) -> Result<(Records<BufReader<File>>, u64), ReadError> {
-    let open = || {
-        let file = File::open(path)?;
-        let end = file.metadata()?.len();
-        Ok((Records::new(BufReader::new(file), 0, end), end))
-    };
-    open().map_err(|source| ReadError::new(path, 0, 0, Broken::Io(source)))
+fn opened(storage: &dyn Storage, path: &Path) -> Result<Opened, ReadError> {
+    storage.open(path).map_err(|source| ReadError::new(path, 0, 0, Broken::Io(source)))
 }
 
 /// The manifest and the provenance, which stand before the first frame; `None` where they do not.
 fn read_head(
-    records: &mut Records<BufReader<File>>,
+    records: &mut Records<BufReader<Box<dyn Input>>>,
 ) -> Result<Option<(String, Provenance)>, Broken> {
     records.magic()?;
     let (mut manifest, mut provenance) = (None, None);
@@ -157,8 +178,7 @@ fn read_head(
 }
 
 /// The outcome by way of the footer and the summary's index; `None` where the file has no footer.
-fn read_outcome(path: &Path, end: u64) -> Result<Option<Outcome>, Broken> {
-    let mut file = File::open(path)?;
+fn read_outcome(mut file: BufReader<Box<dyn Input>>, end: u64) -> Result<Option<Outcome>, Broken> {
     let Some(tail) = end.checked_sub(TAIL) else { return Ok(None) };
     file.seek(SeekFrom::Start(tail))?;
     let mut footer = Records::new(&mut file, tail, end);
@@ -170,7 +190,7 @@ fn read_outcome(path: &Path, end: u64) -> Result<Option<Outcome>, Broken> {
         return Ok(None);
     }
     file.seek(SeekFrom::Start(summary_start))?;
-    let mut summary = Records::new(BufReader::new(&mut file), summary_start, tail);
+    let mut summary = Records::new(&mut file, summary_start, tail);
     let mut body = Vec::new();
     let mut place = None;
     while summary.position() < tail {

@@ -11,7 +11,7 @@ mod xyz;
 use crate::input::Source;
 use crate::run;
 use kinetoscope_manifest::model::ModelConfig;
-use kinetoscope_recording::reader::{RecordedFrame, Recording};
+use kinetoscope_recording::reader::RecordedFrame;
 use std::path::{Path, PathBuf};
 
 /// A form that recordings are exported in.
@@ -110,8 +110,9 @@ impl Subject {
 pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, ExportError> {
     let mut exported = 0;
     for path in &source.files {
-        let Ok(recording) = Recording::open(path) else { continue };
-        let Ok(run) = run::open(path) else { continue };
+        let Ok(recording) = source.recording(path) else { continue };
+        let Ok(run) = run::opened(recording) else { continue };
+        let recording = run.recording();
         let stem = path.file_stem().unwrap_or_default();
         let folder = folder.join(stem).join(form.folder());
         std::fs::create_dir_all(&folder).map_err(|error| ExportError::at(&folder, error))?;

@@ -89,8 +89,7 @@ impl std::error::Error for ThumbnailError {}
 ///
 /// # Errors
 /// A recording that is not whole, or that has no drawing.
-pub fn thumbnail(recording: &Path, wish: Wish) -> Result<Vec<u8>, ThumbnailError> {
-    let recording = Recording::open(recording)?;
+pub fn thumbnail(recording: &Recording, wish: Wish) -> Result<Vec<u8>, ThumbnailError> {
     let playback_rate = recording.provenance().playback_rate;
     let mut frames = 0;
     for frame in recording.frames()? {
@@ -101,7 +100,7 @@ pub fn thumbnail(recording: &Path, wish: Wish) -> Result<Vec<u8>, ThumbnailError
         PictureForm::Svg => NonZeroU32::MIN,
         PictureForm::Png { frames } => frames,
     };
-    let drawings = drawings(&recording, &chosen(frames, u64::from(wanted.get())))?;
+    let drawings = drawings(recording, &chosen(frames, u64::from(wanted.get())))?;
     let undrawn =
         || ThumbnailError::Undrawn("the recording has no drawing: record \"discs\" too".to_owned());
     let sheet = Sheet::new(&drawings, wish.width.get()).ok_or_else(undrawn)?;

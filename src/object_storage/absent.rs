@@ -1,0 +1,54 @@
+//! What a program has in the place of object storage that was built without it.
+
+use crate::address::Address;
+use crate::error::StoreError;
+use crate::{Object, Parcel, Put};
+use kinetoscope_recording::storage::{Opened, Storage};
+use std::convert::Infallible;
+use std::io;
+use std::path::Path;
+
+/// A place on object storage. This program has none.
+#[derive(Debug)]
+pub struct Store(Infallible);
+
+impl Store {
+    /// # Errors
+    /// Always: how to build a program that opens it.
+    pub fn open(address: &Address) -> Result<Self, StoreError> {
+        Err(StoreError::wrong(format!(
+            "{address}: this program was built without object storage. Build it with: \
+             cargo build --release --features object-storage"
+        )))
+    }
+
+    /// As with the feature.
+    #[must_use]
+    pub fn address(&self) -> &Address {
+        match self.0 {}
+    }
+
+    /// # Errors
+    /// As with the feature.
+    pub fn objects(&self) -> Result<Vec<Object>, StoreError> {
+        match self.0 {}
+    }
+
+    /// # Errors
+    /// As with the feature.
+    pub fn put_once(&self, _: Parcel<'_>) -> Result<Put, StoreError> {
+        match self.0 {}
+    }
+
+    /// # Errors
+    /// As with the feature.
+    pub fn replace(&self, _: Parcel<'_>) -> Result<(), StoreError> {
+        match self.0 {}
+    }
+}
+
+impl Storage for Store {
+    fn open(&self, _: &Path) -> io::Result<Opened> {
+        match self.0 {}
+    }
+}

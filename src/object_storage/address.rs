@@ -1,0 +1,101 @@
+//! A place on object storage: a bucket, and what the names of its objects begin with.
+
+use crate::error::StoreError;
+use std::fmt;
+use std::path::Path;
+
+/// What an address begins with.
+const SCHEME: &str = "s3://";
+
+/// `s3://BUCKET/PREFIX`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Address {
+    bucket: String,
+    prefix: String,
+}
+
+impl Address {
+    /// Whether a path of the command line is such an address. It may still be a wrong one.
+    #[must_use]
+    pub fn is_one(path: &Path) -> bool {
+        path.to_str().is_some_and(|text| text.starts_with(SCHEME))
+    }
+
+    /// Reads `s3://BUCKET/PREFIX`; the prefix may be empty or have slashes.
+    ///
+    /// # Errors
+    /// An address that names no bucket, or whose parts no folder could be named by: empty ones, `.` and `..`.
+    pub fn parse(text: &str) -> Result<Self, StoreError> {
+        let wrong =
+            |why: &str| StoreError::wrong(format!("{text}: {why}; write s3://BUCKET/PREFIX"));
+        let place = text.strip_prefix(SCHEME).ok_or_else(|| wrong("this is no address"))?;
+        let place = place.strip_suffix('/').unwrap_or(place);
+        let (bucket, prefix) = place.split_once('/').unwrap_or((place, ""));
+        if bucket.is_empty() {
+            return Err(wrong("it names no bucket"));
+        }
+        let parts = || place.split('/');
+        if parts().any(|part| matches!(part, "" | "." | "..")) {
+            return Err(wrong("it has an empty part, or dots for one"));
+        }
+        Ok(Self { bucket: bucket.to_owned(), prefix: prefix.to_owned() })
+    }
+
+    /// The place one level below.
+    #[must_use]
+    pub fn below(&self, name: &str) -> Self {
+        let prefix = if self.prefix.is_empty() {
+            name.to_owned()
+        } else {
+            format!("{}/{name}", self.prefix)
+        };
+        Self { bucket: self.bucket.clone(), prefix }
+    }
+
+    /// The bucket's name.
+    #[must_use]
+    pub fn bucket(&self) -> &str {
+        &self.bucket
+    }
+
+    /// What the objects' names begin with, without a slash at the end.
+    #[must_use]
+    pub fn prefix(&self) -> &str {
+        &self.prefix
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let slash = if self.prefix.is_empty() { "" } else { "/" };
+        write!(formatter, "{SCHEME}{}{slash}{}", self.bucket, self.prefix)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use super::Address;
+
+    #[test]
+    fn an_address_is_read_and_written() {
+        for text in ["s3://bucket", "s3://bucket/a", "s3://bucket/a/b c"] {
+            assert_eq!(Address::parse(text).unwrap().to_string(), text);
+            assert_eq!(Address::parse(&format!("{text}/")).unwrap().to_string(), text);
+        }
+        let below = Address::parse("s3://bucket/a").unwrap().below("b");
+        assert_eq!((below.bucket(), below.prefix()), ("bucket", "a/b"));
+        assert_eq!(Address::parse("s3://bucket").unwrap().below("b").prefix(), "b");
+    }
+
+    #[test]
+    fn what_leads_nowhere_is_refused() {
+        for text in
+            ["s3://", "s3:///a", "s3://bucket//a", "s3://bucket/../a", "s3://bucket/.", "bucket/a"]
+        {
+            let error = Address::parse(text).unwrap_err();
+            assert!(!error.is_retryable && error.to_string().starts_with(text), "{error}");
+        }
+    }
+}

@@ -1,0 +1,364 @@
+//! S3, and whatever speaks its protocol, through `object_store`: its requests, signatures and retries, without its futures.
+
+use crate::address::Address;
+use crate::error::StoreError;
+use crate::ranged_input::RangedInput;
+use crate::{Object, Parcel, Put};
+use kinetoscope_recording::storage::{Opened, Storage};
+use object_store::aws::{AmazonS3, AmazonS3Builder, AmazonS3ConfigKey};
+use object_store::path::Path as Key;
+use object_store::{
+    Attribute, Attributes, BackoffConfig, ClientConfigKey, Error, GetOptions, MultipartUpload,
+    ObjectStore as _, ObjectStoreExt as _, PutMode, PutMultipartOptions, PutOptions, RetryConfig,
+};
+use sha2::{Digest as _, Sha256};
+use std::fmt::Write as _;
+use std::fs::File;
+use std::future::Future;
+use std::io::{self, Read, Seek as _};
+use std::path::Path;
+use std::pin::pin;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::runtime::Runtime;
+use tokio::time::timeout;
+
+/// Files up to here are put by one request, larger ones in parts of this size: what an upload holds in memory.
+const PART: u64 = 8 << 20;
+/// Parts that an object may have; a larger file has larger parts.
+const MOST_PARTS: u64 = 10_000;
+/// Under this name an object carries the SHA-256 of its bytes: two objects are compared without fetching one.
+const HASH: &str = "sha256";
+/// Bytes that are hashed at once.
+const HASHED_AT_ONCE: usize = 64 << 10;
+/// How soon a stop is heard.
+const SHORT: Duration = Duration::from_millis(100);
+/// How long an upload that failed is given to take back its parts.
+const TO_CLEAN_UP: Duration = Duration::from_secs(5);
+/// A connection that lies unused may be closed at the other end, and nobody looks meanwhile.
+const UNUSED_CONNECTIONS: &str = "5 seconds";
+/// A request is tried again for some seconds where nobody answers, for a minute at most where somebody does.
+const PATIENCE: RetryConfig = RetryConfig {
+    backoff: BackoffConfig {
+        init_backoff: Duration::from_millis(100),
+        max_backoff: Duration::from_secs(10),
+        base: 3.0,
+    },
+    max_retries: 8,
+    retry_timeout: Duration::from_secs(60),
+};
+
+/// A place on object storage, opened. It may be used by several threads at once.
+#[derive(Debug)]
+pub struct Store(Arc<Place>);
+
+#[derive(Debug)]
+struct Place {
+    address: Address,
+    bucket: AmazonS3,
+    prefix: Key,
+    runtime: Runtime,
+}
+
+/// What tells whether two files are the same.
+#[derive(PartialEq, Eq)]
+struct Fingerprint {
+    bytes: u64,
+    /// SHA-256 in hexadecimal digits.
+    hash: String,
+}
+
+impl Store {
+    /// Opens a place; nothing is asked of it yet. Credentials, region and endpoint come from the variables that S3's own programs
+    /// know: `AWS_ACCESS_KEY_ID`, `AWS_SECRET_ACCESS_KEY`, `AWS_REGION`, `AWS_ENDPOINT_URL` …
+    ///
+    /// # Errors
+    /// Settings that make no sense.
+    pub fn open(address: &Address) -> Result<Self, StoreError> {
+        // An error says that another thread did so before.
+        let _ = rustls::crypto::ring::default_provider().install_default();
+        let wrong = |why: String| StoreError::wrong(format!("{address}: {why}"));
+        let unused = AmazonS3ConfigKey::Client(ClientConfigKey::PoolIdleTimeout);
+        let bucket = AmazonS3Builder::from_env()
+            .with_bucket_name(address.bucket())
+            .with_config(unused, UNUSED_CONNECTIONS)
+            .with_retry(PATIENCE)
+            .build()
+            .map_err(|error| wrong(error.to_string()))?;
+        let prefix = Key::parse(address.prefix()).map_err(|error| wrong(error.to_string()))?;
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .map_err(|error| wrong(error.to_string()))?;
+        Ok(Self(Arc::new(Place { address: address.clone(), bucket, prefix, runtime })))
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn address(&self) -> &Address {
+        &self.0.address
+    }
+
+    /// All objects below the place, in the order of their names.
+    ///
+    /// # Errors
+    /// A store that does not answer, or has no such bucket.
+    pub fn objects(&self) -> Result<Vec<Object>, StoreError> {
+        let Place { bucket, prefix, .. } = self.0.as_ref();
+        let listed = self.0.wait(&|| false, async {
+            let (mut found, mut rest) = (Vec::new(), vec![prefix.clone()]);
+            while let Some(prefix) = rest.pop() {
+                let level = bucket.list_with_delimiter(Some(&prefix)).await?;
+                found.extend(level.objects);
+                rest.extend(level.common_prefixes);
+            }
+            Ok(found)
+        })?;
+        let below = |object: object_store::ObjectMeta| {
+            let parts: Vec<_> = object.location.prefix_match(prefix)?.collect();
+            let names: Vec<&str> = parts.iter().map(AsRef::as_ref).collect();
+            Some(Object { name: names.join("/"), bytes: object.size })
+        };
+        let mut objects: Vec<Object> = listed.into_iter().filter_map(below).collect();
+        objects.sort();
+        Ok(objects)
+    }
+
+    /// Puts a file under a name where nothing is, and asks afterwards what is there. What was there is compared, and never
+    /// replaced: one request puts a small file only if the name is free (`If-None-Match: *`); a large one is seen when its last
+    /// part has come, and its name was free when the first one went.
+    ///
+    /// # Errors
+    /// A file that can't be read, a store that does not take it or gives back something else, or the stop.
+    pub fn put_once(&self, parcel: Parcel<'_>) -> Result<Put, StoreError> {
+        let (key, mut file) = (self.0.key(parcel.name)?, opened(parcel.file)?);
+        let here = fingerprint(&mut file).map_err(|error| unread(parcel.file, &error))?;
+        if let Some(there) = self.0.fingerprint(&key, parcel.stop)? {
+            return Ok(if there == here { Put::Same } else { Put::Differs });
+        }
+        let put = if here.bytes > PART {
+            self.0.put_in_parts(&key, file, &here, parcel)
+        } else {
+            self.0.put_at_once(&key, file, &here, parcel, PutMode::Create)
+        };
+        let put = put?;
+        match self.0.fingerprint(&key, parcel.stop)? {
+            Some(there) if there == here => Ok(put),
+            Some(_) if put == Put::Same => Ok(Put::Differs),
+            Some(_) | None => Err(StoreError::passing(format!(
+                "{}/{} is not what was put there. The file was kept: run the same command again",
+                self.0.address, parcel.name
+            ))),
+        }
+    }
+
+    /// Puts a small file under a name, in place of what was there.
+    ///
+    /// # Errors
+    /// A file that can't be read, a store that does not take it, or the stop.
+    pub fn replace(&self, parcel: Parcel<'_>) -> Result<(), StoreError> {
+        let (key, mut file) = (self.0.key(parcel.name)?, opened(parcel.file)?);
+        let here = fingerprint(&mut file).map_err(|error| unread(parcel.file, &error))?;
+        self.0.put_at_once(&key, file, &here, parcel, PutMode::Overwrite).map(drop)
+    }
+}
+
+impl Storage for Store {
+    fn open(&self, path: &Path) -> io::Result<Opened> {
+        let name = path.strip_prefix(self.0.address.to_string()).ok().and_then(Path::to_str);
+        let name = name.ok_or_else(|| {
+            StoreError::wrong(format!("{} is not below {}", path.display(), self.0.address))
+        })?;
+        let key = self.0.key(name)?;
+        let asked = self.0.runtime.block_on(self.0.bucket.head(&key));
+        let object = asked.map_err(|error| match error {
+            Error::NotFound { .. } => io::Error::from(io::ErrorKind::NotFound),
+            error => self.0.failure(&error).into(),
+        })?;
+        let place = Arc::clone(&self.0);
+        let fetch = move |range| {
+            let got = place.wait(&|| false, place.bucket.get_range(&key, range))?;
+            Ok(Vec::from(got))
+        };
+        Ok(Opened {
+            input: Box::new(RangedInput::new(object.size, fetch)),
+            bytes: object.size,
+            changed: Some(object.last_modified.into()),
+        })
+    }
+}
+
+impl Place {
+    fn key(&self, name: &str) -> Result<Key, StoreError> {
+        Key::parse(self.address.below(name).prefix())
+            .map_err(|error| StoreError::wrong(format!("{}: {error}", self.address)))
+    }
+
+    /// Waits for the store's answer, or for the stop.
+    fn wait<T>(
+        &self,
+        stop: &dyn Fn() -> bool,
+        answer: impl Future<Output = Result<T, Error>>,
+    ) -> Result<T, StoreError> {
+        self.runtime.block_on(async {
+            let mut answer = pin!(answer);
+            loop {
+                match timeout(SHORT, answer.as_mut()).await {
+                    Ok(answer) => return answer.map_err(|error| self.failure(&error)),
+                    Err(_) if stop() => return Err(self.stopped()),
+                    Err(_) => {}
+                }
+            }
+        })
+    }
+
+    fn stopped(&self) -> StoreError {
+        StoreError::passing(format!("{}: stopped; the file was kept", self.address))
+    }
+
+    /// Size and hash of an object; `None` where there is none. An object that does not carry its hash is fetched.
+    fn fingerprint(
+        &self,
+        key: &Key,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Option<Fingerprint>, StoreError> {
+        let head = GetOptions { head: true, ..GetOptions::default() };
+        let found = self.wait(stop, async {
+            match self.bucket.get_opts(key, head).await {
+                Ok(found) => Ok(Some(found)),
+                Err(Error::NotFound { .. }) => Ok(None),
+                Err(error) => Err(error),
+            }
+        })?;
+        let Some(found) = found else { return Ok(None) };
+        let bytes = found.meta.size;
+        if let Some(hash) = found.attributes.get(&Attribute::Metadata(HASH.into())) {
+            return Ok(Some(Fingerprint { bytes, hash: hash.to_string() }));
+        }
+        let fetch = |range| {
+            if stop() {
+                return Err(self.stopped().into());
+            }
+            Ok(Vec::from(self.wait(stop, self.bucket.get_range(key, range))?))
+        };
+        let hash = hash(RangedInput::new(bytes, fetch));
+        let hash = hash.map_err(|error| StoreError::passing(error.to_string()))?;
+        Ok(Some(Fingerprint { bytes, hash }))
+    }
+
+    fn put_at_once(
+        &self,
+        key: &Key,
+        mut file: File,
+        here: &Fingerprint,
+        parcel: Parcel<'_>,
+        mode: PutMode,
+    ) -> Result<Put, StoreError> {
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(|error| unread(parcel.file, &error))?;
+        let options = PutOptions { mode, attributes: attributes(here), ..PutOptions::default() };
+        self.wait(parcel.stop, async {
+            match self.bucket.put_opts(key, bytes.into(), options).await {
+                Ok(_) => Ok(Put::Created),
+                Err(Error::AlreadyExists { .. } | Error::Precondition { .. }) => Ok(Put::Same),
+                Err(error) => Err(error),
+            }
+        })
+    }
+
+    fn put_in_parts(
+        &self,
+        key: &Key,
+        mut file: File,
+        here: &Fingerprint,
+        parcel: Parcel<'_>,
+    ) -> Result<Put, StoreError> {
+        let options =
+            PutMultipartOptions { attributes: attributes(here), ..PutMultipartOptions::default() };
+        let mut upload = self.wait(parcel.stop, self.bucket.put_multipart_opts(key, options))?;
+        let put = self.put_parts(upload.as_mut(), &mut file, here.bytes, parcel);
+        if put.is_err() {
+            // Parts that stay behind cost room until the bucket's own rule takes them away.
+            let _ = self.runtime.block_on(async { timeout(TO_CLEAN_UP, upload.abort()).await });
+        }
+        put
+    }
+
+    fn put_parts(
+        &self,
+        upload: &mut dyn MultipartUpload,
+        file: &mut File,
+        bytes: u64,
+        parcel: Parcel<'_>,
+    ) -> Result<Put, StoreError> {
+        let length = PART.max(bytes.div_ceil(MOST_PARTS));
+        for _ in 0..bytes.div_ceil(length) {
+            let mut part = Vec::new();
+            let read = file.by_ref().take(length).read_to_end(&mut part);
+            read.map_err(|error| unread(parcel.file, &error))?;
+            self.wait(parcel.stop, upload.put_part(part.into()))?;
+        }
+        self.wait(parcel.stop, upload.complete())?;
+        Ok(Put::Created)
+    }
+
+    /// What the store says, with the next step.
+    fn failure(&self, error: &Error) -> StoreError {
+        let (address, bucket) = (&self.address, self.address.bucket());
+        let words = error.to_string();
+        if words.contains("NoSuchBucket") {
+            return StoreError::wrong(format!(
+                "{address}: there is no bucket {bucket}. Create it, or name another one"
+            ));
+        }
+        // Servers answer with a page of XML.
+        let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+        let step = match error {
+            Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => {
+                "Check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_SESSION_TOKEN and what they may do"
+            }
+            _ => {
+                "Check the network, AWS_ENDPOINT_URL (http:// needs AWS_ALLOW_HTTP=true), AWS_REGION and the credentials"
+            }
+        };
+        StoreError::passing(format!("{address}: {words}\n{step}, then run the same command again"))
+    }
+}
+
+fn attributes(here: &Fingerprint) -> Attributes {
+    Attributes::from_iter([(Attribute::Metadata(HASH.into()), here.hash.clone())])
+}
+
+fn opened(path: &Path) -> Result<File, StoreError> {
+    File::open(path).map_err(|error| unread(path, &error))
+}
+
+fn unread(path: &Path, error: &io::Error) -> StoreError {
+    StoreError::passing(format!("{} can't be read: {error}", path.display()))
+}
+
+/// Size and hash of a file, which then stands at its start again.
+fn fingerprint(file: &mut File) -> io::Result<Fingerprint> {
+    let hash = hash(&mut *file)?;
+    let bytes = file.stream_position()?;
+    file.rewind()?;
+    Ok(Fingerprint { bytes, hash })
+}
+
+fn hash(mut input: impl Read) -> io::Result<String> {
+    let mut digest = Sha256::new();
+    let mut part = vec![0; HASHED_AT_ONCE];
+    loop {
+        match input.read(&mut part) {
+            Ok(0) => break,
+            Ok(count) => digest.update(&part[..count]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(digest.finalize().iter().fold(String::new(), |mut text, byte| {
+        // Writing to a string does not fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    }))
+}
