@@ -272,10 +272,8 @@ impl Arguments {
                 ),
             );
         }
-        let stop = || interrupt.is_raised();
-        let is_whole = self.distribution.only.is_none();
         if let Some(depot) = depot {
-            depot.put_all(plan, is_whole, &stop);
+            depot.put_all(plan, self.distribution.only.is_none(), &|| interrupt.is_raised());
         }
         if let Some(file) = &self.distribution.export_commands {
             let exit = self.export(file, manifest, plan);
@@ -283,12 +281,24 @@ impl Arguments {
                 conclusion::delivered(&depot.delivery(plan), depot, exit, &|text| self.say(text))
             });
         }
+        if let Some(engine) = self.distribution.executor.engine() {
+            return self.execute_on_cluster(engine, manifest, plan, &interrupt);
+        }
+        self.execute_here(experiment, plan, depot, jobs, &interrupt)
+    }
+
+    fn execute_here(
+        &self,
+        experiment: &Experiment,
+        plan: &Plan,
+        depot: Option<&Depot>,
+        jobs: usize,
+        interrupt: &Interrupt,
+    ) -> Exit {
         let runs = plan.to_do_by_cost();
         let progress = ProgressDisplay::new(runs.len(), self.verbosity());
-        if let Some(engine) = self.distribution.executor.engine() {
-            return self.execute_on_cluster(engine, manifest, plan, &interrupt, &progress);
-        }
-        let live = if runs.is_empty() { Ok(None) } else { self.watching.open(&interrupt) };
+        let stop = || interrupt.is_raised();
+        let live = if runs.is_empty() { Ok(None) } else { self.watching.open(interrupt) };
         let live = match live {
             Ok(live) => live,
             Err((exit, message)) => {
@@ -304,7 +314,7 @@ impl Arguments {
             &plan.folder,
             self.workforce(jobs),
             Conduct {
-                interrupt: &interrupt,
+                interrupt,
                 checkpoint_every: self.checkpoint_every,
                 on_frame: &|_, _| {},
                 live: live.as_ref(),
@@ -319,7 +329,7 @@ impl Arguments {
         progress.close();
         drop(live);
         if let Some(depot) = depot {
-            depot.put_all(plan, is_whole, &stop);
+            depot.put_all(plan, self.distribution.only.is_none(), &stop);
         }
         if self.distribution.analyze
             && !interrupt.is_raised()
@@ -367,12 +377,12 @@ impl Arguments {
         manifest: &Path,
         plan: &Plan,
         interrupt: &Interrupt,
-        progress: &ProgressDisplay,
     ) -> Exit {
         let rest = self.rest(manifest);
+        let progress = ProgressDisplay::new(plan.to_do().len(), self.verbosity());
         let conclusion = match self
             .distribution
-            .run_on_cluster(engine, plan, &rest, interrupt, progress)
+            .run_on_cluster(engine, plan, &rest, interrupt, &progress)
         {
             Ok(conclusion) => conclusion,
             Err(error) => {

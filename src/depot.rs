@@ -88,7 +88,7 @@ impl Depot {
             return Ok(());
         }
         let names: BTreeSet<String> = objects.into_iter().map(|object| object.name).collect();
-        let ask = || -> Result<(), ReadError> {
+        let mut ask = || -> Result<(), ReadError> {
             let named = plan.runs.par_iter_mut().filter(|run| names.contains(&run.file_name()));
             named.try_for_each(|run| {
                 if let Some(outcome) = self.outcome(run)? {
