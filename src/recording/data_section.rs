@@ -169,7 +169,7 @@ impl DataSection {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::{Seek as _, Write as _};
+    use std::io::Cursor;
 
     /// The bound that `Frames` documents. Chunks without content, written by hand after the container's specification.
     #[test]
@@ -187,12 +187,9 @@ mod tests {
             bytes.extend((chunk.len() as u64).to_le_bytes());
             bytes.extend(&chunk);
         }
-        let mut file = tempfile::tempfile().unwrap();
-        file.write_all(&bytes).unwrap();
         for (threads, bound) in [(1, 1), (2, 4), (4, 8)] {
-            file.rewind().unwrap();
-            let input = BufReader::new(file.try_clone().unwrap());
-            let records = Records::new(input, 0, bytes.len() as u64);
+            let input: Box<dyn Input> = Box::new(Cursor::new(bytes.clone()));
+            let records = Records::new(BufReader::new(input), 0, bytes.len() as u64);
             let mut data = DataSection::new(records, NonZeroUsize::new(threads).unwrap());
             for chunk in 0..100 {
                 assert!(
