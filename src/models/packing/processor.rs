@@ -434,13 +434,13 @@ pub(super) mod wide {
 /// Without those instructions nobody asks for them.
 #[cfg(not(target_arch = "x86_64"))]
 pub(super) mod wide {
-    use super::super::cells::Shifts;
+    use super::super::cells::{Cells, Shifts};
     use super::super::disc::Disc;
     use super::super::scan::{Contact, Seeker};
 
     pub(in super::super) fn first_contact(
         _: &[Disc],
-        _: [&[u32; 4]; 9],
+        _: &Cells,
         _: &Shifts,
         _: Seeker,
         _: f64,

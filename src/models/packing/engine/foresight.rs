@@ -32,7 +32,7 @@ impl Engine {
 
 /// Asks for what the coming events will look at: the discs first, when these are there the cells around, and then
 /// whoever stands in them.
-#[inline(always)]
+#[inline(never)]
 fn fetch(discs: &[Disc], cells: &Cells, ahead: Ahead<'_>) {
     if let Some((disc, event)) = ahead.after(3 * STAGE) {
         fetch_ahead(discs, disc as usize);
