@@ -15,7 +15,7 @@ use super::arena::{Arena, Growth};
 use super::calendar::Calendar;
 use super::cells::{Cells, Grid, Shifts};
 use super::clock::Clock;
-use super::disc::Disc;
+use super::disc::{Disc, MANY};
 use super::events::{EventCode, EventKind, NEVER, Side};
 use super::motion::{self, Vector};
 use super::processor::with_large_pages;
@@ -52,6 +52,8 @@ pub(super) struct Engine {
     are_equal: bool,
     /// The clock's zero is moved after so many events.
     events_between_moves: u64,
+    /// Whether memory is asked for ahead: of few discs it is at hand, and asking would only cost.
+    fetches_ahead: bool,
 }
 
 /// What the future depends on.
@@ -129,6 +131,7 @@ impl Engine {
             shifts: grid.shifts(),
             cells,
             are_equal: state.radii.is_empty(),
+            fetches_ahead: state.discs.len() >= MANY,
             events_between_moves: EVENTS_BETWEEN_MOVES
                 .max(EVENTS_A_DISC_BETWEEN_MOVES * state.discs.len() as u64),
             state,
