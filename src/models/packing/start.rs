@@ -65,8 +65,9 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
         }
         PackingPlacement::Recorded(start) => return recorded_start(config, start),
     };
-    number_by_place(config, &mut positions, &mut radii);
+    // Before the numbering gives columns back: an allocator keeps what takes the place of a column that was given back.
     let velocities = random_velocities(config, seed.stream(Stream::Velocities));
+    number_by_place(config, &mut positions, &mut radii);
     let momentum = if velocities.len() > 1 { ", mean velocity removed" } else { "" };
     let radii: Vec<f64> = radii.into_iter().map(|radius| radius * scale).collect();
     let account = format!(
