@@ -105,8 +105,6 @@ pub(super) struct Calendar {
     behind: Vec<u32>,
     /// Sheets that are free, in a list.
     free: u32,
-    /// The sheet of the next page that is asked for next: opening it waits for none.
-    coming_sheet: u32,
     /// What comes after the last page of the ring.
     later: Vec<Entry>,
 }
@@ -128,7 +126,6 @@ impl Calendar {
             sheets: with_large_pages(discs.len() / 4),
             behind: Vec::new(),
             free: NONE,
-            coming_sheet: NONE,
             later: Vec::new(),
         };
         calendar.file_anew(discs, wait);
@@ -148,7 +145,6 @@ impl Calendar {
         self.sheets.clear();
         self.behind.clear();
         self.free = NONE;
-        self.coming_sheet = NONE;
         self.later.clear();
         for (disc, record) in discs.iter().enumerate() {
             if record.event_time < NEVER {
@@ -192,23 +188,10 @@ impl Calendar {
                 }
                 self.turned += 1;
                 passing(Ahead(&self.today[self.turned..]));
-                if self.turned.is_multiple_of(ENTRIES_OF_SHEET / 2) {
-                    self.fetch_coming_sheet();
-                }
             }
             if !self.turn_page(discs) {
                 return None;
             }
-        }
-    }
-
-    /// Asks for one more sheet of the next page.
-    #[inline(always)]
-    fn fetch_coming_sheet(&mut self) {
-        if let Some(Sheet(entries)) = self.sheets.get(self.coming_sheet as usize) {
-            fetch_ahead(entries, 0);
-            fetch_ahead(entries, ENTRIES_OF_SHEET / 2);
-            self.coming_sheet = self.behind[self.coming_sheet as usize];
         }
     }
 
@@ -266,10 +249,21 @@ impl Calendar {
                 self.open(place);
             }
             if !self.today.is_empty() {
+                self.fetch_sheets((place + 1) & mask);
                 return true;
             }
         }
         self.skip_to_later(discs)
+    }
+
+    /// Asks for the sheets of a page that will be opened.
+    fn fetch_sheets(&self, place: usize) {
+        let mut sheet = self.pages[place].sheet;
+        while let Some(Sheet(entries)) = self.sheets.get(sheet as usize) {
+            fetch_ahead(entries, 0);
+            fetch_ahead(entries, ENTRIES_OF_SHEET / 2);
+            sheet = self.behind[sheet as usize];
+        }
     }
 
     fn open(&mut self, place: usize) {
@@ -283,7 +277,6 @@ impl Calendar {
             self.free = sheet;
             sheet = following;
         }
-        self.coming_sheet = self.pages[(place + 1) & (self.pages.len() - 1)].sheet;
         self.on_pages -= self.today.len() - filed;
         self.today.sort_unstable();
     }

@@ -4,15 +4,18 @@
 //! disc has one event in the calendar, its soonest. A collision predicted with a partner that has collided since is void
 //! and is found out when its time comes (Lubachevsky, J. Comput. Phys. 94, 255, 1991; Paul, J. Comput. Phys. 221, 615, 2007).
 
+mod collisions;
 mod foresight;
+mod growth;
 mod prediction;
 
+pub(super) use self::collisions::{Changes, Collision, With};
 use self::prediction::Prospect;
 use super::arena::{Arena, Growth};
 use super::calendar::Calendar;
 use super::cells::{Cells, Grid, Shifts};
 use super::clock::Clock;
-use super::disc::Disc;
+use super::disc::{Disc, MANY};
 use super::events::{EventCode, EventKind, NEVER, Side};
 use super::motion::{self, Vector};
 use super::processor::with_large_pages;
@@ -37,31 +40,6 @@ pub(super) enum Step {
     Quiet,
 }
 
-/// A collision that has taken place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Collision {
-    /// With whom.
-    pub(super) with: With,
-    /// Velocities before and after, of each disc that took part.
-    pub(super) changes: Changes,
-    /// Magnitude of the momentum handed over along the normal.
-    pub(super) normal_impulse: f64,
-    /// Time since the collision before it, of any discs, or since the start.
-    pub(super) wait: f64,
-}
-
-/// What a disc collided with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum With {
-    /// Another disc, at this distance of the centres.
-    Disc(f64),
-    /// A wall.
-    Wall,
-}
-
-/// Velocities before and after a collision: of the pair, or of one disc and nobody (at rest before and after).
-pub(super) type Changes = [[Vector; 2]; 2];
-
 /// All discs, what will happen to them, and the time.
 #[derive(Clone, Debug)]
 pub(super) struct Engine {
@@ -74,6 +52,8 @@ pub(super) struct Engine {
     are_equal: bool,
     /// The clock's zero is moved after so many events.
     events_between_moves: u64,
+    /// Whether memory is asked for ahead: of few discs it is at hand, and asking would only cost.
+    fetches_ahead: bool,
 }
 
 /// What the future depends on.
@@ -151,6 +131,7 @@ impl Engine {
             shifts: grid.shifts(),
             cells,
             are_equal: state.radii.is_empty(),
+            fetches_ahead: state.discs.len() >= MANY,
             events_between_moves: EVENTS_BETWEEN_MOVES
                 .max(EVENTS_A_DISC_BETWEEN_MOVES * state.discs.len() as u64),
             state,
@@ -271,105 +252,6 @@ impl Engine {
         Ok(step)
     }
 
-    #[inline(always)]
-    fn collide_pair<const WIDE: bool>(
-        &mut self,
-        disc: u32,
-        partner: u32,
-    ) -> Result<Collision, Fault> {
-        // The same arithmetic whichever of the two predicted it.
-        let pair = if disc < partner { [disc, partner] } else { [partner, disc] };
-        let now = self.state.clock.local();
-        let [first, second] = pair.map(|disc| &self.state.discs[disc as usize]);
-        let ages = [now - first.time, now - second.time];
-        let positions = [first.position_at(now), second.position_at(now)];
-        let before = [first.velocity, second.velocity];
-        let cells = [first.cell, second.cell];
-        self.state.rapid.note(pair, ages, self.state.clock)?;
-        let shift = self.cells.grid.shift(cells[0], cells[1]);
-        let separation = [
-            positions[1][0] + shift[0] - positions[0][0],
-            positions[1][1] + shift[1] - positions[0][1],
-        ];
-        let since = if ages[0] < ages[1] { ages[0] } else { ages[1] };
-        let arena = &self.state.arena;
-        let reach = self.radius(pair[0] as usize) + self.radius(pair[1] as usize);
-        let impact = match self.state.growth {
-            None => motion::pair_impact(separation, before, |approach| {
-                arena.restitution_of(approach, since)
-            }),
-            Some(growth) => motion::growing_pair_impact(separation, before, growth.rate * reach),
-        };
-        let seekers = [0, 1].map(|of: usize| Seeker {
-            disc: pair[of],
-            cell: cells[of],
-            position: positions[of],
-            velocity: impact.velocities[of],
-            now,
-        });
-        for seeker in seekers {
-            self.leave(seeker);
-        }
-        // Neither prediction waits for the other.
-        let prospects = [self.soonest::<WIDE>(seekers[0]), self.soonest::<WIDE>(seekers[1])];
-        for (disc, prospect) in pair.into_iter().zip(prospects) {
-            self.set(disc, prospect);
-            self.file(disc);
-        }
-        Ok(Collision {
-            with: With::Disc(reach),
-            changes: [[before[0], impact.velocities[0]], [before[1], impact.velocities[1]]],
-            normal_impulse: impact.normal_impulse,
-            wait: self.mark_collision(),
-        })
-    }
-
-    #[inline(always)]
-    fn collide_wall<const WIDE: bool>(&mut self, disc: u32, side: Side) -> Collision {
-        let axis = side.axis();
-        let record = &self.state.discs[disc as usize];
-        let (cell, before) = (record.cell, record.velocity);
-        let now = self.state.clock.local();
-        let mut position = record.position_at(now);
-        position[axis] = self.wall(disc, side);
-        let mut after = self.leave_wall(before, axis);
-        if let Some(growth) = self.state.growth {
-            // Elastic for the disc's edge, which comes towards the wall faster than the centre by the growth.
-            let parting = 2.0 * growth.rate * self.radius(disc as usize);
-            after = before;
-            after[axis] = -before[axis] + if side.is_upper() { -parting } else { parting };
-        }
-        let seeker = Seeker { disc, cell, position, velocity: after, now };
-        self.leave(seeker);
-        let prospect = self.soonest::<WIDE>(seeker);
-        self.set(disc, prospect);
-        self.file(disc);
-        Collision {
-            with: With::Wall,
-            changes: [[before, after], [[0.0; 2]; 2]],
-            normal_impulse: (after[axis] - before[axis]).abs(),
-            wait: self.mark_collision(),
-        }
-    }
-
-    /// Sends a disc on its way from here and now.
-    #[inline(always)]
-    fn leave(&mut self, seeker: Seeker) {
-        let disc = &mut self.state.discs[seeker.disc as usize];
-        disc.position = seeker.position;
-        disc.velocity = seeker.velocity;
-        disc.time = seeker.now;
-        disc.collisions = disc.collisions.wrapping_add(1);
-    }
-
-    /// Notes that a collision takes place now; returns the time since the one before.
-    #[inline(always)]
-    fn mark_collision(&mut self) -> f64 {
-        let wait = self.time_since_collision();
-        self.state.last_collision = self.state.clock.local();
-        wait
-    }
-
     /// A disc goes on into the next cell. Its clock stays: it is as if its last collision had been seen from there.
     #[inline(always)]
     fn cross<const WIDE: bool>(&mut self, disc: u32, side: Side) {
@@ -420,22 +302,6 @@ impl Engine {
         self.set(disc, prospect);
     }
 
-    /// The velocity after a wall: the angle is drawn again until the disc leaves the wall.
-    fn leave_wall(&mut self, velocity: Vector, axis: usize) -> Vector {
-        let deviation = self.state.arena.wall_noise_rad;
-        loop {
-            let angles = if deviation > 0.0 {
-                self.state.wall_noise.normal_pair().map(|normal| normal * deviation)
-            } else {
-                [0.0; 2]
-            };
-            let turned = |angle| motion::wall_impact(velocity, axis, angle);
-            if let Some(leaving) = angles.into_iter().find_map(turned) {
-                return leaving;
-            }
-        }
-    }
-
     /// Moves the clock's zero near to the present: by the number of events, never because somebody looks.
     #[inline(never)]
     fn move_clock(&mut self) {
@@ -452,40 +318,6 @@ impl Engine {
             growth.scale += growth.rate * shift;
         }
         self.calendar.file_anew(&self.state.discs, self.mean_wait_ahead());
-    }
-}
-
-/// Compression: discs that grow while they move.
-impl Engine {
-    /// Lets discs grow from now on, from a share of their full radius. The engine was made with the radius of each disc.
-    pub(super) fn grow(&mut self, scale: f64, rate: f64) {
-        let now = self.state.clock.local();
-        self.state.growth = Some(Growth { scale: scale - rate * now, rate });
-        self.predict_all();
-    }
-
-    /// The share of the full radius now.
-    pub(super) fn scale(&self) -> f64 {
-        self.state.growth.map_or(1.0, |growth| growth.scale_at(self.state.clock.local()))
-    }
-
-    /// Multiplies all velocities: growing discs heat each other. No disc is moved.
-    pub(super) fn scale_velocities(&mut self, factor: f64) {
-        let now = self.state.clock.local();
-        for disc in &mut self.state.discs {
-            disc.position = disc.position_at(now);
-            disc.time = now;
-            disc.velocity = disc.velocity.map(|component| factor * component);
-        }
-        self.predict_all();
-    }
-
-    /// Finds all events anew.
-    fn predict_all(&mut self) {
-        for disc in 0..self.state.discs.len() as u32 {
-            self.predict::<false>(disc);
-        }
-        self.move_clock();
     }
 }
 

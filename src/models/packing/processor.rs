@@ -1,7 +1,7 @@
-//! What is asked of the processor directly: its widest lanes, and to fetch memory ahead.
+//! What is asked of the processor directly: its widest lanes, to fetch memory ahead, and large pages of memory.
 //!
 //! Invariant: results have the same bits on every processor. The wide versions are compiled from the same source as the
-//! plain one, and Rust neither fuses nor reorders floating-point operations; fetching ahead changes no value.
+//! plain one, and Rust neither fuses nor reorders floating-point operations; fetching ahead and large pages change no value.
 //! Gain, measured at packing fraction 0.3 and 0.7: see `benches/packing_speed.rs`.
 #![allow(unsafe_code)]
 
@@ -105,8 +105,8 @@ pub(super) fn fetch_ahead<T>(values: &[T], index: usize) {
     let _ = (values, index);
 }
 
-/// Room for so many values, in large pages of memory where the system has them: discs that meet stand anywhere, and each page
-/// has to be found first.
+/// Room for so many values, in large pages of memory where the system has them. Discs that meet next stand anywhere, and of
+/// small pages the processor knows too few by heart: it would look up nearly each one.
 pub(super) fn with_large_pages<T>(capacity: usize) -> Vec<T> {
     let room: Vec<T> = Vec::with_capacity(capacity);
     #[cfg(target_os = "linux")]
@@ -434,13 +434,13 @@ pub(super) mod wide {
 /// Without those instructions nobody asks for them.
 #[cfg(not(target_arch = "x86_64"))]
 pub(super) mod wide {
-    use super::super::cells::Shifts;
+    use super::super::cells::{Cells, Shifts};
     use super::super::disc::Disc;
     use super::super::scan::{Contact, Seeker};
 
     pub(in super::super) fn first_contact(
         _: &[Disc],
-        _: [&[u32; 4]; 9],
+        _: &Cells,
         _: &Shifts,
         _: Seeker,
         _: f64,

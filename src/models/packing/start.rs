@@ -2,6 +2,7 @@
 
 use super::cells::{Cells, Grid};
 use super::compression::compress;
+use super::disc::MANY;
 use super::lattice::{hexagonal_rows, most_in_hexagonal_rows, periodic_hexagonal};
 use super::motion::{self, Vector};
 use crate::model::Refusal;
@@ -64,8 +65,9 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
         }
         PackingPlacement::Recorded(start) => return recorded_start(config, start),
     };
-    number_by_place(config, &mut positions, &mut radii);
+    // Before the numbering gives columns back: an allocator keeps what takes the place of a column that was given back.
     let velocities = random_velocities(config, seed.stream(Stream::Velocities));
+    number_by_place(config, &mut positions, &mut radii);
     let momentum = if velocities.len() > 1 { ", mean velocity removed" } else { "" };
     let radii: Vec<f64> = radii.into_iter().map(|radius| radius * scale).collect();
     let account = format!(
@@ -82,9 +84,12 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
     })
 }
 
-/// Numbers the discs of a start of our own by their place, so that discs that stand near each other are near each other in
-/// memory, too.
+/// Numbers the discs of a start by their places, if they are many: discs that stand near each other are near each other in
+/// memory then. Radii go with their discs.
 fn number_by_place(config: &PackingConfig, positions: &mut Vec<Vector>, radii: &mut Vec<f64>) {
+    if positions.len() < MANY {
+        return;
+    }
     let sides = [config.width.get(), config.height.get()];
     let has_walls = config.boundary == Boundary::Walls;
     let grid = Grid::new(sides, 2.0 * config.largest_radius(), positions.len(), has_walls);
