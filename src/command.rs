@@ -14,7 +14,7 @@ use crate::run::{Conduct, Ending, RunError};
 use crate::side_files;
 use crate::stale;
 use crate::start_file::StartFiles;
-use crate::timing::{TimingError, time_table};
+use crate::timing::{self, TimingError, time_table};
 use crate::watching::Watching;
 use crate::why::Earlier;
 use clap::Parser;
@@ -34,9 +34,9 @@ pub struct Arguments {
     /// The manifest, a TOML file
     #[arg(required_unless_present_any = ["schema", "new", "evidence"], value_name = "MANIFEST")]
     manifest: Option<PathBuf>,
-    /// Folder of the recordings: they go to DIR/NAME
-    #[arg(long, value_name = "DIR", default_value = "recordings")]
-    output: PathBuf,
+    /// Folder of the recordings: they go to DIR/NAME [default: recordings]
+    #[arg(long, value_name = "DIR")]
+    output: Option<PathBuf>,
     /// Runs side by side [default: one a processor]
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
@@ -61,8 +61,9 @@ pub struct Arguments {
     /// Say for each run whether it is to be done and why, and stop
     #[arg(long, conflicts_with_all = ["force", "dry_run", "prune"])]
     why: bool,
-    /// Time the engine on every run, one at a time, and print a table; nothing is recorded
-    #[arg(long, conflicts_with_all = ["force", "dry_run", "why", "jobs", "output"])]
+    /// Time the engine on every run, one at a time, and print a table; nothing is recorded. With --output DIR the table also goes to
+    /// DIR/NAME/timing.json, which the report of the recordings there shows
+    #[arg(long, conflicts_with_all = ["force", "dry_run", "why", "jobs"])]
     time: bool,
     #[command(flatten)]
     watching: Watching,
@@ -104,6 +105,10 @@ impl Arguments {
         }
     }
 
+    fn output(&self) -> &Path {
+        self.output.as_deref().unwrap_or(Path::new("recordings"))
+    }
+
     fn report(&self, report: &Report) -> Exit {
         if !report.text.is_empty() {
             self.say(&report.text);
@@ -120,11 +125,11 @@ impl Arguments {
             Err(message) => return fail(Exit::BadManifest, &message),
         };
         if self.time {
-            return timed(&experiment);
+            return timed(&experiment, self.output.as_deref());
         }
         let plan = match &self.distribution.only {
-            None => Plan::new(&experiment, &self.output, self.force),
-            Some(keys) => match Plan::of_keys(&experiment, &self.output, self.force, keys) {
+            None => Plan::new(&experiment, self.output(), self.force),
+            Some(keys) => match Plan::of_keys(&experiment, self.output(), self.force, keys) {
                 Ok(plan) => plan,
                 Err(key) => {
                     let message = format!(
@@ -278,7 +283,7 @@ impl Arguments {
     fn rest<'a>(&'a self, manifest: &'a Path) -> Rest<'a> {
         Rest {
             manifest,
-            output: &self.output,
+            output: self.output(),
             overrides: &self.overrides,
             analyze: self.distribution.analyze,
             threads: self.threads,
@@ -419,10 +424,21 @@ impl Arguments {
     }
 }
 
-/// Times every run and prints the table.
-fn timed(experiment: &Experiment) -> Exit {
+/// Times every run and prints the table, which goes to a file as well where a folder is named.
+fn timed(experiment: &Experiment, output: Option<&Path>) -> Exit {
     match time_table(experiment) {
-        Ok(table) => print(&table),
+        Ok(table) => {
+            let told = print(&timing::text(&table));
+            match output.map(|output| side_files::write_timing(output, &table)) {
+                None => told,
+                Some(Ok(path)) => print(&format!("Written to {}", path.display())),
+                Some(Err(error)) => {
+                    let message =
+                        format!("the table can't be written: {error}; free or name another folder");
+                    fail(Exit::Retryable, &message)
+                }
+            }
+        }
         Err(TimingError::Refused(refusal)) => fail(Exit::BadManifest, &refusal.to_string()),
         Err(TimingError::Fault(fault)) => fail(Exit::RunFailed, &fault.to_string()),
     }

@@ -183,15 +183,12 @@ impl RecordConfig {
 
     fn interval_keys(&mut self, model: &ModelConfig, keys: &mut impl Keys) {
         let (mut frames, mut time, mut steps, mut collisions) = (None, None, None, None);
-        let (mut per_decade, mut decades) = (None, None);
         match self.interval {
             RecordInterval::Frames(number) => frames = Some(number),
             RecordInterval::EveryTime(interval) => time = Some(interval),
             RecordInterval::EverySteps(number) => steps = Some(number),
             RecordInterval::EveryCollisions(number) => collisions = Some(number),
-            RecordInterval::Logarithmic(number, reach) => {
-                (per_decade, decades) = (Some(number), Some(reach));
-            }
+            RecordInterval::Logarithmic(..) => {}
         }
         let of = |key: &str| time.filter(|_| time_key(model) == key);
         let (every_s, every_days, every_time) = (of("every_s"), of("every_days"), of("every_time"));
@@ -238,6 +235,14 @@ impl RecordConfig {
         ) {
             self.interval = RecordInterval::EveryCollisions(number);
         }
+        self.logarithmic_keys(keys);
+    }
+
+    fn logarithmic_keys(&mut self, keys: &mut impl Keys) {
+        let (per_decade, decades) = match self.interval {
+            RecordInterval::Logarithmic(number, reach) => (Some(number), Some(reach)),
+            _ => (None, None),
+        };
         let per_decade = keys.optional(
             "frames_per_decade",
             "1",
