@@ -228,7 +228,10 @@ mod tests {
         assert_eq!(times[9], Target::Time(5.0));
         for (index, target) in times.iter().enumerate() {
             let Target::Time(time) = target else { panic!("{target:?}") };
-            let expected = 5e-3 * 10_f64.powf(index as f64 / 3.0);
+            let whole = [5e-3, 5e-2, 5e-1, 5.0][index / 3];
+            // 10^(1/3) and 10^(2/3).
+            let part = [1.0, 2.154_434_690_031_884, 4.641_588_833_612_779][index % 3];
+            let expected = whole * part;
             assert!((time / expected - 1.0).abs() < 1e-14, "{time} {expected}");
         }
         // The largest total is still the end, and no frame comes twice or after it.
