@@ -18,7 +18,7 @@ use crate::side_files;
 use crate::stale;
 use crate::start_file::StartFiles;
 use crate::telling::{describe, name_of};
-use crate::timing::{TimingError, time_table};
+use crate::timing::{self, TimingError, time_table};
 use crate::watching::Watching;
 use crate::why::Earlier;
 use clap::Parser;
@@ -63,8 +63,9 @@ pub struct Arguments {
     /// Say for each run whether it is to be done and why, and stop
     #[arg(long, conflicts_with_all = ["force", "dry_run", "prune"])]
     why: bool,
-    /// Time the engine on every run, one at a time, and print a table; nothing is recorded
-    #[arg(long, conflicts_with_all = ["force", "dry_run", "why", "jobs", "output"])]
+    /// Time the engine on every run, one at a time, and print a table; nothing is recorded. With --output DIR the table also goes to
+    /// DIR/NAME/timing.json, which the report of the recordings there shows
+    #[arg(long, conflicts_with_all = ["force", "dry_run", "why", "jobs"])]
     time: bool,
     #[command(flatten)]
     watching: Watching,
@@ -127,7 +128,7 @@ impl Arguments {
         let bad = |message: String| (Exit::BadManifest, message);
         let experiment = self.read(path).map_err(bad)?;
         if self.time {
-            return Ok(timed(&experiment));
+            return Ok(timed(&experiment, self.destination.named_folder().map_err(bad)?));
         }
         let depot = self.depot(&experiment).map_err(bad)?;
         let mut plan = self.plan(&experiment).map_err(bad)?;
@@ -430,10 +431,21 @@ impl Arguments {
     }
 }
 
-/// Times every run and prints the table.
-fn timed(experiment: &Experiment) -> Exit {
+/// Times every run and prints the table, which goes to a file as well where a folder is named.
+fn timed(experiment: &Experiment, output: Option<&Path>) -> Exit {
     match time_table(experiment) {
-        Ok(table) => print(&table),
+        Ok(table) => {
+            let told = print(&timing::text(&table));
+            match output.map(|output| side_files::write_timing(output, &table)) {
+                None => told,
+                Some(Ok(path)) => print(&format!("Written to {}", path.display())),
+                Some(Err(error)) => {
+                    let message =
+                        format!("the table can't be written: {error}; free or name another folder");
+                    fail(Exit::Retryable, &message)
+                }
+            }
+        }
         Err(TimingError::Refused(refusal)) => fail(Exit::BadManifest, &refusal.to_string()),
         Err(TimingError::Fault(fault)) => fail(Exit::RunFailed, &fault.to_string()),
     }

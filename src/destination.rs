@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 pub struct Destination {
     /// Folder of the recordings: they go to DIR/NAME. Or s3://BUCKET/PREFIX, in a program built with
-    /// `--features object-storage`
-    #[arg(long, value_name = "DIR", default_value = "recordings")]
-    output: PathBuf,
+    /// `--features object-storage` [default: recordings]
+    #[arg(long, value_name = "DIR")]
+    output: Option<PathBuf>,
     /// Folder where runs are recorded whose recordings go to s3://: each is removed here when it is there
     #[arg(long, value_name = "DIR", default_value = "spool")]
     spool: PathBuf,
@@ -24,10 +24,31 @@ pub struct Destination {
     keep_local: bool,
 }
 
+/// Where recordings go unless the command line says otherwise.
+const USUAL: &str = "recordings";
+
 impl Destination {
+    fn output(&self) -> &Path {
+        self.output.as_deref().unwrap_or(Path::new(USUAL))
+    }
+
     fn address(&self) -> Result<Option<Address>, StoreError> {
-        let text = self.output.to_string_lossy();
-        Address::is_one(&self.output).then(|| Address::parse(&text)).transpose()
+        let text = self.output().to_string_lossy();
+        Address::is_one(self.output()).then(|| Address::parse(&text)).transpose()
+    }
+
+    /// The folder that the command line names, if it does: a table of times goes there.
+    ///
+    /// # Errors
+    /// An address: a table is no recording.
+    pub fn named_folder(&self) -> Result<Option<&Path>, String> {
+        match self.output.as_deref() {
+            Some(output) if Address::is_one(output) => Err(format!(
+                "a table of times goes into a folder, not to {}: give --output DIR, or leave it out",
+                output.display()
+            )),
+            folder => Ok(folder),
+        }
     }
 
     /// The folder of this machine below which runs are recorded: of the spool, one for each address.
@@ -36,7 +57,7 @@ impl Destination {
     /// An address that makes no sense.
     pub fn folder(&self) -> Result<PathBuf, StoreError> {
         Ok(match self.address()? {
-            None => self.output.clone(),
+            None => self.output().to_owned(),
             Some(address) if address.prefix().is_empty() => self.spool.join(address.bucket()),
             Some(address) => self.spool.join(address.bucket()).join(address.prefix()),
         })
@@ -54,7 +75,7 @@ impl Destination {
     /// The option that names the folder of this machine.
     #[must_use]
     pub fn option_of_folder(&self) -> &'static str {
-        if Address::is_one(&self.output) { "--spool" } else { "--output" }
+        if Address::is_one(self.output()) { "--spool" } else { "--output" }
     }
 
     /// The part of a shell's command line that says the same from any working folder.
@@ -62,10 +83,10 @@ impl Destination {
     /// # Errors
     /// A path that can't be followed. The folder must be there.
     pub fn words(&self) -> io::Result<String> {
-        if !Address::is_one(&self.output) {
-            return Ok(format!("--output {}", absolute(&self.output)?));
+        if !Address::is_one(self.output()) {
+            return Ok(format!("--output {}", absolute(self.output())?));
         }
-        let (address, spool) = (self.output.display().to_string(), absolute(&self.spool)?);
+        let (address, spool) = (self.output().display().to_string(), absolute(&self.spool)?);
         let keep = if self.keep_local { " --keep-local" } else { "" };
         Ok(format!("--output {} --spool {spool}{keep}", quoted(&address)))
     }

@@ -2,11 +2,11 @@
 
 use crate::plan::{Plan, Status};
 use crate::run::{self, Ending};
-use kinetoscope_manifest::{Experiment, ExperimentRecord};
+use kinetoscope_manifest::{Experiment, ExperimentRecord, TimingTable};
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Writes `experiment.toml`: name, description, checks, sweep and replicates as run, with the files that belong to them.
@@ -37,6 +37,18 @@ pub fn write_layout(plan: &Plan) -> io::Result<()> {
         Some(Ok(layout)) => replace(&plan.folder.join("layout.json"), layout.as_bytes()),
         Some(Err(_)) | None => Ok(()),
     }
+}
+
+/// Writes `timing.json` beside the recordings of an experiment, and returns where it stands.
+///
+/// # Errors
+/// Whatever the operating system says of folder or file.
+pub fn write_timing(output: &Path, table: &TimingTable) -> io::Result<PathBuf> {
+    let folder = output.join(&table.experiment);
+    fs::create_dir_all(&folder)?;
+    let path = folder.join(TimingTable::FILE);
+    replace(&path, table.to_json()?.as_bytes())?;
+    Ok(path)
 }
 
 #[derive(Serialize)]

@@ -1,5 +1,5 @@
 //! `--time`: how long the runs of an experiment take. The engine alone, one run after the other, nothing recorded; the
-//! figures belong to the machine and say so.
+//! figures belong to the machine and say so. Where a folder is named, the table goes beside the recordings there.
 //!
 //! Runs that differ in one key of two values are taken in turn (A B A B …), so that their ratio suffers least from what
 //! else the machine does.
@@ -7,7 +7,10 @@
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::models::{ForModel, with_model};
 use crate::random::Seed;
-use kinetoscope_manifest::{Experiment, Run, RunManifest};
+use kinetoscope_manifest::{
+    Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,
+    TimingTable,
+};
 use std::fs;
 use std::time::Instant;
 
@@ -30,16 +33,16 @@ struct Measurement {
 /// All replicates of one point of the sweep, in their order.
 #[derive(Clone, Debug)]
 struct Point {
-    coordinates: Vec<(String, String)>,
+    coordinates: Vec<Coordinate>,
     seconds: Vec<f64>,
     steps_or_events: u64,
 }
 
-/// Times every run of an experiment and tells the result as a table.
+/// Times every run of an experiment.
 ///
 /// # Errors
 /// The first run that can't be run, or whose physics goes wrong.
-pub fn time_table(experiment: &Experiment) -> Result<String, TimingError> {
+pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
     let mut points: Vec<Point> = Vec::new();
     let mut runs: Vec<&Run> = experiment.runs.iter().collect();
     runs.sort_by_key(|run| run.replicate);
@@ -50,28 +53,25 @@ pub fn time_table(experiment: &Experiment) -> Result<String, TimingError> {
             measure(&run.manifest)?;
         }
         let Measurement { seconds, steps_or_events } = measure(&run.manifest)?;
-        let coordinates: Vec<(String, String)> = run
-            .coordinates
-            .iter()
-            .map(|coordinate| (coordinate.key.clone(), coordinate.value.clone()))
-            .collect();
-        match points.iter_mut().find(|point| point.coordinates == coordinates) {
+        match points.iter_mut().find(|point| point.coordinates == run.coordinates) {
             Some(point) => {
                 point.seconds.push(seconds);
                 point.steps_or_events += steps_or_events;
             }
-            None => points.push(Point { coordinates, seconds: vec![seconds], steps_or_events }),
+            None => points.push(Point {
+                coordinates: run.coordinates.clone(),
+                seconds: vec![seconds],
+                steps_or_events,
+            }),
         }
     }
-    let mut text = format!(
-        "{}: the engine alone, one run at a time, nothing recorded, {} runs a line after one that warms up\n{}\n\n",
-        experiment.name,
-        experiment.replicates,
-        machine()
-    );
-    text += &lines(&points);
-    text += &ratios(&points);
-    Ok(text)
+    Ok(TimingTable {
+        schema: TimingTable::SCHEMA,
+        experiment: experiment.name.clone(),
+        machine: machine(),
+        comparison: comparison(&points),
+        points: points.iter().map(Point::figures).collect(),
+    })
 }
 
 fn measure(manifest: &RunManifest) -> Result<Measurement, TimingError> {
@@ -114,71 +114,106 @@ fn machine() -> String {
     )
 }
 
-fn lines(points: &[Point]) -> String {
-    let names: Vec<String> = points.iter().map(|point| name(&point.coordinates)).collect();
-    let width = names.iter().map(String::len).max().unwrap_or(0).max("run".len());
-    let mut text = format!(
-        "{:width$}  {:>11} {:>11} {:>11} {:>11}  {:>11}\n",
-        "run", "median/s", "mean/s", "st.dev./s", "quartiles/s", "per second"
-    );
-    for (point, name) in points.iter().zip(names) {
-        let (mean, deviation) = mean_and_deviation(&point.seconds);
-        let rate = point.steps_or_events as f64 / point.seconds.iter().sum::<f64>();
-        text += &format!(
-            "{name:width$}  {:>11.3e} {mean:>11.3e} {deviation:>11.3e} {:>11.3e}  {rate:>11.3e}\n",
-            quantile(&point.seconds, 0.5),
-            quantile(&point.seconds, 0.75) - quantile(&point.seconds, 0.25),
-        );
+impl Point {
+    fn figures(&self) -> TimingPoint {
+        let (mean_s, standard_deviation_s) = mean_and_deviation(&self.seconds);
+        TimingPoint {
+            coordinates: self.coordinates.clone(),
+            runs: self.seconds.len(),
+            median_s: quantile(&self.seconds, 0.5),
+            mean_s,
+            standard_deviation_s,
+            quartile_distance_s: quantile(&self.seconds, 0.75) - quantile(&self.seconds, 0.25),
+            steps_or_events_per_s: self.steps_or_events as f64 / self.seconds.iter().sum::<f64>(),
+        }
     }
-    text
 }
 
 /// The ratios between the two values of the last key that has two, all other coordinates and the replicate being equal.
-fn ratios(points: &[Point]) -> String {
-    let Some(first) = points.first() else { return String::new() };
-    let axis = (0..first.coordinates.len()).rev().find_map(|axis| {
+fn comparison(points: &[Point]) -> Option<TimingComparison> {
+    let first = points.first()?;
+    let (axis, [one, other]) = (0..first.coordinates.len()).rev().find_map(|axis| {
         let mut values: Vec<&str> = Vec::new();
         for point in points {
-            let value = point.coordinates[axis].1.as_str();
+            let value = point.coordinates[axis].value.as_str();
             if !values.contains(&value) {
                 values.push(value);
             }
         }
         <[&str; 2]>::try_from(values).ok().map(|values| (axis, values))
-    });
-    let Some((axis, [one, other])) = axis else { return String::new() };
-    let mut text = format!(
-        "\nTime of {other} over time of {one}, run by run: median, geometric mean, standard error\n"
-    );
-    let mut all = Vec::new();
-    for point in points.iter().filter(|point| point.coordinates[axis].1 == one) {
+    })?;
+    let (mut ratios, mut all) = (Vec::new(), Vec::new());
+    for point in points.iter().filter(|point| point.coordinates[axis].value == one) {
         let mut wanted = point.coordinates.clone();
-        wanted[axis].1 = other.to_owned();
+        wanted[axis].value = other.to_owned();
         let Some(partner) = points.iter().find(|point| point.coordinates == wanted) else {
             continue;
         };
-        let ratios: Vec<f64> =
+        let of_runs: Vec<f64> =
             partner.seconds.iter().zip(&point.seconds).map(|(other, one)| other / one).collect();
         wanted.remove(axis);
-        text += &ratio_line(&name(&wanted), &ratios);
-        all.extend(ratios);
+        ratios.push(ratio(wanted, &of_runs));
+        all.extend(of_runs);
     }
-    text + &ratio_line("all", &all)
+    let (of, over) = (other.to_owned(), one.to_owned());
+    Some(TimingComparison { of, over, ratios, all: ratio(Vec::new(), &all) })
 }
 
 /// The mean is the geometric one: a run that something else on the machine delayed weighs the same on either side.
-fn ratio_line(name: &str, ratios: &[f64]) -> String {
+fn ratio(coordinates: Vec<Coordinate>, ratios: &[f64]) -> TimingRatio {
     let logarithms: Vec<f64> = ratios.iter().map(|&ratio| libm::log(ratio)).collect();
     let (mean, deviation) = mean_and_deviation(&logarithms);
     let mean = libm::exp(mean);
-    let error = mean * deviation / (ratios.len() as f64).sqrt();
-    format!("{name}: {:.4}, {mean:.4} +- {error:.4}\n", quantile(ratios, 0.5))
+    let standard_error = mean * deviation / (ratios.len() as f64).sqrt();
+    TimingRatio { coordinates, median: quantile(ratios, 0.5), mean, standard_error }
 }
 
-fn name(coordinates: &[(String, String)]) -> String {
+/// The table as the terminal shows it.
+#[must_use]
+pub fn text(table: &TimingTable) -> String {
+    let runs = table.points.first().map_or(0, |point| point.runs);
+    let mut text = format!(
+        "{}: the engine alone, one run at a time, nothing recorded, {runs} runs a line after one that warms up\n{}\n\n",
+        table.experiment, table.machine
+    );
+    let names: Vec<String> = table.points.iter().map(|point| name(&point.coordinates)).collect();
+    let width = names.iter().map(String::len).max().unwrap_or(0).max("run".len());
+    text += &format!(
+        "{:width$}  {:>11} {:>11} {:>11} {:>11}  {:>11}\n",
+        "run", "median/s", "mean/s", "st.dev./s", "quartiles/s", "per second"
+    );
+    for (point, name) in table.points.iter().zip(names) {
+        text += &format!(
+            "{name:width$}  {:>11.3e} {:>11.3e} {:>11.3e} {:>11.3e}  {:>11.3e}\n",
+            point.median_s,
+            point.mean_s,
+            point.standard_deviation_s,
+            point.quartile_distance_s,
+            point.steps_or_events_per_s
+        );
+    }
+    if let Some(comparison) = &table.comparison {
+        text += &format!(
+            "\nTime of {} over time of {}, run by run: median, geometric mean, standard error\n",
+            comparison.of, comparison.over
+        );
+        for ratio in &comparison.ratios {
+            text += &ratio_line(&name(&ratio.coordinates), ratio);
+        }
+        text += &ratio_line("all", &comparison.all);
+    }
+    text
+}
+
+fn ratio_line(name: &str, ratio: &TimingRatio) -> String {
+    let TimingRatio { median, mean, standard_error, .. } = ratio;
+    format!("{name}: {median:.4}, {mean:.4} +- {standard_error:.4}\n")
+}
+
+fn name(coordinates: &[Coordinate]) -> String {
     let parts: Vec<String> = coordinates
         .iter()
-        .map(|(key, value)| {
+        .map(|Coordinate { key, value }| {
             let key = key.rsplit('.').next().unwrap_or(key);
             format!("{key} = {value}")
         })
@@ -210,8 +245,9 @@ mod tests {
     use super::*;
 
     fn point(law: &str, seconds: &[f64]) -> Point {
-        let coordinates =
-            vec![("n".to_owned(), "5".to_owned()), ("variant".to_owned(), law.to_owned())];
+        let coordinate =
+            |key: &str, value: &str| Coordinate { key: key.to_owned(), value: value.to_owned() };
+        let coordinates = vec![coordinate("n", "5"), coordinate("variant", law)];
         Point { coordinates, seconds: seconds.to_vec(), steps_or_events: 10 }
     }
 
@@ -226,8 +262,17 @@ mod tests {
     /// Law: ratios are taken run by run, (2/1, 6/2): median 2.5, geometric mean sqrt 6, its error sqrt 6 ln(1.5) / 2.
     #[test]
     fn ratios_are_of_runs_of_one_replicate() {
-        let text = ratios(&[point("one", &[1.0, 2.0]), point("other", &[2.0, 6.0])]);
+        let points = [point("one", &[1.0, 2.0]), point("other", &[2.0, 6.0])];
+        let table = TimingTable {
+            schema: TimingTable::SCHEMA,
+            experiment: "timed".to_owned(),
+            machine: "on a machine".to_owned(),
+            comparison: comparison(&points),
+            points: points.iter().map(Point::figures).collect(),
+        };
+        let text = text(&table);
         assert!(text.contains("n = 5: 2.5000, 2.4495 +- 0.4966"), "{text}");
         assert!(text.contains("Time of other over time of one"), "{text}");
+        assert_eq!(TimingTable::from_json(&table.to_json().unwrap()).unwrap(), table);
     }
 }

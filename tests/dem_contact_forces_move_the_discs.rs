@@ -7,6 +7,9 @@
 //! Tolerance: rounding of v' - v, 1e-9 of the largest force. Control: forces without their tangential part must be rejected
 //! wherever discs rub.
 
+// A test judges within tolerances: no bit of a run depends on it.
+#![allow(clippy::disallowed_methods)]
+
 mod dem_scene;
 
 use dem_scene::{Disc, SEED, discs, frame, run_to, scenes, time_step};

@@ -1,11 +1,12 @@
 //! Promise: `--time` prints one line a point of the sweep, the ratio of two velocity laws with its error, and the machine;
-//! it writes no file. A manifest that can't be run is refused as otherwise. Timings themselves are not judged.
+//! it writes no file, but `timing.json` where a folder is named. A manifest that can't be run is refused as otherwise. Timings themselves are not judged.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 mod forged_recording;
 
 use forged_recording::{run_experiment, stderr, stdout};
+use kinetoscope_manifest::TimingTable;
 use std::fs;
 use std::path::PathBuf;
 
@@ -33,6 +34,20 @@ fn a_table_is_printed_and_nothing_is_written() {
         "{table}"
     );
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "only the manifest is there");
+
+    // Where a folder is named, the table stands there as well, and nothing else.
+    let output = folder.path().join("out");
+    let named = [arguments.clone(), vec![PathBuf::from("--output"), output.clone()]].concat();
+    let asked = run_experiment(&named);
+    assert_eq!(asked.status.code(), Some(0), "{}", stderr(&asked));
+    assert_eq!(fs::read_dir(output.join("timed")).unwrap().count(), 1);
+    let written = fs::read_to_string(output.join("timed").join("timing.json")).unwrap();
+    let table = TimingTable::from_json(&written).unwrap();
+    assert_eq!((table.schema, table.experiment.as_str(), table.points.len()), (1, "timed", 4));
+    assert!(table.points.iter().all(|point| point.runs == 3 && point.mean_s > 0.0));
+    let comparison = table.comparison.unwrap();
+    assert_eq!((comparison.of.as_str(), comparison.over.as_str()), ("modified", "unmodified"));
+    assert_eq!(comparison.ratios.len(), 2);
 
     fs::write(&path, MANIFEST.replace("width = 40.0", "width = 10.0\nradius = 4.9")).unwrap();
     let refused = run_experiment(&arguments);

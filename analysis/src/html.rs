@@ -2,9 +2,11 @@
 
 use crate::checks::Judge;
 use crate::ci::escaped;
+use crate::coordinates::label;
 use crate::metrics::Metric;
 use crate::report::Report;
 use crate::table::{apart, six_digits, with_error};
+use kinetoscope_manifest::{Coordinate, TimingTable};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
@@ -24,6 +26,7 @@ pub fn page(report: &Report, plots: &[(&str, String)]) -> String {
     text += &remarks(report);
     text += &verdicts(report);
     text += &figures(plots);
+    text += &report.timing.as_ref().map_or_else(String::new, timing);
     text += &numbers(report);
     text += &definitions(report);
     text += &manifest(report);
@@ -120,6 +123,61 @@ fn numbers(report: &Report) -> String {
         text += "</tbody>\n</table>\n";
     }
     text + "</section>\n"
+}
+
+/// How long the runs took, of which no metric knows.
+fn timing(table: &TimingTable) -> String {
+    let mut text = format!(
+        "<section>\n<h2>Timing</h2>\n<p>The engine alone, one run at a time, nothing recorded, {}. \
+         These figures belong to that machine.</p>\n<table class=\"numbers\">\n<thead><tr><th>runs</th><th>mean/s</th>\
+         <th>standard deviation/s</th><th>median/s</th><th>steps or events/s</th></tr></thead>\n<tbody>\n",
+        escaped(&table.machine)
+    );
+    let labelled =
+        |label: &str, value: String| format!("<td data-label=\"{label}\">{}</td>", escaped(&value));
+    let named = |coordinates: &[Coordinate]| match label(coordinates) {
+        place if place.is_empty() => "all".to_owned(),
+        place => place,
+    };
+    for point in &table.points {
+        let place = format!("{} ({})", named(&point.coordinates), point.runs);
+        let _ = writeln!(
+            text,
+            "<tr><td>{}</td>{}{}{}{}</tr>",
+            breakable(&place),
+            labelled("mean/s", four_digits(point.mean_s)),
+            labelled("deviation/s", four_digits(point.standard_deviation_s)),
+            labelled("median/s", four_digits(point.median_s)),
+            labelled("per second", four_digits(point.steps_or_events_per_s)),
+        );
+    }
+    text += "</tbody>\n</table>\n";
+    if let Some(comparison) = &table.comparison {
+        let _ = writeln!(
+            text,
+            "<h3>Time of {} over time of {}</h3>\n<table class=\"numbers\">\n<thead><tr><th>runs</th><th>geometric mean</th>\
+             <th>median</th></tr></thead>\n<tbody>",
+            escaped(&comparison.of),
+            escaped(&comparison.over)
+        );
+        for ratio in comparison.ratios.iter().chain([&comparison.all]) {
+            let _ = writeln!(
+                text,
+                "<tr><td>{}</td>{}{}</tr>",
+                breakable(&named(&ratio.coordinates)),
+                labelled("mean", with_error(ratio.mean, Some(ratio.standard_error))),
+                labelled("median", four_digits(ratio.median)),
+            );
+        }
+        text += "</tbody>\n</table>\n";
+    }
+    text + "</section>\n"
+}
+
+/// A positive number in four digits.
+fn four_digits(value: f64) -> String {
+    let unit = 10.0_f64.powf(value.log10().floor() - 3.0);
+    six_digits(if value > 0.0 { (value / unit).round() * unit } else { value })
 }
 
 fn number(metric: &Metric) -> String {

@@ -11,7 +11,7 @@ use crate::plot::Plot;
 use crate::run::{self, Ending, OpenRun, RunAnalysis, Unreadable};
 use crate::sweep;
 use crate::table::{Terminal, Tone, table};
-use kinetoscope_manifest::{Check, Coordinate, ExperimentRecord};
+use kinetoscope_manifest::{Check, Coordinate, ExperimentRecord, TimingTable};
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -36,6 +36,8 @@ pub struct Report {
     pub notes: Vec<String>,
     /// What could not be read, and why.
     pub unreadable: Vec<String>,
+    /// How long the runs took on some machine, where `timing.json` stands beside the recordings.
+    pub timing: Option<TimingTable>,
 }
 
 /// Plots of single runs are drawn for this many points of a sweep.
@@ -183,6 +185,7 @@ pub fn analyse(source: &mut Source, wishes: &Wishes) -> Report {
             )),
         }
     }
+    let timing = timing_beside(source, &mut notes);
     let points = sweep::points(&runs);
     let (mut metrics, refused) = sweep::fits(&points);
     notes.extend(refused);
@@ -205,7 +208,36 @@ pub fn analyse(source: &mut Source, wishes: &Wishes) -> Report {
         plots,
         notes,
         unreadable,
+        timing,
     }
+}
+
+/// The timing table beside the recordings; where it does not read, a note says so.
+fn timing_beside(source: &Source, notes: &mut Vec<String>) -> Option<TimingTable> {
+    let path = source.folder.join(TimingTable::FILE);
+    let text = match std::fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
+        Err(error) => {
+            notes.push(format!("{} can't be read: {error}", path.display()));
+            return None;
+        }
+    };
+    let complaint = match TimingTable::from_json(&text) {
+        Ok(table) if table.schema != TimingTable::SCHEMA => {
+            format!("has the layout {}, this version reads {}", table.schema, TimingTable::SCHEMA)
+        }
+        Ok(table) if table.experiment != source.name => {
+            format!("is about the experiment {}", table.experiment)
+        }
+        Ok(table) => return Some(table),
+        Err(error) => format!("is no timing table: {error}"),
+    };
+    notes.push(format!(
+        "{} {complaint}; not shown. run-experiment --time --output writes it anew",
+        path.display()
+    ));
+    None
 }
 
 fn plots(

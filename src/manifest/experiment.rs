@@ -103,7 +103,7 @@ fn experiment(
         name,
         description: document.head.description.unwrap_or_default(),
         seed: document.head.seed,
-        replicates: document.head.replicates.map_or(1, |count| count.0),
+        replicates: document.head.replicates.map_or(1, ReplicateCount::get),
         axes: document.axes,
         runs: document.runs,
         checks: document.checks,
@@ -202,7 +202,7 @@ impl Head {
     fn replicate_numbers(&self) -> std::ops::Range<u32> {
         match (self.replicate, self.replicates) {
             (Some(number), _) => number..number.saturating_add(1),
-            (None, Some(count)) => 0..count.0,
+            (None, Some(count)) => 0..count.get(),
             (None, None) => 0..1,
         }
     }

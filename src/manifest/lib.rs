@@ -22,6 +22,7 @@ mod comparison;
 mod schema;
 mod sidecar;
 mod starter;
+mod timing;
 
 pub use canonical::{ContentKey, RunManifest, content_key, parse_run};
 pub use checks::{Bound, Check, parse_checks};
@@ -32,3 +33,4 @@ pub use schema::json_schema;
 pub use sidecar::{ExperimentRecord, RunRecord};
 pub use starter::starter;
 pub use sweep::{Axis, Coordinate};
+pub use timing::{TimingComparison, TimingPoint, TimingRatio, TimingTable};

@@ -6,6 +6,7 @@ use crate::model::{ModelConfig, Propagation, RunLength};
 use crate::quantity::{PlaybackRate, Positive};
 use crate::tree::Value;
 use crate::value::words;
+pub use crate::value::{Decades, FramesPerDecade};
 use std::num::{NonZeroU32, NonZeroU64};
 
 /// What is recorded, how often, and how it plays.
@@ -34,6 +35,8 @@ pub enum RecordInterval {
     EverySteps(NonZeroU64),
     /// Every so many collisions (packing).
     EveryCollisions(NonZeroU64),
+    /// Evenly in the logarithm of time, steps or collisions: so many frames a decade, so many decades back from the end.
+    Logarithmic(FramesPerDecade, Decades),
 }
 
 /// Compression of a recording's chunks.
@@ -121,8 +124,15 @@ pub const CHANNELS: [(&str, &[&str]); 4] = [
 ];
 
 /// The keys of which at most one says when frames are taken.
-const INTERVALS: &[&str] =
-    &["frames", "every_s", "every_days", "every_time", "every_steps", "every_collisions"];
+const INTERVALS: &[&str] = &[
+    "frames",
+    "every_s",
+    "every_days",
+    "every_time",
+    "every_steps",
+    "every_collisions",
+    "frames_per_decade",
+];
 
 impl Default for RecordConfig {
     /// 200 intervals, all channels but series of single collisions and contacts, 25 frames a second of playback, 10,000 particles drawn.
@@ -178,6 +188,7 @@ impl RecordConfig {
             RecordInterval::EveryTime(interval) => time = Some(interval),
             RecordInterval::EverySteps(number) => steps = Some(number),
             RecordInterval::EveryCollisions(number) => collisions = Some(number),
+            RecordInterval::Logarithmic(..) => {}
         }
         let of = |key: &str| time.filter(|_| time_key(model) == key);
         let (every_s, every_days, every_time) = (of("every_s"), of("every_days"), of("every_time"));
@@ -224,6 +235,31 @@ impl RecordConfig {
         ) {
             self.interval = RecordInterval::EveryCollisions(number);
         }
+        self.logarithmic_keys(keys);
+    }
+
+    fn logarithmic_keys(&mut self, keys: &mut impl Keys) {
+        let (per_decade, decades) = match self.interval {
+            RecordInterval::Logarithmic(number, reach) => (Some(number), Some(reach)),
+            _ => (None, None),
+        };
+        let per_decade = keys.optional(
+            "frames_per_decade",
+            "1",
+            "Frames a decade, evenly in the logarithm of time (steps, collisions): frame j before the end at 10^(-j/frames_per_decade) \
+            of the run, as far as counts differ.",
+            per_decade,
+        );
+        let decades = keys.optional(
+            "decades",
+            "1",
+            "With `frames_per_decade`: decades that the frames reach back from the end of the run; 3 where not given.",
+            decades,
+        );
+        if let Some(number) = per_decade {
+            self.interval =
+                RecordInterval::Logarithmic(number, decades.unwrap_or(Decades::DEFAULT));
+        }
     }
 
     /// The rules between `[record]` and the model, which is only `sound` if its own table had no errors.
@@ -235,6 +271,10 @@ impl RecordConfig {
                 let label = format!("it takes {}", allowed.join(", "));
                 table.refuse(&[key], &title, &label);
             }
+        }
+        if table.has("decades") && !table.has("frames_per_decade") {
+            let title = "`record.decades` says how far back `frames_per_decade` reaches";
+            table.refuse(&["decades"], title, "give frames_per_decade, too");
         }
         let known = channels(model);
         check_channels(model.name(), known, table);
@@ -270,7 +310,7 @@ fn intervals(model: &ModelConfig, sound: bool) -> Vec<&'static str> {
             _ => &["every_time", "every_collisions"],
         },
     };
-    [&["frames"], more].concat()
+    [&["frames"], more, &["frames_per_decade"]].concat()
 }
 
 /// Every channel must be one of the model's, and stand once.

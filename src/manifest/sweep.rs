@@ -6,6 +6,7 @@ use crate::quantity::Finite;
 use crate::schema;
 use crate::tree::{Entry, Node, Span, Table, Value};
 use crate::value::{TomlValue, refuse, shortest, words};
+use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
 /// One direction of a sweep. Paired keys share an axis; named variants are the axis `variant`.
@@ -18,7 +19,7 @@ pub struct Axis {
 }
 
 /// Where a run lies on one axis of its sweep.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Coordinate {
     /// The dotted key, or `variant`.
     pub key: String,

@@ -111,25 +111,51 @@ number_values!(
     StepTolerance
 );
 
-/// How many replicates an experiment may have.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ReplicateCount(pub(crate) u32);
+/// Makes a type of whole numbers from 1 to a maximum.
+macro_rules! counts {
+    ($($(#[$doc:meta])* $visible:vis $name:ident up to $maximum:literal);* $(;)?) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $visible struct $name(u32);
 
-impl TryFrom<i128> for ReplicateCount {
-    type Error = ();
-
-    fn try_from(count: i128) -> Result<Self, ()> {
-        match u32::try_from(count) {
-            Ok(count @ 1..=1_000_000) => Ok(Self(count)),
-            _ => Err(()),
+        impl $name {
+            /// The number, at least 1.
+            #[must_use]
+            $visible const fn get(self) -> u32 {
+                self.0
+            }
         }
-    }
-}
 
-impl fmt::Display for ReplicateCount {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(formatter)
-    }
+        impl TryFrom<i128> for $name {
+            type Error = ();
+
+            fn try_from(count: i128) -> Result<Self, ()> {
+                match u32::try_from(count) {
+                    Ok(count @ 1..=$maximum) => Ok(Self(count)),
+                    _ => Err(()),
+                }
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.0.fmt(formatter)
+            }
+        }
+    )*};
+}
+counts!(
+    /// How many replicates an experiment may have.
+    pub(crate) ReplicateCount up to 1_000_000;
+    /// Frames a decade of time, steps or collisions.
+    pub FramesPerDecade up to 1000;
+    /// Decades that a run's frames reach back from its end; with a thousand frames in each a list that is still short.
+    pub Decades up to 15
+);
+
+impl Decades {
+    /// Three decades, the default.
+    pub(crate) const DEFAULT: Self = Self(3);
 }
 
 macro_rules! whole_values {
@@ -162,6 +188,8 @@ whole_values!(
     NonZeroU32: 1..=4_294_967_295, through u32;
     NonZeroU64: 1..=18_446_744_073_709_551_615, through u64;
     ReplicateCount: 1..=1_000_000, through i128;
+    FramesPerDecade: 1..=1000, through i128;
+    Decades: 1..=15, through i128;
 );
 
 impl TomlValue for String {

@@ -108,6 +108,23 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
         "seed = 17\n[model.gas]\nparticles = 60\nfurther_masses_kg = [2e-26]\ndisc_radius_m = 0.04\n\
          speeds_m_per_s = [300.0, 900.0, 600.0]\ntemperature_schedule = [[0.0103, 500.0]]\nduration_s = 0.02\n[record]\nframes = 20\n",
     ),
+    (
+        "gas_logarithmic",
+        "seed = 18\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes_per_decade = 7\n",
+    ),
+    (
+        "packing_logarithmic",
+        "seed = 19\n[model.packing]\ndiscs = 40\n[record]\nframes_per_decade = 6\ndecades = 4\n",
+    ),
+    (
+        "dem_logarithmic_with_contact_forces",
+        "seed = 20\n[model.dem]\ndiscs = 30\nwidth_m = 0.01\nheight_m = 0.01\nfriction = 0.3\nduration_s = 0.04\n\
+         [record]\nframes_per_decade = 8\nchannels = [\"state\", \"energy\", \"contact_forces\"]\n",
+    ),
+    (
+        "orbit_logarithmic",
+        "[model.orbit]\nduration_days = 100.0\n[record]\nframes_per_decade = 9\ndecades = 2\n",
+    ),
 ];
 
 /// The one run of a manifest.

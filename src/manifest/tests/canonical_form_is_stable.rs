@@ -241,6 +241,11 @@ impl Numbers {
         };
         let interval = if time_key && self.below(2) == 0 {
             RecordInterval::EveryTime(self.positive())
+        } else if self.below(4) == 0 {
+            RecordInterval::Logarithmic(
+                (1 + i128::from(self.below(1000))).try_into().unwrap(),
+                (1 + i128::from(self.below(15))).try_into().unwrap(),
+            )
         } else {
             RecordInterval::Frames(NonZeroU64::new(1 + self.next()).unwrap())
         };

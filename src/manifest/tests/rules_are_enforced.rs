@@ -134,6 +134,13 @@ fn intervals_fit_the_model() {
     );
     refused("[model.packing]\n[record]\nevery_time = 2 # <-", "it takes frames, every_collisions");
     refused("[model.packing]\n[record]\nevery_steps = 2 # <-", "it takes frames, every_collisions");
+    refused(
+        "[model.gas]\n[record]\nframes = 20\ndecades = 2 # <-",
+        "`record.decades` says how far back `frames_per_decade` reaches",
+    );
+    for model in ["dem", "gas", "packing", "orbit"] {
+        accepted(&format!("[model.{model}]\n[record]\nframes_per_decade = 8\ndecades = 2"));
+    }
     accepted("[model.packing]\nduration = 10\n[record]\nevery_time = 2");
     accepted("[model.packing]\n[record]\nevery_collisions = 2");
     accepted(

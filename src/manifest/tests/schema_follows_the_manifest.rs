@@ -86,6 +86,8 @@ fn every_key_has_its_meaning_unit_range_and_default() {
         "every_time",
         "every_steps",
         "every_collisions",
+        "frames_per_decade",
+        "decades",
         "channels",
         "name",
         "description",
@@ -186,7 +188,7 @@ fn the_canonical_form_writes_every_key_of_the_schema() {
         "[model.gas]\nmax_speed_m_per_s = 1\npropagation = \"stepped\"\ntime_step_s = 1e-6\n[record]\nevery_steps = 1",
         "[model.packing]\nduration = 1\n[record]\nevery_time = 1\nchannels = []",
         "[model.packing]\ncontact_time = 1\ncompression_pressure = 1\n[record]\nevery_collisions = 1",
-        "[model.packing]\ncutoff_velocity = 1",
+        "[model.packing]\ncutoff_velocity = 1\n[record]\nframes_per_decade = 1",
         "[model.orbit]\n[record]\nevery_days = 1",
         "[model.orbit]\nbodies = [{ gm_au3_per_day2 = 1, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, \
          { gm_au3_per_day2 = 0, position_au = [1, 0, 0], velocity_au_per_day = [0, 1, 0] }]",
