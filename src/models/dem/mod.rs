@@ -24,6 +24,7 @@ mod pairs_are_all_there;
 mod parameters;
 mod rain;
 mod recorded;
+mod registers;
 mod remedies;
 mod report;
 mod rubbing;
