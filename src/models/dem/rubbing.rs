@@ -8,6 +8,7 @@ use super::forces::{Deepest, Forces, Own, Scene};
 use super::neighbours::Pairs;
 use super::rubbing_lanes;
 use super::touch::{Rub, Touch};
+use super::turn;
 
 /// Energies are summed in so many lanes; as many pairs at most are taken at a time.
 pub(super) const SUM_LANES: usize = 8;
@@ -59,8 +60,7 @@ pub(super) fn inner_pairs(
     scene: &Scene<'_>,
     forces: &mut Forces,
 ) {
-    forces.rim_speeds.clear();
-    forces.rim_speeds.extend(own.radii.iter().zip(&*own.spins).map(|(radius, spin)| radius * spin));
+    turn::find_rim_speeds(&mut forces.rim_speeds, own.radii, own.spins);
     let sight = Sight {
         states: own.states,
         rim_speeds: &forces.rim_speeds,

@@ -4,7 +4,7 @@
 use super::forces::Deepest;
 use super::neighbours::Pairs;
 use super::registers::{self, Kernel, Lanes, Machine, Mask};
-use super::rubbing::{SUM_LANES, Sight, Totals};
+use super::rubbing::{LaneSums, SUM_LANES, Sight, Totals};
 
 /// Adds the forces of as many pairs as fill whole registers of at most `most` numbers, and returns how many that were: 0
 /// where the machine has none.
@@ -40,6 +40,7 @@ struct Constants<L> {
     least_force: L,
     tangential_stiffness: L,
     half_tangential_stiffness: L,
+    tangential_compliance: L,
     tangential_damping_share: L,
     time_step: L,
     /// Friction and rolling friction, where all discs are of one material.
@@ -47,6 +48,7 @@ struct Constants<L> {
 }
 
 /// Pairs side by side: unit normals from the second discs to the first, overlaps, and velocities against the second.
+#[derive(Clone, Copy)]
 struct Approach<L> {
     normal: [L; 2],
     overlap: L,
@@ -81,6 +83,7 @@ impl<L> Constants<L> {
             least_force: machine.all(law.least_force()),
             tangential_stiffness: machine.all(law.tangential_stiffness),
             half_tangential_stiffness: machine.all(0.5 * law.tangential_stiffness),
+            tangential_compliance: machine.all(1.0 / law.tangential_stiffness),
             tangential_damping_share: machine.all(law.tangential_damping_share),
             time_step: machine.all(sight.time_step),
             friction: [machine.all(friction[0]), machine.all(friction[1])],
@@ -127,7 +130,7 @@ impl<L> Constants<L> {
         let trial = dashpot - self.tangential_stiffness * stretched;
         let holds = trial.abs().is_at_most(limit);
         let sliding = limit.or_else(self.zero.is_less(trial), -limit);
-        let given = -sliding / self.tangential_stiffness;
+        let given = -sliding * self.tangential_compliance;
         let stretch = stretched.or_else(holds, given);
         let slip = self.zero.or_else(holds, stretched - given);
         Moved {
@@ -148,87 +151,197 @@ impl<L> Constants<L> {
     }
 }
 
+/// A block's list, in groups of as many pairs as a register has lanes.
+struct Groups<'a, const N: usize> {
+    first: &'a [[u32; N]],
+    second: &'a [[u32; N]],
+    reach: &'a [[f64; N]],
+    damping: &'a [[f64; N]],
+    stretch: &'a mut [[f64; N]],
+    rolling_stretch: &'a mut [[f64; N]],
+}
+
+/// `LaneSums` in registers: one of eight lanes, or two of four.
+struct Energies<L> {
+    elastic: [L; 2],
+    friction: [L; 2],
+    rolling: [L; 2],
+}
+
+impl<L> Energies<L> {
+    #[inline(always)]
+    fn put_into<const N: usize>(&self, sums: &mut LaneSums)
+    where
+        L: Lanes<N>,
+    {
+        let columns = [&mut sums.elastic, &mut sums.friction, &mut sums.rolling];
+        for (column, energies) in
+            columns.into_iter().zip([self.elastic, self.friction, self.rolling])
+        {
+            for (lanes, energy) in column.as_chunks_mut::<N>().0.iter_mut().zip(energies) {
+                energy.store(lanes);
+            }
+        }
+    }
+}
+
+/// Roots and quotients take long, and forces wait for them: so many groups first meet, and rub afterwards.
+const BATCH: usize = 16;
+
+/// A group of pairs of which some touch, or touched until now.
+#[derive(Clone, Copy)]
+struct Meeting<L, T> {
+    group: usize,
+    touch: T,
+    pair: Approach<L>,
+}
+
 impl<const ROLLS: bool, const DIFFER: bool> Kernel for Rubbing<'_, '_, ROLLS, DIFFER> {
     type Output = usize;
 
     #[inline(always)]
     fn run<const N: usize, M: Machine<N>>(self, machine: M) -> usize {
         let Self { pairs, sight, totals } = self;
-        // One length for all, so that an index is checked once.
-        let count = sight.states.len();
-        let (states, rim_speeds) = (&sight.states[..count], &sight.rim_speeds[..count]);
-        let forces = &mut totals.forces[..count];
-        let tangential = &mut totals.tangential[..count];
-        let Pairs { first, second, reach, damping, stretch, rolling_stretch } = pairs;
         let law = Constants::new(machine, sight);
-        let (firsts, seconds) = (first.as_chunks::<N>().0, second.as_chunks::<N>().0);
-        let (reaches, dampings) = (reach.as_chunks::<N>().0, damping.as_chunks::<N>().0);
-        let stretches = stretch.as_chunks_mut::<N>().0;
-        let rolling_stretches = rolling_stretch.as_chunks_mut::<N>().0;
-        let constants = reaches.iter().zip(dampings).zip(stretches);
-        for (number, ((first, second), ((reach, damping), stretch))) in
-            firsts.iter().zip(seconds).zip(constants).enumerate()
-        {
-            let ends = [first, second];
-            let before = machine.load(stretch);
-            let rolled = if ROLLS { machine.load(&rolling_stretches[number]) } else { law.zero };
-            let reach = machine.load(reach);
-            let [x, y, vx, vy] = machine.differences(states, ends);
-            let squared = x * x + y * y;
-            let touch = squared.is_less(reach * reach);
-            let held = law.zero.is_less(before.abs() + rolled.abs());
-            if touch.bits() | held.bits() == 0 {
-                continue;
+        let mut groups = Groups {
+            first: pairs.first.as_chunks().0,
+            second: pairs.second.as_chunks().0,
+            reach: pairs.reach.as_chunks().0,
+            damping: pairs.damping.as_chunks().0,
+            stretch: pairs.stretch.as_chunks_mut().0,
+            rolling_stretch: pairs.rolling_stretch.as_chunks_mut().0,
+        };
+        let count = groups.first.len();
+        let pair = Approach { normal: [law.zero; 2], overlap: law.zero, velocity: [law.zero; 2] };
+        let nobody = Meeting { group: 0, touch: law.zero.is_less(law.zero), pair };
+        let mut meetings = [nobody; BATCH];
+        let none = [law.zero; 2];
+        let mut energies = Energies { elastic: none, friction: none, rolling: none };
+        for start in (0..count).step_by(BATCH) {
+            let mut met = 0;
+            for group in start..Ord::min(start + BATCH, count) {
+                if let Some(meeting) = meet::<ROLLS, N, M>(machine, &law, &groups, group, sight) {
+                    meetings[met] = meeting;
+                    met += 1;
+                }
             }
-            let pair = law.approach([x, y], [vx, vy], squared, reach);
-            note_deepest(machine, pair.overlap, touch, ends, sight.radii, totals.deepest);
-            let push = law.push(&pair, machine.load(damping));
-            let pressing = push.force.larger(law.zero);
-            let [friction, rolling_friction] =
-                if DIFFER { coefficients(machine, ends, sight) } else { law.friction };
-            let rim_speeds =
-                gathered(machine, rim_speeds, first) + gathered(machine, rim_speeds, second);
-            let [nx, ny] = pair.normal;
-            let speed = vy * nx - vx * ny - rim_speeds;
-            let dashpot = -(law.tangential_damping_share * machine.load(damping)) * speed;
-            let slid = law.slide(before, speed * law.time_step, dashpot, friction * pressing);
-            slid.stretch.only(touch).store(stretch);
-            let group = number % (SUM_LANES / N);
-            let energies = &mut totals.energies;
-            let lost = slid.loss.or_else(touch, law.energy(before));
-            add_to(machine, &mut energies.friction, group, lost);
-            let mut elastic = law.energy(slid.stretch);
-            if ROLLS {
-                let radii =
-                    gathered(machine, sight.radii, first) * gathered(machine, sight.radii, second);
-                let rate =
-                    gathered(machine, sight.spins, first) - gathered(machine, sight.spins, second);
-                let reduced_radius = radii / reach;
-                let travel = reduced_radius * rate * law.time_step;
-                // Without a dashpot.
-                let turned = law.slide(rolled, travel, -law.zero, rolling_friction * pressing);
-                turned.stretch.only(touch).store(&mut rolling_stretches[number]);
-                let lost = turned.loss.or_else(touch, law.energy(rolled));
-                add_to(machine, &mut energies.rolling, group, lost);
-                elastic = elastic + law.energy(turned.stretch);
-                let torque = (reduced_radius * turned.force).only(touch);
-                add_torques(torque, totals.rolling, ends);
+            for meeting in &meetings[..met] {
+                let energies = &mut energies;
+                rub::<ROLLS, DIFFER, N, M>(
+                    machine,
+                    &law,
+                    &mut groups,
+                    meeting,
+                    sight,
+                    totals,
+                    energies,
+                );
             }
-            add_to(machine, &mut totals.energies.elastic, group, elastic.only(touch));
-            let Push { force, loss } = push;
-            let on_first = [
-                (force * nx - slid.force * ny).only(touch),
-                (force * ny + slid.force * nx).only(touch),
-                (loss * nx + slid.dashpot * ny).only(touch),
-                (loss * ny - slid.dashpot * nx).only(touch),
-            ];
-            // A pair apart adds +0, which changes no bit: a sum that began with +0 is never -0.
-            Lanes::add_opposite(on_first, forces, ends);
-            let on_rims = [slid.force.only(touch), slid.dashpot.only(touch)];
-            Lanes::add_to_both(on_rims, tangential, ends);
         }
-        firsts.len() * N
+        energies.put_into(&mut totals.energies);
+        count * N
     }
+}
+
+/// Who touches of a group, and how; `None` where all are apart and no spring is stretched.
+#[inline(always)]
+fn meet<const ROLLS: bool, const N: usize, M: Machine<N>>(
+    machine: M,
+    law: &Constants<M::Lanes>,
+    groups: &Groups<'_, N>,
+    group: usize,
+    sight: &Sight<'_>,
+) -> Option<Meeting<M::Lanes, <M::Lanes as Lanes<N>>::Mask>> {
+    let mut held = machine.load(&groups.stretch[group]).abs();
+    if ROLLS {
+        held = held + machine.load(&groups.rolling_stretch[group]).abs();
+    }
+    let reach = machine.load(&groups.reach[group]);
+    let ends = [&groups.first[group], &groups.second[group]];
+    let [x, y, vx, vy] = machine.differences(sight.states, ends);
+    let squared = x * x + y * y;
+    let touch = squared.is_less(reach * reach);
+    if touch.bits() | law.zero.is_less(held).bits() == 0 {
+        return None;
+    }
+    Some(Meeting { group, touch, pair: law.approach([x, y], [vx, vy], squared, reach) })
+}
+
+/// Forces of a group's pairs; their springs move on by a step.
+#[inline(always)]
+fn rub<const ROLLS: bool, const DIFFER: bool, const N: usize, M: Machine<N>>(
+    machine: M,
+    law: &Constants<M::Lanes>,
+    groups: &mut Groups<'_, N>,
+    meeting: &Meeting<M::Lanes, <M::Lanes as Lanes<N>>::Mask>,
+    sight: &Sight<'_>,
+    totals: &mut Totals<'_>,
+    energies: &mut Energies<M::Lanes>,
+) {
+    let &Meeting { group, touch, ref pair } = meeting;
+    let ends = [&groups.first[group], &groups.second[group]];
+    note_deepest(machine, pair.overlap, touch, ends, sight.radii, totals.deepest);
+    let damping = machine.load(&groups.damping[group]);
+    let Push { force, loss } = law.push(pair, damping);
+    let pressing = force.larger(law.zero);
+    let [friction, rolling_friction] =
+        if DIFFER { coefficients(machine, ends, sight) } else { law.friction };
+    // One length, so that an index is checked once.
+    let rim_speeds = &sight.rim_speeds[..totals.forces.len()];
+    let tangential = &mut totals.tangential[..totals.forces.len()];
+    let rims = gathered(machine, rim_speeds, ends[0]) + gathered(machine, rim_speeds, ends[1]);
+    let ([nx, ny], [vx, vy]) = (pair.normal, pair.velocity);
+    let speed = vy * nx - vx * ny - rims;
+    let before = machine.load(&groups.stretch[group]);
+    let dashpot = -(law.tangential_damping_share * damping) * speed;
+    let slid = law.slide(before, speed * law.time_step, dashpot, friction * pressing);
+    slid.stretch.only(touch).store(&mut groups.stretch[group]);
+    let part = group % (SUM_LANES / N);
+    let lost = slid.loss.or_else(touch, law.energy(before));
+    energies.friction[part] = energies.friction[part] + lost;
+    let mut elastic = law.energy(slid.stretch);
+    if ROLLS {
+        let before = machine.load(&groups.rolling_stretch[group]);
+        let reach = machine.load(&groups.reach[group]);
+        let limit = rolling_friction * pressing;
+        let (turned, torque) = roll(machine, law, ends, reach, before, limit, sight);
+        turned.stretch.only(touch).store(&mut groups.rolling_stretch[group]);
+        let lost = turned.loss.or_else(touch, law.energy(before));
+        energies.rolling[part] = energies.rolling[part] + lost;
+        elastic = elastic + law.energy(turned.stretch);
+        add_torques(torque.only(touch), totals.rolling, ends);
+    }
+    energies.elastic[part] = energies.elastic[part] + elastic.only(touch);
+    let on_first = [
+        (force * nx - slid.force * ny).only(touch),
+        (force * ny + slid.force * nx).only(touch),
+        (loss * nx + slid.dashpot * ny).only(touch),
+        (loss * ny - slid.dashpot * nx).only(touch),
+    ];
+    // A pair apart adds +0, which changes no bit: a sum that began with +0 is never -0.
+    Lanes::add_opposite(on_first, totals.forces, ends);
+    let on_rims = [slid.force.only(touch), slid.dashpot.only(touch)];
+    Lanes::add_to_both(on_rims, tangential, ends);
+}
+
+/// What rolling springs do, and their torques on the first discs, N m.
+#[inline(always)]
+fn roll<const N: usize, M: Machine<N>>(
+    machine: M,
+    law: &Constants<M::Lanes>,
+    [first, second]: [&[u32; N]; 2],
+    reach: M::Lanes,
+    before: M::Lanes,
+    limit: M::Lanes,
+    sight: &Sight<'_>,
+) -> (Moved<M::Lanes>, M::Lanes) {
+    let radii = gathered(machine, sight.radii, first) * gathered(machine, sight.radii, second);
+    let rate = gathered(machine, sight.spins, first) - gathered(machine, sight.spins, second);
+    let reduced_radius = radii / reach;
+    // Without a dashpot.
+    let moved = law.slide(before, reduced_radius * rate * law.time_step, -law.zero, limit);
+    let torque = reduced_radius * moved.force;
+    (moved, torque)
 }
 
 /// A number of each of some discs.
@@ -259,18 +372,6 @@ fn coefficients<const N: usize, M: Machine<N>>(
         (friction[lane], rolling_friction[lane]) = (pair.friction, pair.rolling_friction);
     }
     [machine.of(friction), machine.of(rolling_friction)]
-}
-
-/// Adds energies to one of the groups of lanes that they are summed in.
-#[inline(always)]
-fn add_to<const N: usize, M: Machine<N>>(
-    machine: M,
-    sums: &mut [f64; SUM_LANES],
-    group: usize,
-    part: M::Lanes,
-) {
-    let sum = &mut sums.as_chunks_mut::<N>().0[group];
-    (machine.load(sum) + part).store(sum);
 }
 
 /// Adds torques to those on the first discs, and takes them off those on the second.
