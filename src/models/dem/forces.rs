@@ -181,12 +181,12 @@ impl Forces {
     ) {
         let count = own.states.len();
         self.forces.resize(count, [0.0; 4]);
-        self.forces.fill([0.0; 4]);
+        // As plain numbers, which the compiler clears with the widest stores.
+        self.forces.as_flattened_mut().fill(0.0);
         self.sums.clear(scene, block.start);
         if scene.law.has_friction() {
-            // Filled as a whole, which costs less than disc by disc.
             self.tangential.resize(count, [0.0; 2]);
-            self.tangential.fill([0.0; 2]);
+            self.tangential.as_flattened_mut().fill(0.0);
             self.rolling.resize(count, 0.0);
             self.rolling.fill(0.0);
             rubbing::inner_pairs(&mut block.inner, own, scene, self);

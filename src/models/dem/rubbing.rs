@@ -43,7 +43,7 @@ pub(super) struct Totals<'a> {
 
 /// Energies, J, of the pairs whose numbers leave the same remainder when divided by eight. How many pairs are taken at a
 /// time changes no bit of them.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct LaneSums {
     /// Held by the tangential and rolling springs.
     pub(super) elastic: [f64; SUM_LANES],
@@ -78,14 +78,19 @@ pub(super) fn inner_pairs(
         deepest: &mut forces.sums.deepest,
     };
     let most = if scene.use_lanes { SUM_LANES } else { 1 };
-    let done = rubbing_lanes::inner_pairs(pairs, &sight, &mut totals, most);
-    pair_by_pair(pairs, done, &sight, &mut totals);
+    in_lanes(pairs, &sight, &mut totals, most);
     let LaneSums { elastic, friction, rolling } = totals.energies;
     let sum =
         |[a, b, c, d, e, f, g, h]: [f64; SUM_LANES]| ((a + e) + (c + g)) + ((b + f) + (d + h));
     forces.sums.elastic += sum(elastic);
     forces.sums.friction += sum(friction);
     forces.sums.rolling += sum(rolling);
+}
+
+/// At most `most` pairs at a time, where the machine can; then the few that are left, or all, one by one.
+pub(super) fn in_lanes(pairs: &mut Pairs, sight: &Sight<'_>, totals: &mut Totals<'_>, most: usize) {
+    let done = rubbing_lanes::inner_pairs(pairs, sight, totals, most);
+    pair_by_pair(pairs, done, sight, totals);
 }
 
 /// Pairs from number `from` on. `rubbing_lanes` does the same for four pairs at a time.
