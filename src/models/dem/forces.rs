@@ -180,16 +180,19 @@ impl Forces {
         scene: &Scene<'_>,
     ) {
         let count = own.states.len();
-        self.forces.clear();
         self.forces.resize(count, [0.0; 4]);
-        self.tangential.clear();
-        self.rolling.clear();
+        // As plain numbers, which the compiler clears with the widest stores.
+        self.forces.as_flattened_mut().fill(0.0);
         self.sums.clear(scene, block.start);
         if scene.law.has_friction() {
             self.tangential.resize(count, [0.0; 2]);
+            self.tangential.as_flattened_mut().fill(0.0);
             self.rolling.resize(count, 0.0);
+            self.rolling.fill(0.0);
             rubbing::inner_pairs(&mut block.inner, own, scene, self);
         } else {
+            self.tangential.clear();
+            self.rolling.clear();
             let (states, radii, law) = (&*own.states, own.radii, scene.law);
             let (forces, deepest) = (&mut self.forces, &mut self.sums.deepest);
             let done = if scene.use_lanes {

@@ -25,12 +25,17 @@ mod pairs_are_all_there;
 mod parameters;
 mod rain;
 mod recorded;
+mod registers;
 mod remedies;
 mod report;
 mod rubbing;
 mod rubbing_lanes;
+#[cfg(test)]
+mod rubbing_pairs_by_any_number;
 mod snapshot;
 mod springs;
+#[cfg(test)]
+mod springs_outlive_lists;
 mod stability;
 mod start;
 mod step;

@@ -71,7 +71,8 @@ pub fn spring_slider(
         return SpringSlider { force: trial, dashpot_force, stretch: stretched, slip: 0.0 };
     }
     let force = if trial > 0.0 { limit } else { -limit };
-    let stretch = -force / stiffness;
+    // Times 1/k_t, which is found once for many contacts.
+    let stretch = -force * (1.0 / stiffness);
     SpringSlider { force, dashpot_force: 0.0, stretch, slip: stretched - stretch }
 }
 

@@ -8,9 +8,10 @@ use super::forces::{Deepest, Forces, Own, Scene};
 use super::neighbours::Pairs;
 use super::rubbing_lanes;
 use super::touch::{Rub, Touch};
+use super::turn;
 
-/// Pairs that may be taken at a time.
-pub(super) const LANES: usize = 4;
+/// Energies are summed in so many lanes; as many pairs at most are taken at a time.
+pub(super) const SUM_LANES: usize = 8;
 
 /// Discs of a block, as their pairs see them.
 pub(super) struct Sight<'a> {
@@ -40,16 +41,16 @@ pub(super) struct Totals<'a> {
     pub(super) deepest: &'a mut Deepest,
 }
 
-/// Energies, J, of the pairs whose numbers leave the same remainder when divided by four. How many pairs are taken at a
+/// Energies, J, of the pairs whose numbers leave the same remainder when divided by eight. How many pairs are taken at a
 /// time changes no bit of them.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct LaneSums {
     /// Held by the tangential and rolling springs.
-    pub(super) elastic: [f64; LANES],
+    pub(super) elastic: [f64; SUM_LANES],
     /// Taken by friction.
-    pub(super) friction: [f64; LANES],
+    pub(super) friction: [f64; SUM_LANES],
     /// Taken by rolling friction.
-    pub(super) rolling: [f64; LANES],
+    pub(super) rolling: [f64; SUM_LANES],
 }
 
 /// Adds the forces of a block's inner pairs; the springs of its contacts move on by a step.
@@ -59,8 +60,7 @@ pub(super) fn inner_pairs(
     scene: &Scene<'_>,
     forces: &mut Forces,
 ) {
-    forces.rim_speeds.clear();
-    forces.rim_speeds.extend(own.radii.iter().zip(&*own.spins).map(|(radius, spin)| radius * spin));
+    turn::find_rim_speeds(&mut forces.rim_speeds, own.radii, own.spins);
     let sight = Sight {
         states: own.states,
         rim_speeds: &forces.rim_speeds,
@@ -77,14 +77,20 @@ pub(super) fn inner_pairs(
         energies: LaneSums::default(),
         deepest: &mut forces.sums.deepest,
     };
-    let done =
-        if scene.use_lanes { rubbing_lanes::inner_pairs(pairs, &sight, &mut totals) } else { 0 };
-    pair_by_pair(pairs, done, &sight, &mut totals);
+    let most = if scene.use_lanes { SUM_LANES } else { 1 };
+    in_lanes(pairs, &sight, &mut totals, most);
     let LaneSums { elastic, friction, rolling } = totals.energies;
-    let sum = |lanes: [f64; LANES]| (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
+    let sum =
+        |[a, b, c, d, e, f, g, h]: [f64; SUM_LANES]| ((a + e) + (c + g)) + ((b + f) + (d + h));
     forces.sums.elastic += sum(elastic);
     forces.sums.friction += sum(friction);
     forces.sums.rolling += sum(rolling);
+}
+
+/// At most `most` pairs at a time, where the machine can; then the few that are left, or all, one by one.
+pub(super) fn in_lanes(pairs: &mut Pairs, sight: &Sight<'_>, totals: &mut Totals<'_>, most: usize) {
+    let done = rubbing_lanes::inner_pairs(pairs, sight, totals, most);
+    pair_by_pair(pairs, done, sight, totals);
 }
 
 /// Pairs from number `from` on. `rubbing_lanes` does the same for four pairs at a time.
@@ -94,7 +100,7 @@ fn pair_by_pair(pairs: &mut Pairs, from: usize, sight: &Sight<'_>, totals: &mut 
     let ends = first.iter().zip(&*second);
     let constants = reach.iter().zip(&*damping).zip(stretch).enumerate();
     for ((&a, &b), (number, ((&reach, &damping), sliding))) in ends.zip(constants).skip(from) {
-        let (ends, lane) = ([a as usize, b as usize], number % LANES);
+        let (ends, lane) = ([a as usize, b as usize], number % SUM_LANES);
         let [state, other] = ends.map(|disc| sight.states[disc]);
         let mut stretch = [*sliding, if rolls { rolling_stretch[number] } else { 0.0 }];
         let apart = [state[0] - other[0], state[1] - other[1]];

@@ -37,23 +37,59 @@ impl Kernel for Turn<'_> {
 
     #[inline(always)]
     fn run(self) -> [f64; STRANDS] {
-        let (time_step, half) = (self.time_step, 0.5 * self.time_step);
+        let Self { spins, masses, radii, tangential, rolling, time_step } = self;
+        let half = 0.5 * time_step;
         let mut power = [0.0; STRANDS];
-        let chunks = self.spins.chunks_mut(STRANDS).zip(self.masses.chunks(STRANDS));
-        let friction = self.tangential.chunks(STRANDS).zip(self.rolling.chunks(STRANDS));
+        let (spins, last_spins) = spins.as_chunks_mut::<STRANDS>();
+        let (masses, last_masses) = masses.as_chunks::<STRANDS>();
+        let (radii, last_radii) = radii.as_chunks::<STRANDS>();
+        let (tangential, last_tangential) = tangential.as_chunks::<STRANDS>();
+        let (rolling, last_rolling) = rolling.as_chunks::<STRANDS>();
+        let bodies = spins.iter_mut().zip(masses).zip(radii);
         for (((spins, masses), radii), (tangential, rolling)) in
-            chunks.zip(self.radii.chunks(STRANDS)).zip(friction)
+            bodies.zip(tangential.iter().zip(rolling))
         {
-            let bodies = masses.iter().zip(radii).zip(tangential.iter().zip(rolling));
-            for ((spin, ((&mass, &radius), (&tangential, &rolling))), power) in
-                spins.iter_mut().zip(bodies).zip(&mut power)
-            {
-                let [torque, loss] = torque(radius, tangential, rolling);
-                let alpha = motion::angular_acceleration(torque, mass, radius);
-                *power += loss * (*spin + alpha * half);
-                *spin += alpha * time_step;
+            for disc in 0..STRANDS {
+                let [torque, loss] = torque(radii[disc], tangential[disc], rolling[disc]);
+                let alpha = motion::angular_acceleration(torque, masses[disc], radii[disc]);
+                power[disc] += loss * (spins[disc] + alpha * half);
+                spins[disc] += alpha * time_step;
             }
         }
+        // The few that do not fill a chunk.
+        let bodies = last_spins.iter_mut().zip(last_masses).zip(last_radii);
+        let friction = last_tangential.iter().zip(last_rolling);
+        for ((((spin, &mass), &radius), (&tangential, &rolling)), power) in
+            bodies.zip(friction).zip(&mut power)
+        {
+            let [torque, loss] = torque(radius, tangential, rolling);
+            let alpha = motion::angular_acceleration(torque, mass, radius);
+            *power += loss * (*spin + alpha * half);
+            *spin += alpha * time_step;
+        }
         power
+    }
+}
+
+/// Speeds r w of the rims of discs, m/s.
+pub(super) fn find_rim_speeds(speeds: &mut Vec<f64>, radii: &[f64], spins: &[f64]) {
+    speeds.resize(radii.len(), 0.0);
+    vector_width::run(RimSpeeds { speeds, radii, spins });
+}
+
+struct RimSpeeds<'a> {
+    speeds: &'a mut [f64],
+    radii: &'a [f64],
+    spins: &'a [f64],
+}
+
+impl Kernel for RimSpeeds<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for ((speed, radius), spin) in self.speeds.iter_mut().zip(self.radii).zip(self.spins) {
+            *speed = radius * spin;
+        }
     }
 }

@@ -1,0 +1,109 @@
+//! Law: a contact's springs keep their stretch when the list is built anew, wherever its two discs stand in the new list and
+//! whichever of the two comes first there. A rolling spring is stretched by the first disc's turning against the second: seen
+//! the other way round, its stretch has the other sign.
+//!
+//! Source: Newton's third law: the torque of a rolling spring on one disc is the opposite of that on the other (Luding,
+//! Granular Matter 10 (2008) 235, section 3.3), before and after.
+//! Setup: 6000 random discs, several blocks; every listed pair's springs are stretched by numbers that follow from the ids of its
+//! two discs; then the discs move at random, so that they are sorted otherwise, and the list is built anew.
+//! Tolerance: none. Controls: springs of pairs that leave the list are gone; many pairs stand the other way round.
+
+use super::discs::Discs;
+use super::neighbours::{Neighbours, Pairs, Surroundings};
+use super::parameters::Parameters;
+use super::springs::Stretch;
+use crate::random::{Seed, Stream};
+use kinetoscope_manifest::model::DemConfig;
+use kinetoscope_manifest::quantity::NonNegative;
+use std::collections::BTreeMap;
+
+const DISCS: u32 = 6000;
+const SIDE: f64 = 12.0;
+const RADIUS: f64 = 0.05;
+
+/// What the springs of two discs are stretched by, as seen from the first.
+fn stretch(first: u32, second: u32) -> Stretch {
+    let (low, high) = (f64::from(first.min(second)), f64::from(first.max(second)));
+    let sense = if first < second { 1.0 } else { -1.0 };
+    [1e-6 * (low + 1.0) + 1e-9 * high, sense * (1e-6 * (high + 1.0) + 1e-9 * low)]
+}
+
+/// Every listed pair by ids in the list's order, with its springs.
+fn listed(neighbours: &Neighbours, discs: &Discs) -> Vec<([u32; 2], Stretch)> {
+    let mut found = Vec::new();
+    for block in &neighbours.blocks {
+        let mut take = |pairs: &Pairs, offset: usize| {
+            for pair in 0..pairs.len() {
+                let first = discs.ids[block.start + pairs.first[pair] as usize];
+                let second = discs.ids[offset + pairs.second[pair] as usize];
+                let springs = [pairs.stretch[pair], pairs.rolling_stretch[pair]];
+                found.push(([first, second], springs));
+            }
+        };
+        take(&block.inner, block.start);
+        take(&block.edges, 0);
+    }
+    found
+}
+
+fn stretch_all(neighbours: &mut Neighbours, discs: &Discs) {
+    for block in &mut neighbours.blocks {
+        let start = block.start;
+        for (pairs, offset) in [(&mut block.inner, start), (&mut block.edges, 0)] {
+            for pair in 0..pairs.len() {
+                let first = discs.ids[start + pairs.first[pair] as usize];
+                let second = discs.ids[offset + pairs.second[pair] as usize];
+                [pairs.stretch[pair], pairs.rolling_stretch[pair]] = stretch(first, second);
+            }
+        }
+    }
+}
+
+#[test]
+fn springs_keep_their_stretch_and_sense() {
+    let mut generator = Seed { seed: 5, replicate: 0 }.stream(Stream::Positions);
+    let coefficient = NonNegative::new(0.5).expect("not negative");
+    let config =
+        DemConfig { friction: coefficient, rolling_friction: coefficient, ..DemConfig::default() };
+    let law = Parameters::new(&config).law;
+    let around = Surroundings {
+        sides: [SIDE; 2],
+        periodic: [false; 2],
+        law: &law,
+        walls: &[],
+        displacements: &[],
+        largest_radius: RADIUS,
+    };
+    let mut place = || generator.uniform_in(0.0, SIDE);
+    let mut discs = Discs {
+        ids: (0..DISCS).collect(),
+        states: (0..DISCS).map(|_| [place(), place(), 0.0, 0.0]).collect(),
+        spins: vec![0.0; DISCS as usize],
+        radii: vec![RADIUS; DISCS as usize],
+        masses: vec![1.0; DISCS as usize],
+        materials: vec![0; DISCS as usize],
+    };
+    let mut neighbours = Neighbours::new(RADIUS);
+    neighbours.build(&mut discs, &around);
+    stretch_all(&mut neighbours, &discs);
+    let before = listed(&neighbours, &discs);
+    // Far enough for other cells: a few of them stand in other rows then.
+    for [x, y, ..] in &mut discs.states {
+        *x = (*x + generator.uniform_in(-RADIUS, RADIUS)).abs();
+        *y = SIDE - (SIDE - *y - 0.3 * RADIUS).abs();
+    }
+    neighbours.build(&mut discs, &around);
+    let after = listed(&neighbours, &discs);
+    let was: BTreeMap<[u32; 2], Stretch> = before.iter().copied().collect();
+    let (mut kept, mut turned, mut new) = (0, 0, 0);
+    for ([first, second], springs) in after {
+        let is_old = was.contains_key(&[first, second]) || was.contains_key(&[second, first]);
+        let wanted = if is_old { stretch(first, second) } else { [0.0; 2] };
+        assert!(springs == wanted, "{first} and {second}: {springs:?} for {wanted:?}");
+        kept += u32::from(is_old);
+        new += u32::from(!is_old);
+        turned += u32::from(is_old && !was.contains_key(&[first, second]));
+    }
+    println!("{kept} springs kept, {turned} the other way round, {new} new pairs");
+    assert!(kept > 5000 && turned > 100 && new > 500);
+}
