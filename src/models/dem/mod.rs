@@ -14,6 +14,7 @@ mod drift;
 mod energy;
 mod finder;
 mod forces;
+mod found;
 mod implicit;
 mod lanes;
 mod materials;
@@ -30,6 +31,7 @@ mod snapshot;
 mod stability;
 mod start;
 mod step;
+mod tiers;
 mod touch;
 mod walls;
 
@@ -44,7 +46,7 @@ use kinetoscope_recording::channels::{
 };
 use kinetoscope_recording::frame::StateColumn;
 use kinetoscope_recording::scenery::Scenery;
-use neighbours::{Neighbours, Surroundings};
+use neighbours::{Neighbours, Scope, Surroundings};
 use parameters::Parameters;
 use rain::Rain;
 use serde::{Deserialize, Serialize};
@@ -230,7 +232,8 @@ impl Dem {
     /// One time step: forces at the present state, the ledger's share, kick and drift; then a good neighbour list again.
     fn step(&mut self) -> Result<(), BlowUp> {
         let walls = self.parameters.walls_at(self.count);
-        let scene = scene(&self.parameters, &walls, &self.window, self.use_lanes);
+        let scope = self.neighbours.scope();
+        let scene = scene(&self.parameters, &walls, &self.window, scope, self.use_lanes);
         let (neighbours, discs) = (&mut self.neighbours, &mut self.discs);
         let moved = self.workspace.advance(neighbours, discs, &scene, &self.parameters);
         self.window.take(&moved);
@@ -316,6 +319,9 @@ impl Dem {
         for (state, &mass) in self.discs.states.iter_mut().zip(&self.discs.masses) {
             for axis in (0..2).filter(|&axis| periodic[axis]) {
                 let before = state[axis];
+                if before >= 0.0 && before < sides[axis] {
+                    continue;
+                }
                 let turns = (before / sides[axis]).floor();
                 if turns != 0.0 {
                     state[axis] = before - turns * sides[axis];
@@ -355,7 +361,7 @@ impl Dem {
     /// Forces at the present state, with the lists of the run or a copy of them.
     fn evaluate_with(&self, neighbours: &Neighbours) -> Evaluation {
         let walls = self.parameters.walls_at(self.count);
-        let scene = scene(&self.parameters, &walls, &Window::default(), self.use_lanes);
+        let scene = scene(&self.parameters, &walls, &Window::default(), Scope::ALL, self.use_lanes);
         Evaluation::of(neighbours, &self.discs, &scene, &self.parameters)
     }
 
@@ -376,6 +382,7 @@ fn scene<'a>(
     parameters: &'a Parameters,
     walls: &'a [PlacedWall],
     window: &Window,
+    scope: Scope,
     use_lanes: bool,
 ) -> Scene<'a> {
     Scene {
@@ -384,6 +391,7 @@ fn scene<'a>(
         time_step: parameters.time_step,
         smallest_radius: parameters.radius_range.0,
         known_overlap: window.largest_overlap,
+        scope,
         use_lanes,
     }
 }
