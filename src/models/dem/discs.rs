@@ -17,6 +17,8 @@ pub(super) struct Discs {
     pub(super) radii: Vec<f64>,
     /// Masses, kg.
     pub(super) masses: Vec<f64>,
+    /// One over them, 1/kg: a quotient less for every disc at every step.
+    pub(super) inverse_masses: Vec<f64>,
     /// Materials, by their number.
     pub(super) materials: Vec<u8>,
 }
@@ -67,6 +69,7 @@ impl Discs {
         self.spins = sorted(&self.spins, order);
         self.radii = sorted(&self.radii, order);
         self.masses = sorted(&self.masses, order);
+        self.inverse_masses = sorted(&self.inverse_masses, order);
         self.materials = sorted(&self.materials, order);
     }
 
@@ -78,25 +81,27 @@ impl Discs {
         self.spins.push(0.0);
         self.radii.push(disc.radius);
         self.masses.push(disc.mass);
+        self.inverse_masses.push(1.0 / disc.mass);
         self.materials.push(disc.material);
     }
 
     /// All discs as one block.
     pub(super) fn own(&mut self) -> Own<'_> {
-        let Self { states, spins, radii, masses, materials, .. } = self;
-        Own { states, spins, radii, masses, materials }
+        let Self { states, spins, radii, masses, inverse_masses, materials, .. } = self;
+        Own { states, spins, radii, masses, inverse_masses, materials }
     }
 
     /// The discs of each block.
     pub(super) fn blocks(&mut self) -> Vec<Own<'_>> {
         let moving = self.states.chunks_mut(BLOCK).zip(self.spins.chunks_mut(BLOCK));
-        let bodies = self.radii.chunks(BLOCK).zip(self.masses.chunks(BLOCK));
-        let bodies = bodies.zip(self.materials.chunks(BLOCK));
-        let own = |((states, spins), ((radii, masses), materials))| Own {
+        let masses = self.masses.chunks(BLOCK).zip(self.inverse_masses.chunks(BLOCK));
+        let bodies = self.radii.chunks(BLOCK).zip(masses).zip(self.materials.chunks(BLOCK));
+        let own = |((states, spins), ((radii, (masses, inverse_masses)), materials))| Own {
             states,
             spins,
             radii,
             masses,
+            inverse_masses,
             materials,
         };
         moving.zip(bodies).map(own).collect()

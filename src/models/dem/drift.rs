@@ -1,6 +1,6 @@
 //! Kick and drift of a block's discs, two at a time, so that the compiler can use wide instructions.
 
-use super::forces::{Forces, Own};
+use super::forces::{Forces, Own, Scene};
 use super::motion;
 use super::parameters::Parameters;
 use super::step::Moved;
@@ -11,52 +11,45 @@ use crate::vector_width::{self, Kernel};
 type Pair = [f64; 4];
 
 /// Equation (3) for the discs of a block: v' = v + a dt, x' = x + v' dt; and w' = w + alpha dt with friction. `start` is
-/// where they begin in memory.
+/// where they begin in memory. The forces are left at zero, for the next step.
 pub(super) fn kick_and_drift(
     own: &mut Own<'_>,
-    forces: &Forces,
+    forces: &mut Forces,
     start: usize,
+    scene: &Scene<'_>,
     parameters: &Parameters,
 ) -> Moved {
-    let Parameters { sides, gravity, time_step, periodic, .. } = *parameters;
-    // Discs may leave through a periodic side until they are put back when the list is built.
-    let open = |axis: usize| if periodic[axis] { f64::INFINITY } else { 0.0 };
-    let low = [-open(0), -open(1)];
-    let high = [sides[0] + open(0), sides[1] + open(1)];
+    let Parameters { gravity, time_step, .. } = *parameters;
     let sums = vector_width::run(Drift {
         states: own.states,
-        masses: own.masses,
-        forces: &forces.forces,
+        inverse_masses: own.inverse_masses,
+        forces: &mut forces.forces,
         gravity,
         time_step,
     });
     let [power, fastest] = [sums.dashpot_power, sums.fastest_squared];
     let dashpot_power = (power[0] + power[2]) + (power[1] + power[3]);
     let larger = |a: f64, b: f64| if a > b { a } else { b };
-    let fastest_squared = larger(fastest[0], fastest[2]) + larger(fastest[1], fastest[3]);
-    let is_inside =
-        |[x, y, ..]: &[f64; 4]| *x >= low[0] && *x <= high[0] && *y >= low[1] && *y <= high[1];
-    let ends =
-        [sums.lowest, sums.highest].map(|[x, y, other_x, other_y]| [[x, y], [other_x, other_y]]);
-    let all_inside = ends.iter().flatten().all(|&[x, y]| is_inside(&[x, y, 0.0, 0.0]));
-    let mut outside = None;
-    // Where a place is no number, a velocity is none, and the power neither.
-    if !all_inside || dashpot_power.is_nan() {
-        outside = own.states.iter().position(|state| !is_inside(state)).map(|disc| start + disc);
-    }
-    Moved {
+    let mut moved = Moved {
         dashpot_power: dashpot_power + turn::turn(own, forces, time_step),
         contacts: forces.sums.clone(),
-        fastest_squared,
-        outside,
+        fastest_squared: larger(fastest[0], fastest[2]) + larger(fastest[1], fastest[3]),
+        outside: None,
+    };
+    // Where a place is no number, a velocity is none, and the power neither.
+    let bound = scene.scope.moved + moved.longest_way(time_step);
+    if bound >= scene.scope.clearance || dashpot_power.is_nan() {
+        let left = own.states.iter().position(|&[x, y, ..]| !parameters.is_inside([x, y]));
+        moved.outside = left.map(|disc| start + disc);
     }
+    moved
 }
 
 /// The loop over a block.
 struct Drift<'a> {
     states: &'a mut [[f64; 4]],
-    masses: &'a [f64],
-    forces: &'a [[f64; 4]],
+    inverse_masses: &'a [f64],
+    forces: &'a mut [[f64; 4]],
     gravity: [f64; 2],
     time_step: f64,
 }
@@ -67,9 +60,6 @@ struct Sums {
     dashpot_power: Pair,
     /// Largest squares of the velocities' components after the kick, m^2/s^2.
     fastest_squared: Pair,
-    /// Smallest and largest coordinates after the drift, m.
-    lowest: Pair,
-    highest: Pair,
 }
 
 #[inline(always)]
@@ -85,26 +75,26 @@ impl Sums {
         gravity: [f64; 2],
         time_step: f64,
         states: &mut [[f64; 4]; 2],
-        masses: [f64; 2],
-        forces: &[[f64; 4]; 2],
+        inverse_masses: [f64; 2],
+        forces: &mut [[f64; 4]; 2],
     ) {
         let half = 0.5 * time_step;
         let [[x, y, vx, vy], [other_x, other_y, other_vx, other_vy]] = *states;
         let (places, before) = ([x, y, other_x, other_y], [vx, vy, other_vx, other_vy]);
         let [[fx, fy, dx, dy], [other_fx, other_fy, other_dx, other_dy]] = *forces;
+        *forces = [[0.0; 4]; 2];
         let losses = [dx, dy, other_dx, other_dy];
-        let [ax, ay] = motion::acceleration(gravity, [fx, fy], masses[0]);
-        let [other_ax, other_ay] = motion::acceleration(gravity, [other_fx, other_fy], masses[1]);
+        let [ax, ay] = motion::acceleration(gravity, [fx, fy], inverse_masses[0]);
+        let [other_ax, other_ay] =
+            motion::acceleration(gravity, [other_fx, other_fy], inverse_masses[1]);
         let a = [ax, ay, other_ax, other_ay];
         let power = self.dashpot_power;
         self.dashpot_power = each(|at| power[at] + losses[at] * (before[at] + a[at] * half));
         let v = each(|at| before[at] + a[at] * time_step);
         let x = each(|at| places[at] + v[at] * time_step);
         let squared = each(|at| v[at] * v[at]);
-        let Self { fastest_squared: top, lowest: low, highest: high, .. } = *self;
+        let top = self.fastest_squared;
         self.fastest_squared = each(|at| if squared[at] > top[at] { squared[at] } else { top[at] });
-        self.lowest = each(|at| if x[at] < low[at] { x[at] } else { low[at] });
-        self.highest = each(|at| if x[at] > high[at] { x[at] } else { high[at] });
         *states = [[x[0], x[1], v[0], v[1]], [x[2], x[3], v[2], v[3]]];
     }
 }
@@ -115,25 +105,20 @@ impl Kernel for Drift<'_> {
     #[inline(always)]
     fn run(self) -> Sums {
         let (gravity, time_step) = (self.gravity, self.time_step);
-        let mut sums = Sums {
-            dashpot_power: [0.0; 4],
-            fastest_squared: [0.0; 4],
-            lowest: [f64::INFINITY; 4],
-            highest: [f64::NEG_INFINITY; 4],
-        };
+        let mut sums = Sums { dashpot_power: [0.0; 4], fastest_squared: [0.0; 4] };
         let (states, last_state) = self.states.as_chunks_mut::<2>();
-        let (masses, last_mass) = self.masses.as_chunks::<2>();
-        let (forces, last_force) = self.forces.as_chunks::<2>();
-        for ((states, &masses), forces) in states.iter_mut().zip(masses).zip(forces) {
-            sums.move_on(gravity, time_step, states, masses, forces);
+        let (inverse_masses, last_mass) = self.inverse_masses.as_chunks::<2>();
+        let (forces, last_force) = self.forces.as_chunks_mut::<2>();
+        for ((states, &inverse), forces) in states.iter_mut().zip(inverse_masses).zip(forces) {
+            sums.move_on(gravity, time_step, states, inverse, forces);
         }
-        if let ([state], [mass], [force]) = (last_state, last_mass, last_force) {
+        if let ([state], [inverse], [force]) = (last_state, last_mass, last_force) {
             // The last disc, with a copy that takes no power.
             let [fx, fy, ..] = *force;
             let mut states = [*state, *state];
-            let forces = [*force, [fx, fy, 0.0, 0.0]];
-            sums.move_on(gravity, time_step, &mut states, [*mass, *mass], &forces);
-            *state = states[0];
+            let mut forces = [*force, [fx, fy, 0.0, 0.0]];
+            sums.move_on(gravity, time_step, &mut states, [*inverse, *inverse], &mut forces);
+            (*state, *force) = (states[0], forces[0]);
         }
         sums
     }

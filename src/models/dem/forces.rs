@@ -8,17 +8,18 @@
 
 use super::contacts::{ContactLaw, Partner};
 use super::discs::Discs;
-use super::lanes;
-use super::neighbours::{Block, Pairs};
+use super::lanes::{self, Lanes};
+use super::neighbours::{Block, Pairs, Scope};
 use super::rubbing;
 use super::springs::Stretch;
 use super::touch::{Rub, Touch};
 use super::walls::PlacedWall;
+use std::ops::Range;
 
 /// Forces on the discs of a block, and what its contacts did.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Forces {
-    /// Fx, Fy, Dx, Dy of each disc, N.
+    /// Fx, Fy, Dx, Dy of each disc, N; zero between two steps.
     pub(super) forces: Vec<[f64; 4]>,
     /// Tangential force on the rim of each disc and the dashpots' share of it, N; empty without friction.
     pub(super) tangential: Vec<[f64; 2]>,
@@ -27,6 +28,8 @@ pub(super) struct Forces {
     pub(super) sums: ContactSums,
     /// Memory for the speeds r w of the discs' rims, m/s.
     pub(super) rim_speeds: Vec<f64>,
+    /// Memory of the lanes.
+    groups: Vec<u32>,
 }
 
 /// Forces of a block's edges on its own discs.
@@ -110,6 +113,8 @@ pub(super) struct Scene<'a> {
     pub(super) smallest_radius: f64,
     /// Largest overlap over radius that is known already.
     pub(super) known_overlap: f64,
+    /// How much of the lists is looked at.
+    pub(super) scope: Scope,
     /// Whether four pairs may be taken at a time.
     pub(super) use_lanes: bool,
 }
@@ -122,8 +127,9 @@ pub(super) struct Own<'a> {
     pub(super) spins: &'a mut [f64],
     /// Radii, m.
     pub(super) radii: &'a [f64],
-    /// Masses, kg.
+    /// Masses, kg, and one over them, 1/kg.
     pub(super) masses: &'a [f64],
+    pub(super) inverse_masses: &'a [f64],
     /// Materials, by their number.
     pub(super) materials: &'a [u8],
 }
@@ -135,7 +141,7 @@ impl EdgeForces {
         self.rubs.clear();
         self.sums.clear(scene, block.start);
         let rolls = scene.law.has_rolling_friction();
-        for edge in 0..block.edges.len() {
+        for edge in 0..block.edges.in_tiers(scene.scope.tiers) {
             let own = block.edges.first[edge];
             let ends = [block.start + own as usize, block.edges.second[edge] as usize];
             let damping = block.edges.damping[edge];
@@ -180,9 +186,11 @@ impl Forces {
         scene: &Scene<'_>,
     ) {
         let count = own.states.len();
-        self.forces.resize(count, [0.0; 4]);
-        // As plain numbers, which the compiler clears with the widest stores.
-        self.forces.as_flattened_mut().fill(0.0);
+        // The drift has left them at zero.
+        if self.forces.len() != count {
+            self.forces.clear();
+            self.forces.resize(count, [0.0; 4]);
+        }
         self.sums.clear(scene, block.start);
         if scene.law.has_friction() {
             self.tangential.resize(count, [0.0; 2]);
@@ -194,13 +202,15 @@ impl Forces {
             self.tangential.clear();
             self.rolling.clear();
             let (states, radii, law) = (&*own.states, own.radii, scene.law);
+            let pairs = &block.inner;
             let (forces, deepest) = (&mut self.forces, &mut self.sums.deepest);
-            let done = if scene.use_lanes {
-                lanes::inner_pairs(&block.inner, states, radii, law, forces, deepest)
-            } else {
-                0
-            };
-            inner_pairs(&block.inner, done, states, radii, law, forces, deepest);
+            let mut range = 0..pairs.in_tiers(scene.scope.tiers);
+            if scene.use_lanes {
+                let dense = pairs.in_tiers(1);
+                let lanes = Lanes { pairs, dense, end: range.end, own: states, radii, law };
+                range.start = lanes::inner_pairs(&lanes, forces, deepest, &mut self.groups);
+            }
+            inner_pairs(pairs, range, states, radii, law, forces, deepest);
         }
         for &(disc, force) in &edges.forces {
             add(&mut self.forces[disc as usize], force);
@@ -263,19 +273,19 @@ impl Forces {
     }
 }
 
-/// Pairs without friction from number `from` on. `lanes` does the same for four pairs at a time.
+/// Pairs without friction, those of a range. `lanes` does the same for four pairs at a time.
 fn inner_pairs(
     pairs: &Pairs,
-    from: usize,
+    range: Range<usize>,
     own: &[[f64; 4]],
     radii: &[f64],
     law: &ContactLaw,
     forces: &mut [[f64; 4]],
     deepest: &mut Deepest,
 ) {
-    let ends = pairs.first.iter().zip(&pairs.second);
-    let constants = pairs.reach.iter().zip(&pairs.damping);
-    for ((&first, &second), (&reach, &damping)) in ends.zip(constants).skip(from) {
+    let ends = pairs.first[range.clone()].iter().zip(&pairs.second[range.clone()]);
+    let constants = pairs.reach[range.clone()].iter().zip(&pairs.damping[range]);
+    for ((&first, &second), (&reach, &damping)) in ends.zip(constants) {
         let (a, b) = (first as usize, second as usize);
         let (state, other) = (own[a], own[b]);
         let apart = [state[0] - other[0], state[1] - other[1]];

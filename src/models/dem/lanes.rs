@@ -15,27 +15,39 @@ use super::neighbours::Pairs;
 /// Pairs at a time.
 const LANES: usize = 4;
 
+/// What the lanes take their pairs from.
+pub(super) struct Lanes<'a> {
+    pub(super) pairs: &'a Pairs,
+    /// Pairs up to here mostly touch; of those behind, few do.
+    pub(super) dense: usize,
+    /// Pairs up to here are looked at.
+    pub(super) end: usize,
+    /// x, y in m, vx, vy in m/s of the block's discs, and their radii, m.
+    pub(super) own: &'a [[f64; 4]],
+    pub(super) radii: &'a [f64],
+    pub(super) law: &'a ContactLaw,
+}
+
 /// Adds the forces of as many pairs as fill whole lanes, and returns their number: 0 where the machine has no AVX2.
 pub(super) fn inner_pairs(
-    pairs: &Pairs,
-    own: &[[f64; 4]],
-    radii: &[f64],
-    law: &ContactLaw,
+    lanes: &Lanes<'_>,
     forces: &mut [[f64; 4]],
     deepest: &mut Deepest,
+    groups: &mut Vec<u32>,
 ) -> usize {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the machine has AVX2.
-        return unsafe { avx2::inner_pairs(pairs, own, radii, law, forces, deepest) };
+        return unsafe { avx2::inner_pairs(lanes, forces, deepest, groups) };
     }
     0
 }
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{ContactLaw, Deepest, LANES, Pairs};
+    use super::{Deepest, LANES, Lanes};
     use std::arch::x86_64::*;
+    use std::ops::Range;
 
     #[inline]
     #[target_feature(enable = "avx2")]
@@ -49,6 +61,44 @@ mod avx2 {
     fn store(into: &mut [f64; 4], values: __m256d) {
         // SAFETY: four f64 lie behind the reference.
         unsafe { _mm256_storeu_pd(into.as_mut_ptr(), values) }
+    }
+
+    /// The pairs of the lanes, four by four.
+    #[derive(Clone, Copy)]
+    struct Columns<'a> {
+        firsts: &'a [[u32; LANES]],
+        seconds: &'a [[u32; LANES]],
+        reaches: &'a [[f64; LANES]],
+        dampings: &'a [[f64; LANES]],
+    }
+
+    impl<'a> Columns<'a> {
+        fn of(lanes: &Lanes<'a>) -> Self {
+            let (pairs, range) = (lanes.pairs, 0..lanes.end);
+            Self {
+                firsts: pairs.first[range.clone()].as_chunks().0,
+                seconds: pairs.second[range.clone()].as_chunks().0,
+                reaches: pairs.reach[range.clone()].as_chunks().0,
+                dampings: pairs.damping[range].as_chunks().0,
+            }
+        }
+    }
+
+    /// Row `a` less row `b`, which must both be there.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    unsafe fn difference(rows: &[[f64; 4]], a: u32, b: u32) -> __m256d {
+        // SAFETY: the caller's promise.
+        let (a, b) = unsafe { (rows.get_unchecked(a as usize), rows.get_unchecked(b as usize)) };
+        _mm256_sub_pd(load(a), load(b))
+    }
+
+    /// x and y of a row.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn centre(row: &[f64; 4]) -> __m128d {
+        // SAFETY: four f64 lie behind the reference.
+        unsafe { _mm_loadu_pd(row.as_ptr()) }
     }
 
     /// Rows to columns.
@@ -65,37 +115,84 @@ mod avx2 {
         ]
     }
 
+    /// Lists the groups of four, out of a range of them, in which any pair touches.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn touching_groups(
+        lanes: &Lanes<'_>,
+        columns: &Columns<'_>,
+        range: Range<usize>,
+        groups: &mut Vec<u32>,
+    ) {
+        let own = lanes.own;
+        groups.clear();
+        groups.resize(range.len(), 0);
+        let mut count = 0;
+        let [firsts, seconds] = [columns.firsts, columns.seconds].map(|of| &of[range.clone()]);
+        let columns = firsts.iter().zip(seconds).zip(&columns.reaches[range.clone()]);
+        for (number, ((first, second), reach)) in range.zip(columns) {
+            let centres = |lane: usize, other: usize| {
+                let of = |ends: &[u32; 4]| {
+                    // SAFETY: no index reaches beyond, the caller has seen to it.
+                    let (low, high) = unsafe {
+                        (
+                            own.get_unchecked(ends[lane] as usize),
+                            own.get_unchecked(ends[other] as usize),
+                        )
+                    };
+                    let (low, high) = (centre(low), centre(high));
+                    _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
+                };
+                _mm256_sub_pd(of(first), of(second))
+            };
+            let (even, odd) = (centres(0, 2), centres(1, 3));
+            let (x, y) = (_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd));
+            let reach = load(reach);
+            let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
+            let touch = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
+            // Written before it is known whether it counts: there is no branch to guess.
+            groups[count] = number as u32;
+            count += usize::from(_mm256_movemask_pd(touch) != 0);
+        }
+        groups.truncate(count);
+    }
+
     #[target_feature(enable = "avx2")]
     pub(super) fn inner_pairs(
-        pairs: &Pairs,
-        own: &[[f64; 4]],
-        radii: &[f64],
-        law: &ContactLaw,
+        lanes: &Lanes<'_>,
         forces: &mut [[f64; 4]],
         deepest: &mut Deepest,
+        groups: &mut Vec<u32>,
     ) -> usize {
-        let (firsts, _) = pairs.first.as_chunks::<LANES>();
-        let (seconds, _) = pairs.second.as_chunks::<LANES>();
-        let (reaches, _) = pairs.reach.as_chunks::<LANES>();
-        let (dampings, _) = pairs.damping.as_chunks::<LANES>();
+        let Lanes { own, radii, law, .. } = *lanes;
+        let columns = Columns::of(lanes);
+        let Columns { firsts, seconds, reaches, dampings } = columns;
+        let whole = firsts.len();
+        let dense = Ord::min(lanes.dense.div_ceil(LANES), whole);
         // Also a list out of a damaged checkpoint must not reach beyond.
-        let largest = |of: &[u32]| of.iter().fold(0, |most, &index| Ord::max(most, index)) as usize;
-        let beyond = Ord::max(largest(&pairs.first), largest(&pairs.second));
+        let largest = |of: &[[u32; LANES]]| {
+            of.as_flattened().iter().fold(0, |most, &index| Ord::max(most, index))
+        };
+        let beyond = Ord::max(largest(firsts), largest(seconds)) as usize;
         assert!(beyond < own.len() && own.len() <= forces.len(), "a pair of no disc");
+        touching_groups(lanes, &columns, dense..whole, groups);
         let stiffness = _mm256_set1_pd(law.stiffness);
         let floor = _mm256_set1_pd(law.least_force());
         let smallest = _mm256_set1_pd(f64::MIN_POSITIVE);
         let one = _mm256_set1_pd(1.0);
-        for (((first, second), reach), damping) in
-            firsts.iter().zip(seconds).zip(reaches).zip(dampings)
-        {
-            let apart = |lane: usize| {
-                let (a, b) = (first[lane] as usize, second[lane] as usize);
-                // SAFETY: no index reaches beyond, see above.
-                let (a, b) = unsafe { (own.get_unchecked(a), own.get_unchecked(b)) };
-                _mm256_sub_pd(load(a), load(b))
+        for group in (0..dense).chain(groups.iter().map(|&group| group as usize)) {
+            let (first, second) = (&firsts[group], &seconds[group]);
+            let (reach, damping) = (&reaches[group], &dampings[group]);
+            // SAFETY: no index reaches beyond, see above.
+            let rows = unsafe {
+                [
+                    difference(own, first[0], second[0]),
+                    difference(own, first[1], second[1]),
+                    difference(own, first[2], second[2]),
+                    difference(own, first[3], second[3]),
+                ]
             };
-            let [x, y, vx, vy] = transposed([apart(0), apart(1), apart(2), apart(3)]);
+            let [x, y, vx, vy] = transposed(rows);
             let (reach, damping) = (load(reach), load(damping));
             let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
             let touch = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
@@ -141,6 +238,6 @@ mod avx2 {
                 store(on_second, sum);
             }
         }
-        firsts.len() * LANES
+        whole * LANES
     }
 }

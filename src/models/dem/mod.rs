@@ -15,6 +15,7 @@ mod drift;
 mod energy;
 mod finder;
 mod forces;
+mod found;
 mod implicit;
 mod lanes;
 mod materials;
@@ -39,6 +40,7 @@ mod springs_outlive_lists;
 mod stability;
 mod start;
 mod step;
+mod tiers;
 mod touch;
 mod turn;
 mod walls;
@@ -56,7 +58,7 @@ use kinetoscope_recording::channels::{
 };
 use kinetoscope_recording::frame::StateColumn;
 use kinetoscope_recording::scenery::Scenery;
-use neighbours::{Neighbours, Surroundings};
+use neighbours::{Neighbours, Scope, Surroundings};
 use parameters::Parameters;
 use rain::Rain;
 use serde::{Deserialize, Serialize};
@@ -244,7 +246,8 @@ impl Dem {
     /// One time step: forces at the present state, the ledger's share, kick and drift; then a good neighbour list again.
     fn step(&mut self) -> Result<(), BlowUp> {
         let walls = self.parameters.walls_at(self.count);
-        let scene = scene(&self.parameters, &walls, &self.window, self.use_lanes);
+        let scope = self.neighbours.scope();
+        let scene = scene(&self.parameters, &walls, &self.window, scope, self.use_lanes);
         let (neighbours, discs) = (&mut self.neighbours, &mut self.discs);
         let moved = self.workspace.advance(neighbours, discs, &scene, &self.parameters);
         self.window.take(&moved);
@@ -330,6 +333,9 @@ impl Dem {
         for (state, &mass) in self.discs.states.iter_mut().zip(&self.discs.masses) {
             for axis in (0..2).filter(|&axis| periodic[axis]) {
                 let before = state[axis];
+                if before >= 0.0 && before < sides[axis] {
+                    continue;
+                }
                 let turns = (before / sides[axis]).floor();
                 if turns != 0.0 {
                     state[axis] = before - turns * sides[axis];
@@ -373,7 +379,7 @@ impl Dem {
         on_contact: &mut dyn FnMut(&Contact),
     ) -> Evaluation {
         let walls = self.parameters.walls_at(self.count);
-        let scene = scene(&self.parameters, &walls, &Window::default(), self.use_lanes);
+        let scene = scene(&self.parameters, &walls, &Window::default(), Scope::ALL, self.use_lanes);
         Evaluation::of(neighbours, &self.discs, &scene, &self.parameters, on_contact)
     }
 
@@ -394,6 +400,7 @@ fn scene<'a>(
     parameters: &'a Parameters,
     walls: &'a [PlacedWall],
     window: &Window,
+    scope: Scope,
     use_lanes: bool,
 ) -> Scene<'a> {
     Scene {
@@ -402,6 +409,7 @@ fn scene<'a>(
         time_step: parameters.time_step,
         smallest_radius: parameters.radius_range.0,
         known_overlap: window.largest_overlap,
+        scope,
         use_lanes,
     }
 }

@@ -5,11 +5,11 @@
 
 /// The equation of motion, m a = m g + sum of f_c, solved for a in m/s^2.
 ///
-/// `gravity` is g in m/s^2, `contact_force` the sum of the contact forces f_c on the disc in N, `mass` is m in kg.
+/// `gravity` is g in m/s^2, `contact_force` the sum of the contact forces f_c on the disc in N, `inverse_mass` is 1/m in 1/kg.
 #[must_use]
 #[inline(always)]
-pub fn acceleration(gravity: [f64; 2], contact_force: [f64; 2], mass: f64) -> [f64; 2] {
-    [gravity[0] + contact_force[0] / mass, gravity[1] + contact_force[1] / mass]
+pub fn acceleration(gravity: [f64; 2], contact_force: [f64; 2], inverse_mass: f64) -> [f64; 2] {
+    [gravity[0] + contact_force[0] * inverse_mass, gravity[1] + contact_force[1] * inverse_mass]
 }
 
 /// The equation of motion of the spin, I alpha = sum of torques, for a disc: I = m r^2/2. In rad/s^2.

@@ -12,6 +12,7 @@ use super::contacts::ContactLaw;
 use super::discs::Discs;
 use super::finder::{Finder, Grid};
 use super::springs::{Springs, Stretch};
+use super::tiers::{self, TIERS};
 use super::walls::PlacedWall;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -34,6 +35,8 @@ pub(super) struct Pairs {
     pub(super) stretch: Vec<f64>,
     /// Stretch of the rolling springs, m; empty without rolling friction.
     pub(super) rolling_stretch: Vec<f64>,
+    /// Where each tier ends.
+    pub(super) ends: [u32; TIERS],
 }
 
 /// A disc that may touch a wall.
@@ -72,12 +75,32 @@ pub(super) struct Neighbours {
     walls_at: Vec<[f64; 2]>,
     /// Bound of the largest displacement since.
     moved: f64,
+    /// Tiers that have pairs which may touch, or may have touched since.
+    tiers: usize,
+    /// Distance of the nearest centre to a closed side of the box when the list was built, m.
+    clearance: f64,
     /// How far it reaches beyond touching, m.
     skin: f64,
     /// Steps since it was built.
     age: u32,
     /// Springs taken out of the lists while discs are removed; empty at all other times.
     held: Option<Springs>,
+}
+
+/// How much of the lists and of the box a step must look at.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scope {
+    /// Tiers that have pairs which may touch.
+    pub(super) tiers: usize,
+    /// Bound of the way of any disc since the lists were built, m.
+    pub(super) moved: f64,
+    /// What any disc may have moved and still be inside the box, m.
+    pub(super) clearance: f64,
+}
+
+impl Scope {
+    /// All of it.
+    pub(super) const ALL: Self = Self { tiers: TIERS, moved: 0.0, clearance: 0.0 };
 }
 
 /// What the list is built from, besides the discs.
@@ -93,7 +116,7 @@ pub(super) struct Surroundings<'a> {
 }
 
 /// The skin's range over the mean radius, and where it begins.
-const SKIN_RANGE: [f64; 2] = [0.1, 1.5];
+const SKIN_RANGE: [f64; 2] = [0.1, 2.0];
 const FIRST_SKIN: f64 = 0.5;
 /// What it costs to build the list anew for a disc, over a look at a pair that does not touch.
 const BUILD_OVER_LOOK: f64 = 40.0;
@@ -118,6 +141,7 @@ impl Neighbours {
             way[0] * way[0] + way[1] * way[1] < limit * limit
         });
         self.moved += way;
+        self.tiers = Ord::max(self.tiers, tiers::in_reach(self.moved, self.skin));
         if !walls_hold {
             return false;
         }
@@ -139,8 +163,9 @@ impl Neighbours {
     /// Chooses the skin that costs least, if the discs go on moving as they did.
     ///
     /// With s the skin over the mean radius, phi the packing fraction around the discs and u = s/age what motion uses up in a
-    /// step, a disc costs phi ((2 + s)^2 - 4)/2 looks a step and u/s builds. That is least where s^2 (2 + s) = B u/phi, B
-    /// being the cost of a build over that of a look.
+    /// step, a disc has phi ((2 + g)^2 - 4)/2 pairs with gaps up to g. They are looked at while g grows from 0 to s: on the
+    /// average phi (s + s^2/6) looks a step. With u/s builds a step the cost is least where s^2 (1 + s/3) = B u/phi, B being
+    /// the cost of a build over that of a look.
     pub(super) fn adapt_skin(&mut self, mean_radius: f64) {
         let skin = self.skin / mean_radius;
         let (pairs, edges) = self.blocks.iter().fold((0, 0), |(pairs, edges), block| {
@@ -155,7 +180,7 @@ impl Neighbours {
         let [least, most] = SKIN_RANGE;
         let mut best = most;
         for _ in 0..8 {
-            best -= (best * best * (2.0 + best) - wanted) / (best * (4.0 + 3.0 * best));
+            best -= (best * best * (1.0 + best / 3.0) - wanted) / (best * (2.0 + best));
         }
         let best = if best > least { best } else { least };
         let best = if best < most { best } else { most };
@@ -190,7 +215,15 @@ impl Neighbours {
         self.walls_at.clear();
         self.walls_at.extend_from_slice(around.displacements);
         self.moved = 0.0;
+        let with_springs = self.blocks.iter().map(Block::tiers_with_springs).max().unwrap_or(0);
+        self.tiers = Ord::max(tiers::in_reach(0.0, skin), with_springs);
+        self.clearance = clearance(discs, around);
         self.age = 0;
+    }
+
+    /// What a step need not look at.
+    pub(super) fn scope(&self) -> Scope {
+        Scope { tiers: self.tiers, moved: self.moved, clearance: self.clearance }
     }
 
     /// Keeps springs for the next build: the lists no longer fit the discs.
@@ -202,6 +235,19 @@ impl Neighbours {
     pub(super) fn springs(&self, discs: &Discs) -> Springs {
         Springs::of(&self.blocks, discs)
     }
+}
+
+/// Distance of the nearest centre to a closed side of the box, m.
+fn clearance(discs: &Discs, around: &Surroundings<'_>) -> f64 {
+    let mut least = f64::INFINITY;
+    for axis in (0..2).filter(|&axis| !around.periodic[axis]) {
+        for state in &discs.states {
+            let (low, high) = (state[axis], around.sides[axis] - state[axis]);
+            least = if low < least { low } else { least };
+            least = if high < least { high } else { least };
+        }
+    }
+    least
 }
 
 impl Pairs {
@@ -235,16 +281,39 @@ impl Pairs {
         }
     }
 
-    /// Makes room for just so many pairs.
-    pub(super) fn reserve(&mut self, pairs: usize) {
-        self.first.reserve_exact(pairs);
-        self.second.reserve_exact(pairs);
-        self.reach.reserve_exact(pairs);
-        self.damping.reserve_exact(pairs);
+    /// Makes it so many pairs in tiers with these ends; all columns are to be written.
+    pub(super) fn resize(&mut self, pairs: usize, ends: [u32; TIERS]) {
+        fn sized<T: Copy + Default>(column: &mut Vec<T>, pairs: usize) {
+            column.clear();
+            column.reserve_exact(pairs);
+            column.resize(pairs, T::default());
+        }
+        sized(&mut self.first, pairs);
+        sized(&mut self.second, pairs);
+        sized(&mut self.reach, pairs);
+        sized(&mut self.damping, pairs);
+        self.ends = ends;
+    }
+
+    /// How many tiers, from the first, have stretched springs: one that was let go by a fast pair is looked at once more.
+    fn tiers_with_springs(&self) -> usize {
+        let columns = [&self.stretch, &self.rolling_stretch];
+        let last = columns.map(|column| column.iter().rposition(|&stretch| stretch != 0.0));
+        let count = last.into_iter().flatten().max().map_or(0, |last| last as u32 + 1);
+        self.ends.partition_point(|&end| end < count) + usize::from(count > 0)
+    }
+
+    /// How many pairs, from the first, stand in the first few tiers.
+    pub(super) fn in_tiers(&self, tiers: usize) -> usize {
+        Ord::min(self.ends[tiers - 1] as usize, self.len())
     }
 }
 
 impl Block {
+    fn tiers_with_springs(&self) -> usize {
+        Ord::max(self.inner.tiers_with_springs(), self.edges.tiers_with_springs())
+    }
+
     /// The number of its discs.
     pub(super) fn len(&self, discs: &Discs) -> usize {
         Ord::min(BLOCK, discs.len() - self.start)

@@ -1,5 +1,6 @@
 //! Law: the list holds every pair closer than touching plus the skin, each once with each of its discs, images beyond
-//! periodic sides too; and until it says that it is no longer good, it holds every pair that touches.
+//! periodic sides too; until it says that it is no longer good, it holds every pair that touches, and so do the tiers of
+//! it that are looked at.
 //!
 //! Source: all pairs and images, one by one.
 //! Setup: random points in boxes of several shapes, from one disc to several blocks, with radii from equal to one in ten;
@@ -9,6 +10,7 @@
 use super::discs::Discs;
 use super::neighbours::{Neighbours, Surroundings};
 use super::parameters::Parameters;
+use super::tiers::TIERS;
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::DemConfig;
 use std::collections::BTreeSet;
@@ -45,6 +47,7 @@ impl Case {
             spins: vec![0.0; length],
             radii: (0..count).map(|_| generator.uniform_in(radii[0], radii[1])).collect(),
             masses: vec![1.0; length],
+            inverse_masses: vec![1.0; length],
             materials: vec![0; length],
         };
         let neighbours = Neighbours::new(0.5 * (radii[0] + radii[1]));
@@ -71,15 +74,22 @@ impl Case {
 
     /// What is listed, from either side; and how often.
     fn listed(&self) -> (BTreeSet<Pair>, usize) {
+        self.listed_in(TIERS)
+    }
+
+    /// The same of the first few tiers.
+    fn listed_in(&self, tiers: usize) -> (BTreeSet<Pair>, usize) {
         let ids = &self.discs.ids;
         let mut pairs = Vec::new();
         for block in &self.neighbours.blocks {
-            for (&a, &b) in block.inner.first.iter().zip(&block.inner.second) {
+            let ends = block.inner.first.iter().zip(&block.inner.second);
+            for (&a, &b) in ends.take(block.inner.in_tiers(tiers)) {
                 let [a, b] = [a, b].map(|disc| ids[block.start + disc as usize]);
                 pairs.extend([(a, b, [0, 0]), (b, a, [0, 0])]);
             }
             let ends = block.edges.first.iter().zip(&block.edges.second);
-            for ((&a, &b), shift) in ends.zip(&block.shifts) {
+            let ends = ends.zip(&block.shifts).take(block.edges.in_tiers(tiers));
+            for ((&a, &b), shift) in ends {
                 let turns = [0, 1].map(|axis: usize| (shift[axis] / self.sides[axis]) as i8);
                 pairs.push((ids[block.start + a as usize], ids[b as usize], turns));
             }
@@ -159,4 +169,29 @@ fn the_list_holds_all_that_touch_until_it_says_no() {
         case.discs.states[7][0] += 2.0 * limit;
         assert!(!case.neighbours.is_good_after(way, &case.discs, &[]));
     }
+}
+
+#[test]
+fn the_tiers_in_scope_hold_all_that_touch() {
+    let mut generator = Seed { seed: 5, replicate: 0 }.stream(Stream::Positions);
+    let (mut looked_at, mut listed, mut missing) = (0, 0, 0);
+    for mut case in cases().into_iter().filter(|case| case.discs.len() == 300) {
+        // Two discs that approach use up a gap of six tenths of the skin.
+        let way = 0.3 * case.skin();
+        for [x, y, ..] in &mut case.discs.states {
+            let angle = generator.uniform_in(0.0, std::f64::consts::TAU);
+            *x += 0.999 * way * libm::cos(angle);
+            *y += 0.999 * way * libm::sin(angle);
+        }
+        let touching = case.all(0.0);
+        // Control: the tiers of a list that nothing has moved since do not hold them all.
+        missing += touching.difference(&case.listed_in(case.neighbours.scope().tiers).0).count();
+        assert!(case.neighbours.is_good_after(way, &case.discs, &[]));
+        let (tiers, count) = case.listed_in(case.neighbours.scope().tiers);
+        assert!(touching.is_subset(&tiers), "a pair that touches is not looked at");
+        looked_at += count;
+        listed += case.listed().1;
+    }
+    assert!(missing > 50, "{missing}");
+    assert!(looked_at < listed, "{looked_at} of {listed}");
 }

@@ -122,6 +122,15 @@ impl Parameters {
         pair.damping_ratio(self.law.stiffness, effective_mass)
     }
 
+    /// Whether a centre is inside the box. Discs may leave through a periodic side until they are put back when the list is
+    /// built. A place that is no number is outside.
+    pub(super) fn is_inside(&self, centre: [f64; 2]) -> bool {
+        [0, 1].into_iter().all(|axis: usize| {
+            let (at, side) = (centre[axis], self.sides[axis]);
+            if self.periodic[axis] { at.is_finite() } else { at >= 0.0 && at <= side }
+        })
+    }
+
     /// From the second point to the first, over a periodic side where that is nearer, m.
     pub(super) fn apart(&self, one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis: usize| {

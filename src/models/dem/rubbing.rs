@@ -27,6 +27,8 @@ pub(super) struct Sight<'a> {
     pub(super) materials: &'a [u8],
     pub(super) law: &'a ContactLaw,
     pub(super) time_step: f64,
+    /// Pairs up to here are looked at.
+    pub(super) end: usize,
 }
 
 /// What pairs add to.
@@ -69,6 +71,7 @@ pub(super) fn inner_pairs(
         materials: own.materials,
         law: scene.law,
         time_step: scene.time_step,
+        end: pairs.in_tiers(scene.scope.tiers),
     };
     let mut totals = Totals {
         forces: &mut forces.forces,
@@ -95,11 +98,13 @@ pub(super) fn in_lanes(pairs: &mut Pairs, sight: &Sight<'_>, totals: &mut Totals
 
 /// Pairs from number `from` on. `rubbing_lanes` does the same for four pairs at a time.
 fn pair_by_pair(pairs: &mut Pairs, from: usize, sight: &Sight<'_>, totals: &mut Totals<'_>) {
-    let Pairs { first, second, reach, damping, stretch, rolling_stretch } = pairs;
+    let Pairs { first, second, reach, damping, stretch, rolling_stretch, .. } = pairs;
     let (law, rolls) = (sight.law, sight.law.has_rolling_friction());
     let ends = first.iter().zip(&*second);
     let constants = reach.iter().zip(&*damping).zip(stretch).enumerate();
-    for ((&a, &b), (number, ((&reach, &damping), sliding))) in ends.zip(constants).skip(from) {
+    for ((&a, &b), (number, ((&reach, &damping), sliding))) in
+        ends.zip(constants).take(sight.end).skip(from)
+    {
         let (ends, lane) = ([a as usize, b as usize], number % SUM_LANES);
         let [state, other] = ends.map(|disc| sight.states[disc]);
         let mut stretch = [*sliding, if rolls { rolling_stretch[number] } else { 0.0 }];

@@ -211,7 +211,7 @@ impl<const ROLLS: bool, const DIFFER: bool> Kernel for Rubbing<'_, '_, ROLLS, DI
             stretch: pairs.stretch.as_chunks_mut().0,
             rolling_stretch: pairs.rolling_stretch.as_chunks_mut().0,
         };
-        let count = groups.first.len();
+        let count = sight.end / N;
         let pair = Approach { normal: [law.zero; 2], overlap: law.zero, velocity: [law.zero; 2] };
         let nobody = Meeting { group: 0, touch: law.zero.is_less(law.zero), pair };
         let mut meetings = [nobody; BATCH];

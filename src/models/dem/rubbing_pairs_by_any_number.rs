@@ -100,6 +100,7 @@ impl Crowd {
             materials: &self.materials,
             law: &self.law,
             time_step: 1e-6,
+            end: PAIRS,
         };
         let mut totals = Totals {
             forces: &mut forces,

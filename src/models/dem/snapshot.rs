@@ -51,12 +51,13 @@ impl Snapshot for DemSnapshot {
 }
 
 fn copy_discs(copy: &mut Discs, discs: &Discs) {
-    let Discs { ids, states, spins, radii, masses, materials } = discs;
+    let Discs { ids, states, spins, radii, masses, inverse_masses, materials } = discs;
     copy.ids.clone_from(ids);
     copy.states.clone_from(states);
     copy.spins.clone_from(spins);
     copy.radii.clone_from(radii);
     copy.masses.clone_from(masses);
+    copy.inverse_masses.clone_from(inverse_masses);
     copy.materials.clone_from(materials);
 }
 
@@ -74,7 +75,8 @@ fn copy_lists(copy: &mut Neighbours, neighbours: &Neighbours) {
 }
 
 fn copy_pairs(copy: &mut Pairs, pairs: &Pairs) {
-    let Pairs { first, second, reach, damping, stretch, rolling_stretch } = pairs;
+    let Pairs { first, second, reach, damping, stretch, rolling_stretch, ends } = pairs;
+    copy.ends = *ends;
     copy.first.clone_from(first);
     copy.second.clone_from(second);
     copy.reach.clone_from(reach);

@@ -126,6 +126,8 @@ impl SpringFinder<'_> {
         ids: impl Fn(u32, u32) -> [u32; 2],
     ) {
         let Pairs { first, second, stretch, rolling_stretch, .. } = pairs;
+        stretch.clear();
+        rolling_stretch.clear();
         for (&a, &b) in first.iter().zip(&*second) {
             let [a, b] = ids(a, b);
             let (ends, _) = from_smaller_id(a, b, [0.0; 2]);

@@ -81,6 +81,7 @@ fn springs_keep_their_stretch_and_sense() {
         spins: vec![0.0; DISCS as usize],
         radii: vec![RADIUS; DISCS as usize],
         masses: vec![1.0; DISCS as usize],
+        inverse_masses: vec![1.0; DISCS as usize],
         materials: vec![0; DISCS as usize],
     };
     let mut neighbours = Neighbours::new(RADIUS);
@@ -106,4 +107,10 @@ fn springs_keep_their_stretch_and_sense() {
     }
     println!("{kept} springs kept, {turned} the other way round, {new} new pairs");
     assert!(kept > 5000 && turned > 100 && new > 500);
+    // Those of pairs that are apart by now are looked at once more, to be let go.
+    let tiers = neighbours.scope().tiers;
+    for pairs in neighbours.blocks.iter().flat_map(|block| [&block.inner, &block.edges]) {
+        let left = &pairs.stretch[pairs.in_tiers(tiers)..];
+        assert!(left.iter().all(|&stretch| stretch == 0.0), "a spring is forgotten");
+    }
 }

@@ -161,10 +161,11 @@ fn move_block(
     scene: &Scene<'_>,
     parameters: &Parameters,
 ) -> Moved {
-    if solved.is_none() {
-        memory.find(block, &own, edges, scene);
+    match solved {
+        Some(solved) => memory.clone_from(solved),
+        None => memory.find(block, &own, edges, scene),
     }
-    drift::kick_and_drift(&mut own, solved.unwrap_or(memory), block.start, parameters)
+    drift::kick_and_drift(&mut own, memory, block.start, scene, parameters)
 }
 
 /// Forces with implicit dashpots, block by block; none with explicit ones.
@@ -285,18 +286,22 @@ fn look(
     let (states, spins) = (&discs.states[here.clone()], &discs.spins[here.clone()]);
     let (mut moving, mut turning) = (states.to_vec(), spins.to_vec());
     let (radii, masses) = (&discs.radii[here.clone()], &discs.masses[here.clone()]);
-    let materials = &discs.materials[here];
-    let mut own = Own { states: &mut moving, spins: &mut turning, radii, masses, materials };
-    if solved.is_none() {
-        edges.find(&mut block, discs, scene);
-        memory.find(&mut block, &own, &edges, scene);
+    let (inverse_masses, materials) = (&discs.inverse_masses[here.clone()], &discs.materials[here]);
+    let mut own =
+        Own { states: &mut moving, spins: &mut turning, radii, masses, inverse_masses, materials };
+    match solved {
+        Some(solved) => memory.clone_from(solved),
+        None => {
+            edges.find(&mut block, discs, scene);
+            memory.find(&mut block, &own, &edges, scene);
+        }
     }
-    let forces = solved.unwrap_or(&memory);
-    let moved = drift::kick_and_drift(&mut own, forces, block.start, parameters);
+    let forces = memory.clone();
+    let moved = drift::kick_and_drift(&mut own, &mut memory, block.start, scene, parameters);
     let half = 0.5 * parameters.time_step;
-    let bodies = states.iter().zip(masses).zip(&forces.forces);
-    let velocities = bodies.map(|((&[_, _, vx, vy], &mass), &[fx, fy, ..])| {
-        let a = motion::acceleration(parameters.gravity, [fx, fy], mass);
+    let bodies = states.iter().zip(inverse_masses).zip(&forces.forces);
+    let velocities = bodies.map(|((&[_, _, vx, vy], &inverse_mass), &[fx, fy, ..])| {
+        let a = motion::acceleration(parameters.gravity, [fx, fy], inverse_mass);
         [vx + a[0] * half, vy + a[1] * half]
     });
     let mut spins = spins.to_vec();
