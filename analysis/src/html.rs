@@ -129,7 +129,7 @@ fn numbers(report: &Report) -> String {
 fn timing(table: &TimingTable) -> String {
     let mut text = format!(
         "<section>\n<h2>Timing</h2>\n<p>The engine alone, one run at a time, nothing recorded, {}. \
-         These figures belong to that machine.</p>\n<table class=\"numbers\">\n<thead><tr><th>runs</th><th>mean/s</th>\
+         These figures belong to that machine.</p>\n<table class=\"numbers\">\n<thead><tr><th>point (runs)</th><th>mean/s</th>\
          <th>standard deviation/s</th><th>median/s</th><th>steps or events/s</th></tr></thead>\n<tbody>\n",
         escaped(&table.machine)
     );
@@ -155,7 +155,7 @@ fn timing(table: &TimingTable) -> String {
     if let Some(comparison) = &table.comparison {
         let _ = writeln!(
             text,
-            "<h3>Time of {} over time of {}</h3>\n<table class=\"numbers\">\n<thead><tr><th>runs</th><th>geometric mean</th>\
+            "<h3>Time of {} over time of {}</h3>\n<table class=\"numbers\">\n<thead><tr><th>point</th><th>geometric mean</th>\
              <th>median</th></tr></thead>\n<tbody>",
             escaped(&comparison.of),
             escaped(&comparison.over)

@@ -92,23 +92,36 @@ fn structure(run: &PackingRun) -> Option<Plot> {
     Some(chart("pair_correlation", "Pair correlation of the discs", x, y, curves))
 }
 
+/// Times between frames over the first one, from which on a linear axis of time shows next to nothing of the first.
+const STRETCHED: f64 = 10.0;
+
+/// Whether frames lie further and further apart, as those that are even in the logarithm of time do.
+fn times_stretch(series: &Series<(f64, f64)>) -> bool {
+    let times: Vec<f64> = series.iter().map(|&(time, _)| time).collect();
+    let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    gaps.first().zip(gaps.last()).is_some_and(|(first, last)| *last > STRETCHED * first)
+}
+
 fn displacement(run: &PackingRun) -> Vec<Plot> {
     let (moved, memory) = (&run.displacement.mean_square, &run.displacement.velocity_memory);
     let mut plots = Vec::new();
     if moved.len() > 1 {
         let curves = vec![curve("<|x − x(0)|²>", Style::Line, 0, moved.iter().copied())];
-        let (x, y) = (Axis::linear("time", ""), Axis::linear("mean square displacement", ""));
+        let axis = if times_stretch(moved) { Axis::logarithmic } else { Axis::linear };
+        let (x, y) = (axis("time", ""), axis("mean square displacement", ""));
         let title = "How far the discs have gone";
         plots.push(chart("mean_square_displacement", title, x, y, curves));
     }
     if memory.len() > 1 {
-        let ends = [memory.first(), memory.last()];
+        // Time 0 has no place on a logarithmic axis.
+        let ends = [memory.iter().find(|(time, _)| *time > 0.0), memory.last()];
         let level = ends.into_iter().flatten().map(|(time, _)| (*time, 0.0));
         let curves = vec![
             curve("Σ v · v(0) / Σ v(0)²", Style::Line, 0, memory.iter().copied()),
             curve("forgotten", Style::Theory, 1, level),
         ];
-        let (x, y) = (Axis::linear("time", ""), Axis::linear("velocity autocorrelation", ""));
+        let axis = if times_stretch(memory) { Axis::logarithmic } else { Axis::linear };
+        let (x, y) = (axis("time", ""), Axis::linear("velocity autocorrelation", ""));
         let title = "How the discs forget their velocities";
         plots.push(chart("velocity_autocorrelation", title, x, y, curves));
     }
