@@ -7,9 +7,9 @@
 //! | discs | 0.3 | times | 0.7 | times |
 //! |---|---|---|---|---|
 //! | 1e3 | 2.97 | 2.73 | 4.26 | 2.16 |
-//! | 1e4 | 2.50 | 2.58 | 3.87 | 2.09 |
-//! | 1e5 | 2.06 | 5.41 | 3.00 | 4.14 |
-//! | 1e6 | 1.69 | 7.81 | 2.22 | 4.63 |
+//! | 1e4 | 2.45 | 2.61 | 3.85 | 2.12 |
+//! | 1e5 | 2.06 | 5.41 | 3.42 | 2.99 |
+//! | 1e6 | 1.77 | 6.29 | 2.55 | 3.43 |
 //!
 //! The document's fifty discs within walls: 2.16 million events a second. Walls, restitution and wall noise cost 5 %,
 //! T and a2 of each collision 3 % (1e4 discs, 0.3). At 1e6 discs the whole program takes 126 and 121 bytes a disc.
