@@ -5,14 +5,17 @@
 //! - patches, touching pairs first in the list, kick and drift in wide instructions: gas 88 to 108 M/s, collapse 51 to 68;
 //! - lists from whole columns of cells, inner discs by a shorter way, and two discs in a register instead of columns of four
 //!   for kick and drift (18 instructions a disc instead of 37): gas 113 to 148, collapse 72 to 86, settled 71 to 80;
-//! - friction without a copy of the sums in memory for each pair: with the moves in place 15 to 20.
+//! - friction without a copy of the sums in memory for each pair: with the moves in place 15 to 20;
+//! - friction with AVX2, springs in columns of their own, the torque's radius factored out of the sums: 20 to 41; eight pairs in
+//!   AVX-512 instead of four: 41 to 50; energies summed in registers, not in memory: 50 to 53; spins in wide instructions: 53 to 56.
 //!
-//! What did not: moving in place instead of into a second copy of the state (1.00 at 10^4; it saves a third of the memory), and
-//! indices checked once a block instead of once a pair, with pairs dealt to four strands (1.01 in a gas, 1.03 settled).
+//! What did not: moving in place instead of into a second copy of the state (1.00 at 10^4; it saves a third of the memory),
+//! indices checked once a block instead of once a pair, with pairs dealt to four strands (1.01 in a gas, 1.03 settled), and groups of
+//! pairs with friction that meet first and rub afterwards (1.00 while their energies were still summed in memory).
 //!
 //! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, median of 3 pairs on an idle machine: settled 7.9
-//! at 10^4 and at 10^5; collapse 6.0, gas 3.9, with friction 2.1 at 10^4. The kinetic energies of the gas are 2.5e-9 apart after 2000
-//! steps; beds are chaotic.
+//! at 10^4 and at 10^5; collapse 6.0, gas 3.9. With friction (gran/hooke/history), on a machine with other work that weighed on both,
+//! 6.1 at 10^4. The kinetic energies of the gas are 2.5e-9 apart after 2000 steps; beds are chaotic.
 //!
 //! In a settled bed the pair loop takes 57 % of the time and waits for its root and its quotient; a gas spends 26 % in it, 23 %
 //! in kick and drift, and about 25 % on building the list.

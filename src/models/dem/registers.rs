@@ -489,17 +489,21 @@ mod avx512 {
         #[inline(always)]
         fn add_to_both(columns: [Self; 2], sums: &mut [[f64; 2]], ends: [&[u32; 8]; 2]) {
             unsafe {
-                let even = _mm512_castpd_ps(_mm512_unpacklo_pd(columns[0].0, columns[1].0));
-                let odd = _mm512_castpd_ps(_mm512_unpackhi_pd(columns[0].0, columns[1].0));
+                let even = _mm512_unpacklo_pd(columns[0].0, columns[1].0);
+                let odd = _mm512_unpackhi_pd(columns[0].0, columns[1].0);
+                let (low_even, low_odd) =
+                    (_mm512_castpd512_pd256(even), _mm512_castpd512_pd256(odd));
+                let (high_even, high_odd) =
+                    (_mm512_extractf64x4_pd::<1>(even), _mm512_extractf64x4_pd::<1>(odd));
                 let rows = [
-                    _mm_castps_pd(_mm512_extractf32x4_ps::<0>(even)),
-                    _mm_castps_pd(_mm512_extractf32x4_ps::<0>(odd)),
-                    _mm_castps_pd(_mm512_extractf32x4_ps::<1>(even)),
-                    _mm_castps_pd(_mm512_extractf32x4_ps::<1>(odd)),
-                    _mm_castps_pd(_mm512_extractf32x4_ps::<2>(even)),
-                    _mm_castps_pd(_mm512_extractf32x4_ps::<2>(odd)),
-                    _mm_castps_pd(_mm512_extractf32x4_ps::<3>(even)),
-                    _mm_castps_pd(_mm512_extractf32x4_ps::<3>(odd)),
+                    _mm256_castpd256_pd128(low_even),
+                    _mm256_castpd256_pd128(low_odd),
+                    _mm256_extractf128_pd::<1>(low_even),
+                    _mm256_extractf128_pd::<1>(low_odd),
+                    _mm256_castpd256_pd128(high_even),
+                    _mm256_castpd256_pd128(high_odd),
+                    _mm256_extractf128_pd::<1>(high_even),
+                    _mm256_extractf128_pd::<1>(high_odd),
                 ];
                 rows::add_to_both(rows, sums, ends);
             }

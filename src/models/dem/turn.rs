@@ -11,6 +11,9 @@ const STRANDS: usize = 4;
 /// Turns a block's discs on by a step, and returns the power that dashpots take from the spins, W.
 pub(super) fn turn(own: &mut Own<'_>, forces: &Forces, time_step: f64) -> f64 {
     let Forces { tangential, rolling, .. } = forces;
+    if tangential.is_empty() {
+        return 0.0;
+    }
     let (spins, masses, radii) = (&mut *own.spins, own.masses, own.radii);
     let power = vector_width::run(Turn { spins, masses, radii, tangential, rolling, time_step });
     (power[0] + power[2]) + (power[1] + power[3])
@@ -32,13 +35,39 @@ struct Turn<'a> {
     time_step: f64,
 }
 
+/// Numbers of as many discs as are taken side by side.
+type Strand = [f64; STRANDS];
+
+#[inline(always)]
+fn each(value: impl Fn(usize) -> f64) -> Strand {
+    [value(0), value(1), value(2), value(3)]
+}
+
+/// Turns discs, and returns the power that dashpots take from each.
+#[inline(always)]
+fn move_on(
+    spins: &mut Strand,
+    masses: Strand,
+    radii: Strand,
+    tangential: [[f64; 2]; STRANDS],
+    rolling: Strand,
+    time_step: f64,
+) -> Strand {
+    let half = 0.5 * time_step;
+    let before = *spins;
+    let torques = each(|at| torque(radii[at], tangential[at], rolling[at])[0]);
+    let losses = each(|at| torque(radii[at], tangential[at], rolling[at])[1]);
+    let alpha = each(|at| motion::angular_acceleration(torques[at], masses[at], radii[at]));
+    *spins = each(|at| before[at] + alpha[at] * time_step);
+    each(|at| losses[at] * (before[at] + alpha[at] * half))
+}
+
 impl Kernel for Turn<'_> {
-    type Output = [f64; STRANDS];
+    type Output = Strand;
 
     #[inline(always)]
-    fn run(self) -> [f64; STRANDS] {
+    fn run(self) -> Strand {
         let Self { spins, masses, radii, tangential, rolling, time_step } = self;
-        let half = 0.5 * time_step;
         let mut power = [0.0; STRANDS];
         let (spins, last_spins) = spins.as_chunks_mut::<STRANDS>();
         let (masses, last_masses) = masses.as_chunks::<STRANDS>();
@@ -46,28 +75,24 @@ impl Kernel for Turn<'_> {
         let (tangential, last_tangential) = tangential.as_chunks::<STRANDS>();
         let (rolling, last_rolling) = rolling.as_chunks::<STRANDS>();
         let bodies = spins.iter_mut().zip(masses).zip(radii);
-        for (((spins, masses), radii), (tangential, rolling)) in
-            bodies.zip(tangential.iter().zip(rolling))
-        {
-            for disc in 0..STRANDS {
-                let [torque, loss] = torque(radii[disc], tangential[disc], rolling[disc]);
-                let alpha = motion::angular_acceleration(torque, masses[disc], radii[disc]);
-                power[disc] += loss * (spins[disc] + alpha * half);
-                spins[disc] += alpha * time_step;
-            }
+        let friction = tangential.iter().zip(rolling);
+        for (((spins, &masses), &radii), (&tangential, &rolling)) in bodies.zip(friction) {
+            let taken = move_on(spins, masses, radii, tangential, rolling, time_step);
+            let sum = power;
+            power = each(|at| sum[at] + taken[at]);
         }
-        // The few that do not fill a chunk.
-        let bodies = last_spins.iter_mut().zip(last_masses).zip(last_radii);
-        let friction = last_tangential.iter().zip(last_rolling);
-        for ((((spin, &mass), &radius), (&tangential, &rolling)), power) in
-            bodies.zip(friction).zip(&mut power)
-        {
-            let [torque, loss] = torque(radius, tangential, rolling);
-            let alpha = motion::angular_acceleration(torque, mass, radius);
-            *power += loss * (*spin + alpha * half);
-            *spin += alpha * time_step;
-        }
-        power
+        // The few that do not fill a strand each, beside discs on which nothing acts.
+        let few = last_spins.len();
+        let (mut spins, mut masses, mut radii) = ([0.0; STRANDS], [1.0; STRANDS], [1.0; STRANDS]);
+        let (mut tangential, mut rolling) = ([[0.0; 2]; STRANDS], [0.0; STRANDS]);
+        spins[..few].copy_from_slice(last_spins);
+        masses[..few].copy_from_slice(last_masses);
+        radii[..few].copy_from_slice(last_radii);
+        tangential[..few].copy_from_slice(last_tangential);
+        rolling[..few].copy_from_slice(last_rolling);
+        let taken = move_on(&mut spins, masses, radii, tangential, rolling, time_step);
+        last_spins.copy_from_slice(&spins[..few]);
+        each(|at| power[at] + taken[at])
     }
 }
 
