@@ -23,7 +23,7 @@ pub(super) struct Forces {
     pub(super) torques: Vec<[f64; 2]>,
     pub(super) sums: ContactSums,
     /// Memory of the lanes.
-    groups: Vec<u32>,
+    touching: Vec<u32>,
 }
 
 /// Forces of a block's edges on its own discs.
@@ -190,7 +190,7 @@ impl Forces {
             if scene.use_lanes {
                 let dense = pairs.in_tiers(1);
                 let lanes = Lanes { pairs, dense, end: range.end, own: states, radii, law };
-                range.start = lanes::inner_pairs(&lanes, forces, deepest, &mut self.groups);
+                range.start = lanes::inner_pairs(&lanes, forces, deepest, &mut self.touching);
             }
             inner_pairs(pairs, range, states, radii, law, forces, deepest);
         }

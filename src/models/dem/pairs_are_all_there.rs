@@ -192,6 +192,6 @@ fn the_tiers_in_scope_hold_all_that_touch() {
         looked_at += count;
         listed += case.listed().1;
     }
-    assert!(missing > 100, "{missing}");
+    assert!(missing > 50, "{missing}");
     assert!(looked_at < listed, "{looked_at} of {listed}");
 }
