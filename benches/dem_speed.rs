@@ -7,18 +7,27 @@
 //!   for kick and drift (18 instructions a disc instead of 37): gas 113 to 148, collapse 72 to 86, settled 71 to 80;
 //! - friction without a copy of the sums in memory for each pair: with the moves in place 15 to 20;
 //! - friction with AVX2, springs in columns of their own, the torque's radius factored out of the sums: 20 to 41; eight pairs in
-//!   AVX-512 instead of four: 41 to 50; energies summed in registers, not in memory: 50 to 53; spins in wide instructions: 53 to 56.
+//!   AVX-512 instead of four: 41 to 50; energies summed in registers, not in memory: 50 to 53; spins in wide instructions: 53 to 56;
+//! - lists in tiers with wider skins, lists found four discs at a time, centres alone compared where few pairs touch, 1/m kept, the box
+//!   looked at only where a disc may have left it, forces set to zero by the pass that uses them: gas 157 to 214, collapse 99 to 123,
+//!   settled 84 to 97 (best of interleaved runs on a busy machine).
 //!
-//! What did not: moving in place instead of into a second copy of the state (1.00 at 10^4; it saves a third of the memory),
-//! indices checked once a block instead of once a pair, with pairs dealt to four strands (1.01 in a gas, 1.03 settled), and groups of
-//! pairs with friction that meet first and rub afterwards (1.00 while their energies were still summed in memory).
+//! What did not:
+//! - moving in place instead of into a second copy of the state (1.00 at 10^4; it saves a third of the memory), and indices checked
+//!   once a block instead of once a pair, with pairs dealt to four strands (1.01 in a gas, 1.03 settled);
+//! - smaller blocks, whose states fit the nearest cache: 1250 discs 0.95, 700 0.92, 400 0.88 in a gas, less in beds: more edges;
+//! - tiers within strips of 256 discs (1.00 in a gas, 0.97 in beds); 4 or 8 tiers instead of 16 (no difference beyond noise);
+//! - rows aligned to 32 bytes (1.03 settled, 1.00 in a gas), so not done;
+//! - lists found four discs at a time alone (1.03 in a collapse, 1.00 in a gas);
+//! - groups of pairs with friction that meet first and rub afterwards (1.00 while their energies were still summed in memory).
 //!
-//! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, median of 3 pairs on an idle machine: settled 7.9
-//! at 10^4 and at 10^5; collapse 6.0, gas 3.9. With friction (gran/hooke/history), on a machine with other work that weighed on both,
-//! 6.1 at 10^4. The kinetic energies of the gas are 2.5e-9 apart after 2000 steps; beds are chaotic.
+//! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, median of 3 pairs: settled 8.6 at 10^4, collapse 7.1, gas 4.9;
+//! two threads over one at 10^5 settled 1.97. With friction 2.1 at 10^4, before the above. The kinetic energies of the gas are 2.8e-9
+//! apart after 2000 steps; beds are chaotic.
 //!
-//! In a settled bed the pair loop takes 57 % of the time and waits for its root and its quotient; a gas spends 26 % in it, 23 %
-//! in kick and drift, and about 25 % on building the list.
+//! In a settled bed the pair loop takes 55 % of the time. A gas spends 35 % in it, of which half compares centres (46
+//! instructions for four pairs, bound by what comes from the second cache), 23 % in kick and drift (likewise), 25 % on building the
+//! list.
 
 mod dem_beds;
 

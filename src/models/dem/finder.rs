@@ -29,8 +29,11 @@ pub(super) struct Finder {
 /// A pair of two blocks, or across a periodic side, that was found.
 struct Edge {
     tier: u32,
+    /// The block's disc, counted from its first, and the other, counted from the first of all.
     ends: [u32; 2],
+    /// r_i + r_j, m.
     touching: f64,
+    /// What is added to the other's centre, m.
     shift: [f64; 2],
 }
 
@@ -63,38 +66,37 @@ impl Finder {
                 if !is_inside {
                     // What stands before and after the block; images stand beside it as a whole.
                     let own = if shift == [0, 0] { own.clone() } else { end..end };
-                    self.list_edges(
-                        block.start,
-                        disc,
-                        start..Ord::min(end, own.start),
-                        shift,
-                        grid,
-                    );
-                    self.list_edges(block.start, disc, Ord::max(start, own.end)..end, shift, grid);
+                    let (before, behind) =
+                        (start..Ord::min(end, own.start), Ord::max(start, own.end)..end);
+                    self.list_edges(from, before, shift, grid);
+                    self.list_edges(from, behind, shift, grid);
                 }
             }
             list_walls(block, disc, grid);
         }
-        let (law, own) = (grid.around.law, (discs, block.start));
-        tiers::sort(&self.found, grid.skin, &mut self.tiers, own, law, &mut block.inner);
+        self.hand_over(block, grid);
         self.hand_over_edges(block, grid);
     }
 
+    /// Makes the pairs found the block's, with what does not change until the list is built anew.
+    fn hand_over(&mut self, block: &mut Block, grid: &Grid<'_>) {
+        let list = &mut block.inner;
+        tiers::sort(&self.found, grid.skin, &mut self.tiers, list);
+        let ends = list.first.iter().zip(&list.second);
+        for (damping, (&first, &second)) in list.damping.iter_mut().zip(ends) {
+            let [first, second] = [first, second].map(|disc| block.start + disc as usize);
+            *damping = grid.around.law.damping(grid.discs, first, second);
+        }
+    }
+
     /// Lists a disc's pairs with a run of discs of other blocks, or with images beyond a periodic side.
-    fn list_edges(
-        &mut self,
-        start: usize,
-        disc: usize,
-        others: Range<usize>,
-        shift: [i8; 2],
-        grid: &Grid<'_>,
-    ) {
+    fn list_edges(&mut self, from: Looker, others: Range<usize>, shift: [i8; 2], grid: &Grid<'_>) {
         if others.is_empty() {
             return;
         }
         let discs = grid.discs;
-        let [x, y] = discs.position(disc);
-        let radius = discs.radii[disc];
+        let [x, y] = discs.position(from.disc);
+        let radius = discs.radii[from.disc];
         let shift = [0, 1].map(|axis: usize| f64::from(shift[axis]) * grid.around.sides[axis]);
         for other in others {
             let [other_x, other_y] = discs.position(other);
@@ -104,7 +106,7 @@ impl Finder {
             let reach = touching + grid.skin;
             if squared < reach * reach {
                 let tier = tiers::tier_of(squared.sqrt() - touching, grid.skin);
-                let ends = [(disc - start) as u32, other as u32];
+                let ends = [(from.disc - from.start) as u32, other as u32];
                 self.edges.push(Edge { tier, ends, touching, shift });
             }
         }

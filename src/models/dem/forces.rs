@@ -29,7 +29,7 @@ pub(super) struct Forces {
     /// Memory for the speeds r w of the discs' rims, m/s.
     pub(super) rim_speeds: Vec<f64>,
     /// Memory of the lanes.
-    groups: Vec<u32>,
+    touching: Vec<u32>,
 }
 
 /// Forces of a block's edges on its own discs.
@@ -208,7 +208,7 @@ impl Forces {
             if scene.use_lanes {
                 let dense = pairs.in_tiers(1);
                 let lanes = Lanes { pairs, dense, end: range.end, own: states, radii, law };
-                range.start = lanes::inner_pairs(&lanes, forces, deepest, &mut self.groups);
+                range.start = lanes::inner_pairs(&lanes, forces, deepest, &mut self.touching);
             }
             inner_pairs(pairs, range, states, radii, law, forces, deepest);
         }

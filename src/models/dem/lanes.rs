@@ -28,17 +28,18 @@ pub(super) struct Lanes<'a> {
     pub(super) law: &'a ContactLaw,
 }
 
-/// Adds the forces of as many pairs as fill whole lanes, and returns their number: 0 where the machine has no AVX2.
+/// Adds the forces of as many pairs as fill whole lanes, and returns their number: 0 where the machine has no AVX2. `touching`
+/// is memory.
 pub(super) fn inner_pairs(
     lanes: &Lanes<'_>,
     forces: &mut [[f64; 4]],
     deepest: &mut Deepest,
-    groups: &mut Vec<u32>,
+    touching: &mut Vec<u32>,
 ) -> usize {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the machine has AVX2.
-        return unsafe { avx2::inner_pairs(lanes, forces, deepest, groups) };
+        return unsafe { avx2::inner_pairs(lanes, forces, deepest, touching) };
     }
     0
 }
@@ -47,7 +48,6 @@ pub(super) fn inner_pairs(
 mod avx2 {
     use super::{Deepest, LANES, Lanes};
     use std::arch::x86_64::*;
-    use std::ops::Range;
 
     #[inline]
     #[target_feature(enable = "avx2")]
@@ -72,6 +72,14 @@ mod avx2 {
         dampings: &'a [[f64; LANES]],
     }
 
+    /// Four pairs.
+    struct Four<'a> {
+        first: &'a [u32; LANES],
+        second: &'a [u32; LANES],
+        reach: &'a [f64; LANES],
+        damping: &'a [f64; LANES],
+    }
+
     impl<'a> Columns<'a> {
         fn of(lanes: &Lanes<'a>) -> Self {
             let (pairs, range) = (lanes.pairs, 0..lanes.end);
@@ -81,6 +89,50 @@ mod avx2 {
                 reaches: pairs.reach[range.clone()].as_chunks().0,
                 dampings: pairs.damping[range].as_chunks().0,
             }
+        }
+
+        fn all(self) -> impl Iterator<Item = Four<'a>> {
+            let ends = self.firsts.iter().zip(self.seconds);
+            let constants = self.reaches.iter().zip(self.dampings);
+            ends.zip(constants).map(|((first, second), (reach, damping))| Four {
+                first,
+                second,
+                reach,
+                damping,
+            })
+        }
+
+        fn at(&self, number: u32) -> Four<'a> {
+            let number = number as usize;
+            Four {
+                first: &self.firsts[number],
+                second: &self.seconds[number],
+                reach: &self.reaches[number],
+                damping: &self.dampings[number],
+            }
+        }
+
+        /// Those before a number, and the others.
+        fn split_at(self, number: usize) -> [Self; 2] {
+            let (firsts, other_firsts) = self.firsts.split_at(number);
+            let (seconds, other_seconds) = self.seconds.split_at(number);
+            let (reaches, other_reaches) = self.reaches.split_at(number);
+            let (dampings, other_dampings) = self.dampings.split_at(number);
+            let others = Self {
+                firsts: other_firsts,
+                seconds: other_seconds,
+                reaches: other_reaches,
+                dampings: other_dampings,
+            };
+            [Self { firsts, seconds, reaches, dampings }, others]
+        }
+
+        /// The largest index.
+        fn beyond(&self) -> usize {
+            let largest = |of: &[[u32; LANES]]| {
+                of.as_flattened().iter().fold(0, |most, &index| Ord::max(most, index))
+            };
+            Ord::max(largest(self.firsts), largest(self.seconds)) as usize
         }
     }
 
@@ -115,25 +167,17 @@ mod avx2 {
         ]
     }
 
-    /// Lists the groups of four, out of a range of them, in which any pair touches.
+    /// Lists the numbers of those fours in which any pair touches. All indices must be those of rows.
     #[inline]
     #[target_feature(enable = "avx2")]
-    fn touching_groups(
-        lanes: &Lanes<'_>,
-        columns: &Columns<'_>,
-        range: Range<usize>,
-        groups: &mut Vec<u32>,
-    ) {
-        let own = lanes.own;
-        groups.clear();
-        groups.resize(range.len(), 0);
+    unsafe fn touching_fours(sparse: Columns<'_>, own: &[[f64; 4]], touching: &mut Vec<u32>) {
+        touching.clear();
+        touching.resize(sparse.firsts.len(), 0);
         let mut count = 0;
-        let [firsts, seconds] = [columns.firsts, columns.seconds].map(|of| &of[range.clone()]);
-        let columns = firsts.iter().zip(seconds).zip(&columns.reaches[range.clone()]);
-        for (number, ((first, second), reach)) in range.zip(columns) {
+        for (number, Four { first, second, reach, .. }) in (0..).zip(sparse.all()) {
             let centres = |lane: usize, other: usize| {
                 let of = |ends: &[u32; 4]| {
-                    // SAFETY: no index reaches beyond, the caller has seen to it.
+                    // SAFETY: the caller's promise.
                     let (low, high) = unsafe {
                         (
                             own.get_unchecked(ends[lane] as usize),
@@ -151,10 +195,10 @@ mod avx2 {
             let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
             let touch = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
             // Written before it is known whether it counts: there is no branch to guess.
-            groups[count] = number as u32;
+            touching[count] = number;
             count += usize::from(_mm256_movemask_pd(touch) != 0);
         }
-        groups.truncate(count);
+        touching.truncate(count);
     }
 
     #[target_feature(enable = "avx2")]
@@ -162,28 +206,39 @@ mod avx2 {
         lanes: &Lanes<'_>,
         forces: &mut [[f64; 4]],
         deepest: &mut Deepest,
-        groups: &mut Vec<u32>,
+        touching: &mut Vec<u32>,
     ) -> usize {
-        let Lanes { own, radii, law, .. } = *lanes;
         let columns = Columns::of(lanes);
-        let Columns { firsts, seconds, reaches, dampings } = columns;
-        let whole = firsts.len();
-        let dense = Ord::min(lanes.dense.div_ceil(LANES), whole);
+        let whole = columns.firsts.len();
+        let [dense, sparse] = columns.split_at(Ord::min(lanes.dense.div_ceil(LANES), whole));
         // Also a list out of a damaged checkpoint must not reach beyond.
-        let largest = |of: &[[u32; LANES]]| {
-            of.as_flattened().iter().fold(0, |most, &index| Ord::max(most, index))
-        };
-        let beyond = Ord::max(largest(firsts), largest(seconds)) as usize;
-        assert!(beyond < own.len() && own.len() <= forces.len(), "a pair of no disc");
-        touching_groups(lanes, &columns, dense..whole, groups);
+        let rows = Ord::min(lanes.own.len(), forces.len());
+        assert!(columns.beyond() < rows, "a pair of no disc");
+        // SAFETY: no index reaches beyond the rows.
+        unsafe {
+            touching_fours(sparse, lanes.own, touching);
+            push(lanes, dense.all(), forces, deepest);
+            push(lanes, touching.iter().map(|&number| sparse.at(number)), forces, deepest);
+        }
+        whole * LANES
+    }
+
+    /// Adds the forces of pairs. All indices must be those of rows of discs and of forces.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    unsafe fn push<'a>(
+        lanes: &Lanes<'_>,
+        fours: impl Iterator<Item = Four<'a>>,
+        forces: &mut [[f64; 4]],
+        deepest: &mut Deepest,
+    ) {
+        let Lanes { own, radii, law, .. } = *lanes;
         let stiffness = _mm256_set1_pd(law.stiffness);
         let floor = _mm256_set1_pd(law.least_force());
         let smallest = _mm256_set1_pd(f64::MIN_POSITIVE);
         let one = _mm256_set1_pd(1.0);
-        for group in (0..dense).chain(groups.iter().map(|&group| group as usize)) {
-            let (first, second) = (&firsts[group], &seconds[group]);
-            let (reach, damping) = (&reaches[group], &dampings[group]);
-            // SAFETY: no index reaches beyond, see above.
+        for Four { first, second, reach, damping } in fours {
+            // SAFETY: the caller's promise.
             let rows = unsafe {
                 [
                     difference(own, first[0], second[0]),
@@ -228,16 +283,15 @@ mod avx2 {
             }
             // A pair apart adds +0, which changes no bit: a sum that began with +0 is never -0. It costs less than a branch.
             for (lane, row) in rows.into_iter().enumerate() {
-                // SAFETY: as above.
+                // SAFETY: the caller's promise.
                 let on_first = unsafe { forces.get_unchecked_mut(first[lane] as usize) };
                 let sum = _mm256_add_pd(load(on_first), row);
                 store(on_first, sum);
-                // SAFETY: as above.
+                // SAFETY: the caller's promise.
                 let on_second = unsafe { forces.get_unchecked_mut(second[lane] as usize) };
                 let sum = _mm256_sub_pd(load(on_second), row);
                 store(on_second, sum);
             }
         }
-        whole * LANES
     }
 }

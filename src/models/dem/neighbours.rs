@@ -5,7 +5,7 @@
 //! follow from the number of discs, and sums within a block run in the list's order: no thread can change them.
 //!
 //! The list holds every pair closer than touching plus the skin, and stays good until a disc or a wall has moved by half the
-//! skin. The order of the discs is part of the sums' bits, so the list belongs to the state.
+//! skin. Until then a step looks at a part of it alone: see `tiers`. The order of the discs is part of the sums' bits, so the list belongs to the state.
 
 use super::cells::{Cells, Periodic};
 use super::contacts::ContactLaw;

@@ -4,8 +4,6 @@
 //! few tiers alone, and at one more whenever the way of the fastest disc has grown by another share of the skin. The wider
 //! the skin, the smaller the part of the list that is looked at: it costs memory, and is built seldom.
 
-use super::contacts::ContactLaw;
-use super::discs::Discs;
 use super::found::Found;
 use super::neighbours::Pairs;
 use crate::vector_width::{self, Kernel};
@@ -41,16 +39,9 @@ pub(super) fn ends_of(tiers: impl Iterator<Item = u32>) -> [u32; TIERS] {
     ends
 }
 
-/// Makes pairs found a block's list, with what does not change until it is built again: by tier, in the order found within a
-/// tier. `start` is where the block's discs begin, `tiers` memory of the tier of each.
-pub(super) fn sort(
-    found: &Found,
-    skin: f64,
-    tiers: &mut Vec<u32>,
-    (discs, start): (&Discs, usize),
-    law: &ContactLaw,
-    list: &mut Pairs,
-) {
+/// Makes pairs found a block's list, but for their damping: by tier, in the order found within a tier. `tiers` is memory for
+/// the tier of each.
+pub(super) fn sort(found: &Found, skin: f64, tiers: &mut Vec<u32>, list: &mut Pairs) {
     let count = found.pairs().len();
     tiers.clear();
     tiers.resize(count, 0);
@@ -77,11 +68,6 @@ pub(super) fn sort(
         list.first[place] = first;
         list.second[place] = second;
         list.reach[place] = touching;
-    }
-    let ends = list.first.iter().zip(&list.second);
-    for (damping, (&first, &second)) in list.damping.iter_mut().zip(ends) {
-        let [first, second] = [first, second].map(|disc| start + disc as usize);
-        *damping = law.damping(discs, first, second);
     }
 }
 
