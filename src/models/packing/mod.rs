@@ -2,7 +2,7 @@
 //!
 //! Equal discs of mass 1 fly freely in a box until two of them touch or one touches a wall. In reading order: the laws of
 //! flight and collision (`motion`), the start (`start`, `lattice`, `compression`), what can happen (`events`), what comes next
-//! (`engine` with its `prediction`, `scan`, `cells`, `calendar`, `clock`), and what is measured (`observables`).
+//! (`engine` with its `collisions`, `prediction` and `foresight`, `scan`, `cells`, `calendar`, `clock`), and what is measured (`observables`).
 //!
 //! The mean velocity of a random start is removed (but for a single disc), so that T at the start is 2 (1 - 1/n) times the
 //! variance of a component. Walls do not keep the momentum: it fluctuates about zero later on.
