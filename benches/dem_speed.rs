@@ -15,7 +15,7 @@
 //!
 //! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, median of 3 pairs on an idle machine: settled 7.9
 //! at 10^4 and at 10^5; collapse 6.0, gas 3.9. With friction (gran/hooke/history), on a machine with other work that weighed on both,
-//! 6.1 at 10^4. The kinetic energies of the gas are 2.5e-9 apart after 2000 steps; beds are chaotic.
+//! 6.1 at 10^4 and, one pair, 6.0 at 10^5. The kinetic energies of the gas are 2.5e-9 apart after 2000 steps; beds are chaotic.
 //!
 //! In a settled bed the pair loop takes 57 % of the time and waits for its root and its quotient; a gas spends 26 % in it, 23 %
 //! in kick and drift, and about 25 % on building the list.

@@ -18,13 +18,14 @@ use kinetoscope_recording::channels::DemWalls;
 
 const G: f64 = 9.81;
 
-/// Load of the floor, the first wall behind the box's four, as a mean over the last 0.05 s, and the weight, N.
+/// Load of the floor, the first wall behind the box's four, and the weight, N. The load is a mean over 0.4 s after the
+/// floor has come to rest: between smooth walls the bed still bounces a little.
 fn load_and_weight(words: &str) -> [f64; 2] {
     let (config, seed) = shipped_run("dem_silo", words);
     let mut model =
         Dem::prepare(&config, seed, false).unwrap_or_else(|refusal| panic!("{refusal}"));
-    run_to_time(&mut model, 0.45);
-    run_to_time(&mut model, 0.5);
+    run_to_time(&mut model, 0.4);
+    run_to_time(&mut model, 0.8);
     let walls: DemWalls = frame(&model).get().expect("walls");
     let weight: f64 = discs(&model).iter().map(|disc| disc.mass * G).sum();
     [walls.mean_force_y_n[4], weight]
