@@ -83,7 +83,7 @@ error: `record.every_days` is not for this dem experiment
   --> planted.toml:15:14
    |
 15 | every_days = 0.25
-   |              ^^^^ it takes frames, every_s, every_steps
+   |              ^^^^ it takes frames, every_s, every_steps, frames_per_decade
 
 error: the dem model has no channel "energi"
   --> planted.toml:16:22
