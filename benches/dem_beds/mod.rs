@@ -84,9 +84,9 @@ impl Scene {
         let config = if self == Self::Gas { with_speeds(config) } else { config };
         let mut model = Dem::prepare(&config, SEED, false).expect("a start");
         let steps = match self {
-            Self::Settled | Self::Rubbing => 10_000,
+            Self::Settled | Self::Rubbing => 20_000,
             // Until nothing slides any more: while a bed still settles, rounding grows to the size of the motion.
-            Self::Equal => 50_000,
+            Self::Equal => 200_000,
             Self::Gas => 2000,
             Self::Collapse => 200,
         };
