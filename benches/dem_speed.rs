@@ -20,11 +20,13 @@
 //! - rows aligned to 32 bytes (1.03 settled, 1.00 in a gas), so not done;
 //! - lists found four discs at a time alone (1.03 in a collapse, 1.00 in a gas);
 //! - eight pairs without friction in AVX-512 instead of four (0.92 settled, 0.97 in a gas, 0.98 in a collapse);
+//! - one codegen unit (1.03 settled and in a collapse, 1.01 in a gas; 0.97 in packing);
 //! - groups of pairs with friction that meet first and rub afterwards (1.00 while their energies were still summed in memory).
 //!
-//! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, median of 3 pairs: settled 8.6 at 10^4, collapse 7.1, gas 4.9;
-//! two threads over one at 10^5 settled 1.97. With friction 2.1 at 10^4, before the above. The kinetic energies of the gas are 2.8e-9
-//! apart after 2000 steps; beds are chaotic.
+//! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, median of 3 pairs on an idle machine: settled 8.6
+//! at 10^4 and 10.0 at 10^5; collapse 6.9, gas 4.8; with friction (gran/hooke/history) 6.1 at 10^4. Two threads over one: settled 1.97 at
+//! 10^5, with friction 1.70. The kinetic energies of a bed at rest are 5e-13 apart after 10^4 steps, those of the gas 2.6e-7 after
+//! 3000; while a bed still moves they part, since it is chaotic.
 //!
 //! In a settled bed the pair loop takes 55 % of the time. A gas spends 35 % in it, of which half compares centres (46
 //! instructions for four pairs, bound by what comes from the second cache), 23 % in kick and drift (likewise), 25 % on building the
