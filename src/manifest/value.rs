@@ -56,6 +56,24 @@ pub(crate) fn shortest(x: f64) -> String {
     format!("{x:?}")
 }
 
+/// The schema of a table that has no other keys than these.
+pub(crate) fn table_schema(properties: &Json, required: &[&str]) -> Json {
+    json!({
+        "type": "object",
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false
+    })
+}
+
+/// The properties of a table that has keys of two kinds.
+pub(crate) fn joined(mut properties: Json, own: &Json) -> Json {
+    for (key, value) in own.as_object().into_iter().flatten() {
+        properties[key] = value.clone();
+    }
+    properties
+}
+
 /// A TOML basic string.
 pub(crate) fn quoted(text: &str) -> String {
     let mut quoted = String::with_capacity(text.len() + 2);

@@ -4,7 +4,7 @@ use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
 use crate::quantity::{NonNegative, Positive, Share};
 use crate::tree::{Node, Value};
-use crate::value::{TomlValue, quoted, refuse};
+use crate::value::{TomlValue, joined, quoted, refuse, table_schema};
 use serde_json::{Value as Json, json};
 
 /// What some of the discs are made of. Constants that are left out are those of `[model.dem]`.
@@ -66,21 +66,13 @@ impl DemContactConstants {
             + &key("rolling_friction", self.rolling_friction.map(|value| value.write()))
     }
 
-    fn schema(own: Json, required: &[&str]) -> Json {
-        let mut properties = json!({
+    fn schema(own: &Json, required: &[&str]) -> Json {
+        let constants = json!({
             "restitution": Share::schema(),
             "friction": NonNegative::schema(),
             "rolling_friction": NonNegative::schema()
         });
-        for (key, value) in own.as_object().into_iter().flatten() {
-            properties[key] = value.clone();
-        }
-        json!({
-            "type": "object",
-            "properties": properties,
-            "required": required,
-            "additionalProperties": false
-        })
+        table_schema(&joined(constants, own), required)
     }
 }
 
@@ -126,7 +118,7 @@ impl TomlValue for DemMaterial {
             "share": Positive::schema(),
             "density_ratio": Positive::schema()
         });
-        DemContactConstants::schema(own, &["name"])
+        DemContactConstants::schema(&own, &["name"])
     }
 }
 
@@ -150,6 +142,6 @@ impl TomlValue for DemContactPair {
 
     fn schema() -> Json {
         let own = json!({ "between": <[String; 2]>::schema() });
-        DemContactConstants::schema(own, &["between"])
+        DemContactConstants::schema(&own, &["between"])
     }
 }

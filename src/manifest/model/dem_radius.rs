@@ -4,7 +4,7 @@ use crate::diagnostics::Diagnostic;
 use crate::keys::Reader;
 use crate::quantity::{Positive, Share};
 use crate::tree::{Node, Span, Value};
-use crate::value::{TomlValue, number, refuse};
+use crate::value::{TomlValue, number, refuse, table_schema};
 use serde_json::{Value as Json, json};
 
 /// The discs' radius, m.
@@ -110,12 +110,7 @@ impl TomlValue for DiscRadius {
             let properties: serde_json::Map<String, Json> =
                 keys.iter().map(|(key, schema)| ((*key).to_owned(), schema.clone())).collect();
             let required: Vec<&str> = keys.iter().map(|(key, _)| *key).collect();
-            json!({
-                "type": "object",
-                "properties": properties,
-                "required": required,
-                "additionalProperties": false
-            })
+            table_schema(&properties.into(), &required)
         };
         let length = Positive::schema;
         json!({ "anyOf": [

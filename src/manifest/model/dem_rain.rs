@@ -4,7 +4,7 @@ use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
 use crate::quantity::{Finite, NonNegative, Positive};
 use crate::tree::{Node, Value};
-use crate::value::{TomlValue, refuse};
+use crate::value::{TomlValue, refuse, table_schema};
 use serde_json::{Value as Json, json};
 use std::num::NonZeroU32;
 
@@ -72,18 +72,15 @@ impl TomlValue for DemRain {
 
     fn schema() -> Json {
         let pair = <[Finite; 2]>::schema();
-        json!({
-            "type": "object",
-            "properties": {
-                "discs": NonZeroU32::schema(),
-                "discs_per_s": Positive::schema(),
-                "from_m": pair,
-                "to_m": pair,
-                "velocity_m_per_s": pair,
-                "starts_s": NonNegative::schema()
-            },
-            "required": ["discs", "discs_per_s", "from_m", "to_m", "velocity_m_per_s"],
-            "additionalProperties": false
-        })
+        let properties = json!({
+            "discs": NonZeroU32::schema(),
+            "discs_per_s": Positive::schema(),
+            "from_m": pair,
+            "to_m": pair,
+            "velocity_m_per_s": pair,
+            "starts_s": NonNegative::schema()
+        });
+        let required = ["discs", "discs_per_s", "from_m", "to_m", "velocity_m_per_s"];
+        table_schema(&properties, &required)
     }
 }

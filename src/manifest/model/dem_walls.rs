@@ -4,7 +4,7 @@ use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
 use crate::quantity::{Finite, NonNegative, Positive};
 use crate::tree::{Node, Value};
-use crate::value::{TomlValue, refuse};
+use crate::value::{TomlValue, joined, refuse, table_schema};
 use serde_json::{Value as Json, json};
 
 /// One wall with its motion: displacement at the time t is u t + A sin(2 pi f t), where the clock t runs within `moves_s` only.
@@ -134,23 +134,13 @@ impl TomlValue for DemWall {
             "frequency_hz": NonNegative::schema(),
             "moves_s": <[NonNegative; 2]>::schema()
         });
-        let table = |own: Json, required: &[&str]| {
-            let mut properties = motion.clone();
-            for (key, value) in own.as_object().into_iter().flatten() {
-                properties[key] = value.clone();
-            }
-            json!({
-                "type": "object",
-                "properties": properties,
-                "required": required,
-                "additionalProperties": false
-            })
-        };
+        let table =
+            |own: &Json, required: &[&str]| table_schema(&joined(motion.clone(), own), required);
         let segment = json!({ "from_m": pair, "to_m": pair });
         let drum = json!({
             "centre_m": pair, "radius_m": Positive::schema(), "spin_rad_per_s": Finite::schema()
         });
-        json!({ "anyOf": [table(segment, &["from_m", "to_m"]), table(drum, &["centre_m", "radius_m"])] })
+        json!({ "anyOf": [table(&segment, &["from_m", "to_m"]), table(&drum, &["centre_m", "radius_m"])] })
     }
 }
 

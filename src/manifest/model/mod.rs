@@ -35,7 +35,7 @@ use crate::diagnostics::{Diagnostic, nearest};
 use crate::keys::{Keys, Reader};
 use crate::quantity::Finite;
 use crate::tree::{Entry, Node, Table, Value};
-use crate::value::{TomlValue, refuse, word};
+use crate::value::{TomlValue, refuse, table_schema, word};
 use serde_json::{Value as Json, json};
 use start_from::{MayBeRecorded as _, start_keys};
 use std::num::NonZeroU32;
@@ -298,12 +298,9 @@ fn read_placement<T: Clone>(
 fn placement_schema(words: &[&str], names: GivenNames) -> Json {
     let mut vectors = Vec::<[Finite; 2]>::schema();
     vectors["minItems"] = json!(1);
-    json!({ "anyOf": [{ "enum": words }, {
-        "type": "object",
-        "properties": { names.positions: vectors, names.velocities: vectors },
-        "required": [names.positions, names.velocities],
-        "additionalProperties": false
-    }] })
+    let properties = json!({ names.positions: vectors, names.velocities: vectors });
+    let given = table_schema(&properties, &[names.positions, names.velocities]);
+    json!({ "anyOf": [{ "enum": words }, given] })
 }
 
 impl TomlValue for Placement {

@@ -5,7 +5,7 @@ use crate::diagnostics::Diagnostic;
 use crate::keys::{Keys, Reader};
 use crate::quantity::{Finite, NonNegative, Positive, StepBelowOneDay, StepTolerance};
 use crate::tree::{Node, Value};
-use crate::value::{TomlValue, refuse, word, words};
+use crate::value::{TomlValue, refuse, table_schema, word, words};
 use serde_json::{Value as Json, json};
 
 /// All physics of an orbit run. The Sun is fixed at the origin, unless several bodies attract each other.
@@ -228,12 +228,9 @@ impl TomlValue for OrbitStart {
 
     fn schema() -> Json {
         let vector = <[Finite; 3]>::schema();
-        json!({ "anyOf": [{ "enum": ["document", "heliocentric"] }, {
-            "type": "object",
-            "properties": { "position_au": vector, "velocity_au_per_day": vector },
-            "required": ["position_au", "velocity_au_per_day"],
-            "additionalProperties": false
-        }] })
+        let properties = json!({ "position_au": vector, "velocity_au_per_day": vector });
+        let given = table_schema(&properties, &["position_au", "velocity_au_per_day"]);
+        json!({ "anyOf": [{ "enum": ["document", "heliocentric"] }, given] })
     }
 }
 
@@ -267,15 +264,11 @@ impl TomlValue for OrbitBody {
 
     fn schema() -> Json {
         let vector = <[Finite; 3]>::schema();
-        json!({
-            "type": "object",
-            "properties": {
-                "gm_au3_per_day2": NonNegative::schema(),
-                "position_au": vector,
-                "velocity_au_per_day": vector
-            },
-            "required": ["gm_au3_per_day2", "position_au", "velocity_au_per_day"],
-            "additionalProperties": false
-        })
+        let properties = json!({
+            "gm_au3_per_day2": NonNegative::schema(),
+            "position_au": vector,
+            "velocity_au_per_day": vector
+        });
+        table_schema(&properties, &["gm_au3_per_day2", "position_au", "velocity_au_per_day"])
     }
 }
