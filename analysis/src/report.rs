@@ -303,13 +303,12 @@ impl Report {
     #[must_use]
     pub fn text(&self, terminal: Terminal) -> String {
         let mut text = String::new();
-        let runs = self.runs.len();
-        let heading = format!(
-            "{} ({}, {runs} {})",
-            self.name,
-            self.model(),
-            if runs == 1 { "run" } else { "runs" }
-        );
+        let runs = match self.runs.len() {
+            0 => "nothing readable".to_owned(),
+            1 => format!("{}, 1 run", self.model()),
+            runs => format!("{}, {runs} runs", self.model()),
+        };
+        let heading = format!("{} ({runs})", self.name);
         let _ = writeln!(text, "{}", terminal.paint(Tone::Heading, &heading));
         if !self.description.is_empty() {
             let _ = writeln!(text, "{}", terminal.wrapped(&self.description, 0));
