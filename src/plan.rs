@@ -5,10 +5,12 @@ use crate::models::physics_version;
 use crate::run::{Assignment, Estimate, estimate};
 use kinetoscope_manifest::{ContentKey, Experiment, Run, content_key};
 use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_recording::file;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
 use rayon::prelude::*;
 use std::collections::HashSet;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// One run of the plan.
@@ -137,11 +139,15 @@ impl Plan {
             .fold(0, u64::saturating_add)
     }
 
-    /// Upper estimate of the bytes of the `jobs` largest recordings still to be written.
+    /// Upper estimate of the bytes that the `jobs` largest recordings still need; what a stopped run left has its room.
     #[must_use]
     pub fn bytes_at_once(&self, jobs: usize) -> u64 {
-        let estimates = self.runs.iter().filter_map(PlannedRun::estimate);
-        let mut bytes: Vec<u64> = estimates.map(|estimate| estimate.bytes).collect();
+        let needed = |run: &PlannedRun| {
+            let left = fs::metadata(file::partial_path(&self.folder, &run.stem));
+            let there = left.map_or(0, |file| file.len());
+            run.estimate().map(|estimate| estimate.bytes.saturating_sub(there))
+        };
+        let mut bytes: Vec<u64> = self.runs.iter().filter_map(needed).collect();
         bytes.sort_unstable_by(|one, other| other.cmp(one));
         bytes.into_iter().take(jobs).fold(0, u64::saturating_add)
     }
@@ -198,5 +204,25 @@ fn outcome(recording: &Recording, content_key: &ContentKey) -> Option<Outcome> {
     match provenance.outcome.clone()? {
         Outcome::Interrupted => None,
         outcome => (provenance.content_key == content_key.as_str()).then_some(outcome),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use super::*;
+
+    /// A disk that was full and has just the missing room again must do.
+    #[test]
+    fn what_a_stopped_run_left_needs_no_more_room() {
+        let output = tempfile::tempdir().unwrap();
+        let experiment =
+            kinetoscope_manifest::parse("seed = 1\n[model.gas]\n", "kept.toml", &[]).unwrap();
+        let plan = Plan::new(&experiment, output.path(), false);
+        let whole = plan.bytes_at_once(1);
+        fs::create_dir_all(&plan.folder).unwrap();
+        let partial = file::partial_path(&plan.folder, &plan.runs[0].stem);
+        fs::write(partial, [0; 1000]).unwrap();
+        assert_eq!(plan.bytes_at_once(1), whole - 1000);
     }
 }
