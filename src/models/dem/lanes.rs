@@ -47,6 +47,7 @@ pub(super) fn inner_pairs(
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{Deepest, LANES, Lanes};
+    use crate::models::dem::registers::avx2::transposed;
     use std::arch::x86_64::*;
 
     #[inline]
@@ -151,20 +152,6 @@ mod avx2 {
     fn centre(row: &[f64; 4]) -> __m128d {
         // SAFETY: four f64 lie behind the reference.
         unsafe { _mm_loadu_pd(row.as_ptr()) }
-    }
-
-    /// Rows to columns.
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn transposed(rows: [__m256d; 4]) -> [__m256d; 4] {
-        let low = [_mm256_unpacklo_pd(rows[0], rows[1]), _mm256_unpacklo_pd(rows[2], rows[3])];
-        let high = [_mm256_unpackhi_pd(rows[0], rows[1]), _mm256_unpackhi_pd(rows[2], rows[3])];
-        [
-            _mm256_permute2f128_pd::<0x20>(low[0], low[1]),
-            _mm256_permute2f128_pd::<0x20>(high[0], high[1]),
-            _mm256_permute2f128_pd::<0x31>(low[0], low[1]),
-            _mm256_permute2f128_pd::<0x31>(high[0], high[1]),
-        ]
     }
 
     /// Lists the numbers of those fours in which any pair touches. All indices must be those of rows.

@@ -168,7 +168,7 @@ mod rows {
 }
 
 #[cfg(target_arch = "x86_64")]
-mod avx2 {
+pub(super) mod avx2 {
     use super::{Add, Div, Kernel, Lanes, Machine, Mask, Mul, Neg, Sub, rows};
     use std::arch::x86_64::*;
 
@@ -191,7 +191,7 @@ mod avx2 {
     /// Rows to columns, and back.
     #[inline]
     #[target_feature(enable = "avx2")]
-    fn transposed(rows: [__m256d; 4]) -> [__m256d; 4] {
+    pub(in crate::models::dem) fn transposed(rows: [__m256d; 4]) -> [__m256d; 4] {
         let low = [_mm256_unpacklo_pd(rows[0], rows[1]), _mm256_unpacklo_pd(rows[2], rows[3])];
         let high = [_mm256_unpackhi_pd(rows[0], rows[1]), _mm256_unpackhi_pd(rows[2], rows[3])];
         [

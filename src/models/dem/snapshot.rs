@@ -6,6 +6,7 @@
 use super::Dem;
 use super::discs::Discs;
 use super::neighbours::{Block, Neighbours, Pairs};
+use super::rain::Rain;
 use super::step::Workspace;
 use kinetoscope_recording::frame::{Frame, Snapshot};
 
@@ -31,7 +32,7 @@ impl DemSnapshot {
             count: run.count,
             ledger: run.ledger.clone(),
             removed: run.removed,
-            rain: run.rain.clone(),
+            rain: run.rain.as_ref().map(Rain::without_those_to_come),
             initial_top_speed: run.initial_top_speed,
             damping_step: run.damping_step,
             window: run.window.clone(),
