@@ -2,6 +2,7 @@
 
 use super::forces::Own;
 use super::neighbours::BLOCK;
+use super::rows::Rows;
 use serde::{Deserialize, Serialize};
 
 /// The discs, column by column, all of one length and in one order. `ids` says who stands where.
@@ -10,7 +11,7 @@ pub(super) struct Discs {
     /// A disc's number, from 0.
     pub(super) ids: Vec<u32>,
     /// Centre and the integrator's velocity, half a step behind the centre: x, y in m, vx, vy in m/s.
-    pub(super) states: Vec<[f64; 4]>,
+    pub(super) states: Rows,
     /// The integrator's angular velocities, half a step behind, rad/s.
     pub(super) spins: Vec<f64>,
     /// Radii, m.
@@ -65,7 +66,7 @@ impl Discs {
             order.iter().map(|&disc| values[disc as usize]).collect()
         }
         self.ids = sorted(&self.ids, order);
-        self.states = sorted(&self.states, order);
+        self.states = order.iter().map(|&disc| self.states[disc as usize]).collect();
         self.spins = sorted(&self.spins, order);
         self.radii = sorted(&self.radii, order);
         self.masses = sorted(&self.masses, order);

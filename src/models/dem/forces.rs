@@ -10,6 +10,7 @@ use super::contacts::{ContactLaw, Partner};
 use super::discs::Discs;
 use super::lanes::{self, Lanes};
 use super::neighbours::{Block, Pairs, Scope};
+use super::rows::Rows;
 use super::rubbing;
 use super::springs::Stretch;
 use super::touch::{Rub, Touch};
@@ -20,7 +21,7 @@ use std::ops::Range;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Forces {
     /// Fx, Fy, Dx, Dy of each disc, N; zero between two steps.
-    pub(super) forces: Vec<[f64; 4]>,
+    pub(super) forces: Rows,
     /// Tangential force on the rim of each disc and the dashpots' share of it, N; empty without friction.
     pub(super) tangential: Vec<[f64; 2]>,
     /// Torque of the rolling springs on each disc, N m; empty without friction.
@@ -188,8 +189,7 @@ impl Forces {
         let count = own.states.len();
         // The drift has left them at zero.
         if self.forces.len() != count {
-            self.forces.clear();
-            self.forces.resize(count, [0.0; 4]);
+            self.forces.clear_to(count);
         }
         self.sums.clear(scene, block.start);
         if scene.law.has_friction() {

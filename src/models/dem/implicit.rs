@@ -74,8 +74,7 @@ pub(super) fn forces_of(
 ) {
     for (number, block) in blocks.iter_mut().enumerate() {
         let count = Ord::min(BLOCK, discs.len() - number * BLOCK);
-        block.forces.clear();
-        block.forces.resize(count, [0.0; 4]);
+        block.forces.clear_to(count);
         block.sums.clear(scene, number * BLOCK);
     }
     for contact in contacts {

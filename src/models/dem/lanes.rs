@@ -103,14 +103,16 @@ mod avx2 {
             })
         }
 
-        fn at(&self, number: u32) -> Four<'a> {
-            let number = number as usize;
-            Four {
-                first: &self.firsts[number],
-                second: &self.seconds[number],
-                reach: &self.reaches[number],
-                damping: &self.dampings[number],
-            }
+        /// The same pairs, no more at a time than fit a batch.
+        fn batches(self) -> impl Iterator<Item = Self> {
+            let ends = self.firsts.chunks(BATCH).zip(self.seconds.chunks(BATCH));
+            let constants = self.reaches.chunks(BATCH).zip(self.dampings.chunks(BATCH));
+            ends.zip(constants).map(|((firsts, seconds), (reaches, dampings))| Self {
+                firsts,
+                seconds,
+                reaches,
+                dampings,
+            })
         }
 
         /// Those before a number, and the others.
@@ -154,14 +156,18 @@ mod avx2 {
         unsafe { _mm_loadu_pd(row.as_ptr()) }
     }
 
-    /// Lists the numbers of those fours in which any pair touches. All indices must be those of rows.
+    /// Lists the numbers of those pairs that touch, counted from the first of `sparse`. All indices must be those of rows.
     #[inline]
     #[target_feature(enable = "avx2")]
-    unsafe fn touching_fours(sparse: Columns<'_>, own: &[[f64; 4]], touching: &mut Vec<u32>) {
-        touching.clear();
-        touching.resize(sparse.firsts.len(), 0);
+    unsafe fn list_touching(sparse: Columns<'_>, own: &[[f64; 4]], touching: &mut Vec<u32>) {
+        // A four is written before it is known who of it counts: there is no branch to guess.
+        let room = sparse.firsts.len() * LANES + LANES;
+        if touching.len() < room {
+            touching.resize(room, 0);
+        }
         let mut count = 0;
-        for (number, Four { first, second, reach, .. }) in (0..).zip(sparse.all()) {
+        let mut numbers = _mm_setr_epi32(0, 1, 2, 3);
+        for Four { first, second, reach, .. } in sparse.all() {
             let centres = |lane: usize, other: usize| {
                 let of = |ends: &[u32; 4]| {
                     // SAFETY: the caller's promise.
@@ -181,11 +187,87 @@ mod avx2 {
             let reach = load(reach);
             let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
             let touch = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
-            // Written before it is known whether it counts: there is no branch to guess.
-            touching[count] = number;
-            count += usize::from(_mm256_movemask_pd(touch) != 0);
+            let set = _mm256_movemask_pd(touch) as usize;
+            let Some(place) = touching.get_mut(count..).and_then(|rest| rest.first_chunk_mut())
+            else {
+                break;
+            };
+            place_first(numbers, set, place);
+            numbers = _mm_add_epi32(numbers, _mm_set1_epi32(LANES as i32));
+            count += set.count_ones() as usize;
         }
         touching.truncate(count);
+    }
+
+    /// For each set of lanes that count, an order that puts these lanes first.
+    const COUNTING_FIRST: [[u32; LANES]; 16] = {
+        let mut orders = [[0; LANES]; 16];
+        let mut set = 0;
+        while set < 16 {
+            let (mut lane, mut place) = (0, 0);
+            while lane < LANES {
+                if set >> lane & 1 == 1 {
+                    orders[set][place] = lane as u32;
+                    place += 1;
+                }
+                lane += 1;
+            }
+            set += 1;
+        }
+        orders
+    };
+
+    /// Writes four numbers with those first that count.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn place_first(numbers: __m128i, set: usize, into: &mut [u32; LANES]) {
+        // SAFETY: four u32 lie behind each reference.
+        unsafe {
+            let order = _mm_loadu_si128(COUNTING_FIRST[set].as_ptr().cast());
+            let sorted = _mm_permutevar_ps(_mm_castsi128_ps(numbers), order);
+            _mm_storeu_si128(into.as_mut_ptr().cast(), _mm_castps_si128(sorted));
+        }
+    }
+
+    /// Fours that are worked on at a time: what is found of them stays in the nearest cache.
+    const BATCH: usize = 32;
+
+    /// What contacts are like, four by four: unit normal, and overlap and separating speed, both zero where two are apart.
+    struct Meetings([[[f64; LANES]; 4]; BATCH]);
+
+    /// Pairs copied from where they stand apart.
+    #[derive(Default)]
+    struct Gathered {
+        firsts: [[u32; LANES]; BATCH],
+        seconds: [[u32; LANES]; BATCH],
+        reaches: [[f64; LANES]; BATCH],
+        dampings: [[f64; LANES]; BATCH],
+    }
+
+    impl Gathered {
+        /// Copies pairs, no more than fit. A last four is filled up with pairs of a disc and itself, which do not touch.
+        fn take(&mut self, sparse: Columns<'_>, numbers: &[u32]) -> Columns<'_> {
+            let fours = numbers.len().div_ceil(LANES);
+            for (four, numbers) in numbers.chunks(LANES).enumerate() {
+                self.firsts[four] = [0; LANES];
+                self.seconds[four] = [0; LANES];
+                self.reaches[four] = [0.0; LANES];
+                self.dampings[four] = [0.0; LANES];
+                for (lane, &number) in numbers.iter().enumerate() {
+                    let number = number as usize;
+                    self.firsts[four][lane] = sparse.firsts.as_flattened()[number];
+                    self.seconds[four][lane] = sparse.seconds.as_flattened()[number];
+                    self.reaches[four][lane] = sparse.reaches.as_flattened()[number];
+                    self.dampings[four][lane] = sparse.dampings.as_flattened()[number];
+                }
+            }
+            Columns {
+                firsts: &self.firsts[..fours],
+                seconds: &self.seconds[..fours],
+                reaches: &self.reaches[..fours],
+                dampings: &self.dampings[..fours],
+            }
+        }
     }
 
     #[target_feature(enable = "avx2")]
@@ -201,30 +283,40 @@ mod avx2 {
         // Also a list out of a damaged checkpoint must not reach beyond.
         let rows = Ord::min(lanes.own.len(), forces.len());
         assert!(columns.beyond() < rows, "a pair of no disc");
+        let mut meetings = Meetings([[[0.0; LANES]; 4]; BATCH]);
+        let mut gathered = Gathered::default();
         // SAFETY: no index reaches beyond the rows.
         unsafe {
-            touching_fours(sparse, lanes.own, touching);
-            push(lanes, dense.all(), forces, deepest);
-            push(lanes, touching.iter().map(|&number| sparse.at(number)), forces, deepest);
+            list_touching(sparse, lanes.own, touching);
+            for batch in dense.batches() {
+                meet(lanes, batch, &mut meetings, deepest);
+                push(lanes, batch, &meetings, forces);
+            }
+            for numbers in touching.chunks(BATCH * LANES) {
+                let batch = gathered.take(sparse, numbers);
+                meet(lanes, batch, &mut meetings, deepest);
+                push(lanes, batch, &meetings, forces);
+            }
         }
         whole * LANES
     }
 
-    /// Adds the forces of pairs. All indices must be those of rows of discs and of forces.
+    /// Finds what the contacts of a batch are like. All indices must be those of rows.
+    ///
+    /// Roots and quotients take long: without sums in memory that wait for them, more fours are under way at a time.
     #[inline]
     #[target_feature(enable = "avx2")]
-    unsafe fn push<'a>(
+    unsafe fn meet(
         lanes: &Lanes<'_>,
-        fours: impl Iterator<Item = Four<'a>>,
-        forces: &mut [[f64; 4]],
+        batch: Columns<'_>,
+        meetings: &mut Meetings,
         deepest: &mut Deepest,
     ) {
-        let Lanes { own, radii, law, .. } = *lanes;
-        let stiffness = _mm256_set1_pd(law.stiffness);
-        let floor = _mm256_set1_pd(law.least_force());
+        let own = lanes.own;
         let smallest = _mm256_set1_pd(f64::MIN_POSITIVE);
         let one = _mm256_set1_pd(1.0);
-        for Four { first, second, reach, damping } in fours {
+        let mut bound = _mm256_set1_pd(deepest.bound());
+        for (Four { first, second, reach, .. }, meeting) in batch.all().zip(&mut meetings.0) {
             // SAFETY: the caller's promise.
             let rows = unsafe {
                 [
@@ -235,40 +327,54 @@ mod avx2 {
                 ]
             };
             let [x, y, vx, vy] = transposed(rows);
-            let (reach, damping) = (load(reach), load(damping));
+            let reach = load(reach);
             let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
             let touch = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
-            let touching = _mm256_movemask_pd(touch);
-            if touching == 0 {
-                continue;
-            }
             let distance = _mm256_sqrt_pd(squared);
             let inverse = _mm256_div_pd(one, _mm256_max_pd(distance, smallest));
             let (nx, ny) = (_mm256_mul_pd(x, inverse), _mm256_mul_pd(y, inverse));
             let speed = _mm256_add_pd(_mm256_mul_pd(vx, nx), _mm256_mul_pd(vy, ny));
-            let overlap = _mm256_sub_pd(reach, distance);
+            let overlap = _mm256_and_pd(_mm256_sub_pd(reach, distance), touch);
+            store(&mut meeting[0], nx);
+            store(&mut meeting[1], ny);
+            store(&mut meeting[2], overlap);
+            store(&mut meeting[3], _mm256_and_pd(speed, touch));
+            let deep = _mm256_cmp_pd::<_CMP_GT_OQ>(overlap, bound);
+            let deep = _mm256_movemask_pd(deep);
+            if deep != 0 {
+                for lane in (0..LANES).filter(|lane| deep >> lane & 1 == 1) {
+                    let ends = [first[lane] as usize, second[lane] as usize];
+                    deepest.note_pair(meeting[2][lane], ends, lanes.radii);
+                }
+                bound = _mm256_set1_pd(deepest.bound());
+            }
+        }
+    }
+
+    /// Adds the forces of a batch. All indices must be those of rows of forces.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    unsafe fn push(
+        lanes: &Lanes<'_>,
+        batch: Columns<'_>,
+        meetings: &Meetings,
+        forces: &mut [[f64; 4]],
+    ) {
+        let stiffness = _mm256_set1_pd(lanes.law.stiffness);
+        let floor = _mm256_set1_pd(lanes.law.least_force());
+        for (Four { first, second, damping, .. }, meeting) in batch.all().zip(&meetings.0) {
+            let [nx, ny, overlap, speed] = meeting.each_ref().map(|column| load(column));
             let spring = _mm256_mul_pd(stiffness, overlap);
-            let force = _mm256_sub_pd(spring, _mm256_mul_pd(damping, speed));
+            let force = _mm256_sub_pd(spring, _mm256_mul_pd(load(damping), speed));
             let force = _mm256_max_pd(force, floor);
-            let loss = _mm256_and_pd(_mm256_sub_pd(spring, force), touch);
-            let force = _mm256_and_pd(force, touch);
-            let (nx, ny) = (_mm256_and_pd(nx, touch), _mm256_and_pd(ny, touch));
+            let loss = _mm256_sub_pd(spring, force);
             let rows = transposed([
                 _mm256_mul_pd(force, nx),
                 _mm256_mul_pd(force, ny),
                 _mm256_mul_pd(loss, nx),
                 _mm256_mul_pd(loss, ny),
             ]);
-            let deep = _mm256_cmp_pd::<_CMP_GT_OQ>(overlap, _mm256_set1_pd(deepest.bound()));
-            if _mm256_movemask_pd(_mm256_and_pd(deep, touch)) != 0 {
-                let mut overlaps = [0.0; 4];
-                store(&mut overlaps, overlap);
-                for lane in (0..LANES).filter(|lane| touching >> lane & 1 == 1) {
-                    let ends = [first[lane] as usize, second[lane] as usize];
-                    deepest.note_pair(overlaps[lane], ends, radii);
-                }
-            }
-            // A pair apart adds +0, which changes no bit: a sum that began with +0 is never -0. It costs less than a branch.
+            // A pair apart adds 0, which changes no bit: a sum that began with +0 is never -0. It costs less than a branch.
             for (lane, row) in rows.into_iter().enumerate() {
                 // SAFETY: the caller's promise.
                 let on_first = unsafe { forces.get_unchecked_mut(first[lane] as usize) };

