@@ -20,13 +20,18 @@ pub(super) fn kick_and_drift(
     parameters: &Parameters,
 ) -> Moved {
     let Parameters { gravity, time_step, .. } = *parameters;
-    let sums = vector_width::run(Drift {
-        states: own.states,
-        inverse_masses: own.inverse_masses,
-        forces: &mut forces.forces,
-        gravity,
-        time_step,
-    });
+    let flies_free = gravity == [0.0; 2] && forces.touched.are_few(own.states.len());
+    let sums = if flies_free {
+        fly_free(own, forces, time_step)
+    } else {
+        vector_width::run(Drift {
+            states: own.states,
+            inverse_masses: own.inverse_masses,
+            forces: &mut forces.forces,
+            gravity,
+            time_step,
+        })
+    };
     let [power, fastest] = [sums.dashpot_power, sums.fastest_squared];
     let dashpot_power = (power[0] + power[2]) + (power[1] + power[3]);
     let larger = |a: f64, b: f64| if a > b { a } else { b };
@@ -54,6 +59,56 @@ struct Drift<'a> {
     time_step: f64,
 }
 
+/// The same as [`Drift`] where nothing acts on most discs: they only move on.
+fn fly_free(own: &mut Own<'_>, forces: &mut Forces, time_step: f64) -> Sums {
+    let mut sums = Sums { dashpot_power: [0.0; 4], fastest_squared: [0.0; 4] };
+    let Forces { forces, touched, moved, .. } = forces;
+    moved.clear();
+    for disc in touched.all() {
+        let (state, force) = (&mut own.states[disc], &mut forces[disc]);
+        moved.push((
+            disc as u32,
+            sums.move_one(disc, time_step, *state, own.inverse_masses[disc], *force),
+        ));
+        *force = [0.0; 4];
+        // Until its place is taken, it is the slowest of all.
+        let [x, y, ..] = *state;
+        *state = [x, y, 0.0, 0.0];
+    }
+    let fastest = vector_width::run(Flight { states: own.states, time_step });
+    for (top, fastest) in sums.fastest_squared.iter_mut().zip(fastest) {
+        *top = if fastest > *top { fastest } else { *top };
+    }
+    for &(disc, state) in &*moved {
+        own.states[disc as usize] = state;
+    }
+    sums
+}
+
+/// Free flight of all discs of a block.
+struct Flight<'a> {
+    states: &'a mut [[f64; 4]],
+    time_step: f64,
+}
+
+impl Kernel for Flight<'_> {
+    /// Largest squares of the velocities' components, m^2/s^2, twice 0 before them.
+    type Output = Pair;
+
+    #[inline(always)]
+    fn run(self) -> Pair {
+        let mut top = [0.0; 4];
+        for state in self.states {
+            let [.., vx, vy] = *state;
+            let v = [vx, vy, 0.0, 0.0];
+            let before = *state;
+            *state = each(|at| before[at] + v[at] * self.time_step);
+            top = each(|at| if v[at] * v[at] > top[at] { v[at] * v[at] } else { top[at] });
+        }
+        top
+    }
+}
+
 /// Sums over every other disc, axis by axis: their order does not depend on how many are taken at a time.
 struct Sums {
     /// Power taken by the dashpots, W.
@@ -68,6 +123,28 @@ fn each(value: impl Fn(usize) -> f64) -> Pair {
 }
 
 impl Sums {
+    /// One disc, without gravity; returns its new state.
+    #[inline(always)]
+    fn move_one(
+        &mut self,
+        disc: usize,
+        time_step: f64,
+        [x, y, vx, vy]: [f64; 4],
+        inverse_mass: f64,
+        [fx, fy, dx, dy]: [f64; 4],
+    ) -> [f64; 4] {
+        let half = 0.5 * time_step;
+        let [ax, ay] = motion::acceleration([0.0; 2], [fx, fy], inverse_mass);
+        let [power_x, power_y] = &mut self.dashpot_power.as_chunks_mut::<2>().0[disc % 2];
+        *power_x += dx * (vx + ax * half);
+        *power_y += dy * (vy + ay * half);
+        let (vx, vy) = (vx + ax * time_step, vy + ay * time_step);
+        let [top_x, top_y, ..] = &mut self.fastest_squared;
+        *top_x = if vx * vx > *top_x { vx * vx } else { *top_x };
+        *top_y = if vy * vy > *top_y { vy * vy } else { *top_y };
+        [x + vx * time_step, y + vy * time_step, vx, vy]
+    }
+
     /// Two discs.
     #[inline(always)]
     fn move_on(

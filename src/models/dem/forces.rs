@@ -8,12 +8,13 @@
 
 use super::contacts::{ContactLaw, Partner};
 use super::discs::Discs;
-use super::lanes::{self, Lanes};
+use super::lanes::{self, Lanes, Touching};
 use super::neighbours::{Block, Pairs, Scope};
 use super::rows::Rows;
 use super::rubbing;
 use super::springs::Stretch;
 use super::touch::{Rub, Touch};
+use super::touched::Touched;
 use super::walls::PlacedWall;
 use std::ops::Range;
 
@@ -29,8 +30,12 @@ pub(super) struct Forces {
     pub(super) sums: ContactSums,
     /// Memory for the speeds r w of the discs' rims, m/s.
     pub(super) rim_speeds: Vec<f64>,
+    /// Discs on which something acts.
+    pub(super) touched: Touched,
+    /// Memory of the drift: discs with their new states.
+    pub(super) moved: Vec<(u32, [f64; 4])>,
     /// Memory of the lanes.
-    touching: Vec<u32>,
+    touching: Touching,
 }
 
 /// Forces of a block's edges on its own discs.
@@ -141,6 +146,10 @@ impl EdgeForces {
         self.forces.clear();
         self.rubs.clear();
         self.sums.clear(scene, block.start);
+        if !scene.law.has_friction() {
+            self.find_without_friction(block, discs, scene);
+            return;
+        }
         let rolls = scene.law.has_rolling_friction();
         for edge in 0..block.edges.in_tiers(scene.scope.tiers) {
             let own = block.edges.first[edge];
@@ -159,10 +168,6 @@ impl EdgeForces {
             let partner = Partner::Disc(ends[1] as u32);
             self.sums.deepest.note(touch.overlap, own as usize, radii[0], partner, radii[1]);
             let push = touch.push(scene.law, damping);
-            if !scene.law.has_friction() {
-                self.forces.push((own, push.along(touch.normal)));
-                continue;
-            }
             let [first, second] = ends.map(|disc| discs.materials[disc]);
             let pair = scene.law.materials.between(first, second);
             let reduced_radius = rolls.then(|| radii[0] * radii[1] / block.edges.reach[edge]);
@@ -173,6 +178,22 @@ impl EdgeForces {
             self.sums.take(&rub, 0.5);
             self.forces.push((own, push.and(&rub, touch.normal)));
             self.rubs.push(([rub.force, rub.dashpot], rub.rolling_torque));
+        }
+    }
+
+    fn find_without_friction(&mut self, block: &Block, discs: &Discs, scene: &Scene<'_>) {
+        let edges = &block.edges;
+        let looked_at = edges.in_tiers(scene.scope.tiers);
+        let ends = edges.first[..looked_at].iter().zip(&edges.second);
+        let pairs = ends.zip(edges.reach.iter().zip(&edges.damping)).zip(&block.shifts);
+        for (((&own, &other), (&reach, &damping)), &shift) in pairs {
+            let ends = [block.start + own as usize, other as usize];
+            let [state, other] = ends.map(|disc| discs.states[disc]);
+            let Some(touch) = Touch::between(state, other, shift, reach) else { continue };
+            let radii = ends.map(|disc| discs.radii[disc]);
+            let partner = Partner::Disc(ends[1] as u32);
+            self.sums.deepest.note(touch.overlap, own as usize, radii[0], partner, radii[1]);
+            self.forces.push((own, touch.push(scene.law, damping).along(touch.normal)));
         }
     }
 }
@@ -192,6 +213,7 @@ impl Forces {
             self.forces.clear_to(count);
         }
         self.sums.clear(scene, block.start);
+        self.touched.clear();
         if scene.law.has_friction() {
             self.tangential.resize(count, [0.0; 2]);
             self.tangential.as_flattened_mut().fill(0.0);
@@ -206,14 +228,19 @@ impl Forces {
             let (forces, deepest) = (&mut self.forces, &mut self.sums.deepest);
             let mut range = 0..pairs.in_tiers(scene.scope.tiers);
             if scene.use_lanes {
-                let dense = pairs.in_tiers(1);
-                let lanes = Lanes { pairs, dense, end: range.end, own: states, radii, law };
+                let near = pairs.in_tiers(1);
+                let lanes = Lanes { pairs, near, end: range.end, own: states, radii, law };
                 range.start = lanes::inner_pairs(&lanes, forces, deepest, &mut self.touching);
+                if let Some(touching) = self.touching.all() {
+                    self.touched.note_all(pairs, touching.iter().map(|&pair| pair as usize));
+                    self.touched.note_all(pairs, range.clone());
+                }
             }
             inner_pairs(pairs, range, states, radii, law, forces, deepest);
         }
         for &(disc, force) in &edges.forces {
             add(&mut self.forces[disc as usize], force);
+            self.touched.note(disc);
         }
         for (&(disc, _), &rub) in edges.forces.iter().zip(&edges.rubs) {
             self.add_rub(disc as usize, rub);
@@ -256,14 +283,16 @@ impl Forces {
             let mut on_disc = push.along(normal);
             if scene.law.has_friction() {
                 let (law, stretch) = (scene.law, &mut pair.stretch);
-                let pair = law.materials.with_walls(own.materials[disc]);
+                let constants = law.materials.with_walls(own.materials[disc]);
                 let reduced_radius = law.has_rolling_friction().then_some(radius);
-                let rub = touch.rub(law, pair, scene.time_step, reduced_radius, &push, stretch);
+                let rub =
+                    touch.rub(law, constants, scene.time_step, reduced_radius, &push, stretch);
                 self.sums.take(&rub, 1.0);
                 on_disc = push.and(&rub, normal);
                 self.add_rub(disc, ([rub.force, rub.dashpot], rub.rolling_torque));
             }
             add(&mut self.forces[disc], on_disc);
+            self.touched.note(pair.disc);
             let [u, v] = wall.surface_velocity(wall.mid_velocity, normal);
             self.sums.wall_dissipation -= on_disc[2] * u + on_disc[3] * v;
             let by_wall = &mut self.sums.walls[pair.wall as usize];

@@ -18,8 +18,8 @@ const LANES: usize = 4;
 /// What the lanes take their pairs from.
 pub(super) struct Lanes<'a> {
     pub(super) pairs: &'a Pairs,
-    /// Pairs up to here mostly touch; of those behind, few do.
-    pub(super) dense: usize,
+    /// Pairs up to here touch or nearly do.
+    pub(super) near: usize,
     /// Pairs up to here are looked at.
     pub(super) end: usize,
     /// x, y in m, vx, vy in m/s of the block's discs, and their radii, m.
@@ -28,17 +28,36 @@ pub(super) struct Lanes<'a> {
     pub(super) law: &'a ContactLaw,
 }
 
-/// Adds the forces of as many pairs as fill whole lanes, and returns their number: 0 where the machine has no AVX2. `touching`
-/// is memory.
+/// Memory of the lanes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Touching {
+    /// Numbers of pairs that touch, and room behind them.
+    numbers: Vec<u32>,
+    count: usize,
+    /// Whether all that touch are among these.
+    is_all: bool,
+    /// Whether so few of the near pairs touch that it pays to look who does first.
+    is_sparse: bool,
+}
+
+impl Touching {
+    /// The numbers of all pairs that touch, of those that filled whole lanes, if they were found out.
+    pub(super) fn all(&self) -> Option<&[u32]> {
+        self.is_all.then(|| &self.numbers[..self.count])
+    }
+}
+
+/// Adds the forces of as many pairs as fill whole lanes, and returns their number: 0 where the machine has no AVX2.
 pub(super) fn inner_pairs(
     lanes: &Lanes<'_>,
     forces: &mut [[f64; 4]],
     deepest: &mut Deepest,
-    touching: &mut Vec<u32>,
+    touching: &mut Touching,
 ) -> usize {
     #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the machine has AVX2.
+    if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("popcnt")
+    {
+        // SAFETY: the machine has AVX2 and POPCNT.
         return unsafe { avx2::inner_pairs(lanes, forces, deepest, touching) };
     }
     0
@@ -46,7 +65,7 @@ pub(super) fn inner_pairs(
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{Deepest, LANES, Lanes};
+    use super::{Deepest, LANES, Lanes, Touching};
     use crate::models::dem::registers::avx2::transposed;
     use std::arch::x86_64::*;
 
@@ -156,58 +175,76 @@ mod avx2 {
         unsafe { _mm_loadu_pd(row.as_ptr()) }
     }
 
-    /// Lists the numbers of those pairs that touch, counted from the first of `sparse`. All indices must be those of rows.
+    /// Which of four pairs touch, a bit each. All indices must be those of rows.
     #[inline]
     #[target_feature(enable = "avx2")]
-    unsafe fn list_touching(sparse: Columns<'_>, own: &[[f64; 4]], touching: &mut Vec<u32>) {
-        // A four is written before it is known who of it counts: there is no branch to guess.
-        let room = sparse.firsts.len() * LANES + LANES;
+    unsafe fn who_touches(four: &Four<'_>, own: &[[f64; 4]]) -> u32 {
+        let centres = |lane: usize, other: usize| {
+            let of = |ends: &[u32; LANES]| {
+                // SAFETY: the caller's promise.
+                let (low, high) = unsafe {
+                    (
+                        own.get_unchecked(ends[lane] as usize),
+                        own.get_unchecked(ends[other] as usize),
+                    )
+                };
+                let (low, high) = (centre(low), centre(high));
+                _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
+            };
+            _mm256_sub_pd(of(four.first), of(four.second))
+        };
+        let (even, odd) = (centres(0, 2), centres(1, 3));
+        let (x, y) = (_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd));
+        let reach = load(four.reach);
+        let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
+        let touch = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
+        _mm256_movemask_pd(touch) as u32
+    }
+
+    /// Lists the numbers of those pairs that touch, counted from the first of `sparse`, and returns how many there are. All
+    /// indices must be those of rows.
+    #[inline]
+    #[target_feature(enable = "avx2,popcnt")]
+    unsafe fn list_touching(
+        sparse: Columns<'_>,
+        own: &[[f64; 4]],
+        touching: &mut Vec<u32>,
+    ) -> usize {
+        let room = sparse.firsts.len() * LANES + 2 * LANES;
         if touching.len() < room {
-            touching.resize(room, 0);
+            touching.resize(2 * room, 0);
         }
         let mut count = 0;
-        let mut numbers = _mm_setr_epi32(0, 1, 2, 3);
-        for Four { first, second, reach, .. } in sparse.all() {
-            let centres = |lane: usize, other: usize| {
-                let of = |ends: &[u32; 4]| {
-                    // SAFETY: the caller's promise.
-                    let (low, high) = unsafe {
-                        (
-                            own.get_unchecked(ends[lane] as usize),
-                            own.get_unchecked(ends[other] as usize),
-                        )
-                    };
-                    let (low, high) = (centre(low), centre(high));
-                    _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
-                };
-                _mm256_sub_pd(of(first), of(second))
-            };
-            let (even, odd) = (centres(0, 2), centres(1, 3));
-            let (x, y) = (_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd));
-            let reach = load(reach);
-            let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
-            let touch = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
-            let set = _mm256_movemask_pd(touch) as usize;
+        let mut numbers = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+        let mut fours = sparse.all();
+        while let Some(four) = fours.next() {
+            // SAFETY: the caller's promise.
+            let mut set = unsafe { who_touches(&four, own) };
+            if let Some(four) = fours.next() {
+                // SAFETY: the caller's promise.
+                set |= unsafe { who_touches(&four, own) } << LANES;
+            }
+            // All are written before it is known who of them counts: there is no branch to guess.
             let Some(place) = touching.get_mut(count..).and_then(|rest| rest.first_chunk_mut())
             else {
                 break;
             };
-            place_first(numbers, set, place);
-            numbers = _mm_add_epi32(numbers, _mm_set1_epi32(LANES as i32));
+            place_first(numbers, set as usize, place);
+            numbers = _mm256_add_epi32(numbers, _mm256_set1_epi32(2 * LANES as i32));
             count += set.count_ones() as usize;
         }
-        touching.truncate(count);
+        count
     }
 
-    /// For each set of lanes that count, an order that puts these lanes first.
-    const COUNTING_FIRST: [[u32; LANES]; 16] = {
-        let mut orders = [[0; LANES]; 16];
+    /// For each set of eight that count, an order that puts these first.
+    static COUNTING_FIRST: [[u8; 2 * LANES]; 256] = {
+        let mut orders = [[0; 2 * LANES]; 256];
         let mut set = 0;
-        while set < 16 {
+        while set < 256 {
             let (mut lane, mut place) = (0, 0);
-            while lane < LANES {
+            while lane < 2 * LANES {
                 if set >> lane & 1 == 1 {
-                    orders[set][place] = lane as u32;
+                    orders[set][place] = lane as u8;
                     place += 1;
                 }
                 lane += 1;
@@ -217,15 +254,15 @@ mod avx2 {
         orders
     };
 
-    /// Writes four numbers with those first that count.
+    /// Writes eight numbers with those first that count.
     #[inline]
     #[target_feature(enable = "avx2")]
-    fn place_first(numbers: __m128i, set: usize, into: &mut [u32; LANES]) {
-        // SAFETY: four u32 lie behind each reference.
+    fn place_first(numbers: __m256i, set: usize, into: &mut [u32; 2 * LANES]) {
+        // SAFETY: eight u8 and eight u32 lie behind the references.
         unsafe {
-            let order = _mm_loadu_si128(COUNTING_FIRST[set].as_ptr().cast());
-            let sorted = _mm_permutevar_ps(_mm_castsi128_ps(numbers), order);
-            _mm_storeu_si128(into.as_mut_ptr().cast(), _mm_castps_si128(sorted));
+            let order = _mm_loadl_epi64(COUNTING_FIRST[set].as_ptr().cast());
+            let sorted = _mm256_permutevar8x32_epi32(numbers, _mm256_cvtepu8_epi32(order));
+            _mm256_storeu_si256(into.as_mut_ptr().cast(), sorted);
         }
     }
 
@@ -270,16 +307,17 @@ mod avx2 {
         }
     }
 
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,popcnt")]
     pub(super) fn inner_pairs(
         lanes: &Lanes<'_>,
         forces: &mut [[f64; 4]],
         deepest: &mut Deepest,
-        touching: &mut Vec<u32>,
+        touching: &mut Touching,
     ) -> usize {
         let columns = Columns::of(lanes);
         let whole = columns.firsts.len();
-        let [dense, sparse] = columns.split_at(Ord::min(lanes.dense.div_ceil(LANES), whole));
+        let near = if touching.is_sparse { 0 } else { Ord::min(lanes.near.div_ceil(LANES), whole) };
+        let [dense, sparse] = columns.split_at(near);
         // Also a list out of a damaged checkpoint must not reach beyond.
         let rows = Ord::min(lanes.own.len(), forces.len());
         assert!(columns.beyond() < rows, "a pair of no disc");
@@ -287,21 +325,25 @@ mod avx2 {
         let mut gathered = Gathered::default();
         // SAFETY: no index reaches beyond the rows.
         unsafe {
-            list_touching(sparse, lanes.own, touching);
+            let mut count = list_touching(sparse, lanes.own, &mut touching.numbers);
+            (touching.count, touching.is_all) = (count, near == 0);
+            let numbers = &touching.numbers[..count];
             for batch in dense.batches() {
-                meet(lanes, batch, &mut meetings, deepest);
+                count += meet(lanes, batch, &mut meetings, deepest);
                 push(lanes, batch, &meetings, forces);
             }
-            for numbers in touching.chunks(BATCH * LANES) {
+            for numbers in numbers.chunks(BATCH * LANES) {
                 let batch = gathered.take(sparse, numbers);
                 meet(lanes, batch, &mut meetings, deepest);
                 push(lanes, batch, &meetings, forces);
             }
+            // Either way gives the same bits.
+            touching.is_sparse = 2 * count < lanes.near;
         }
         whole * LANES
     }
 
-    /// Finds what the contacts of a batch are like. All indices must be those of rows.
+    /// Finds what the contacts of a batch are like, and returns how many there are. All indices must be those of rows.
     ///
     /// Roots and quotients take long: without sums in memory that wait for them, more fours are under way at a time.
     #[inline]
@@ -311,8 +353,9 @@ mod avx2 {
         batch: Columns<'_>,
         meetings: &mut Meetings,
         deepest: &mut Deepest,
-    ) {
+    ) -> usize {
         let own = lanes.own;
+        let mut count = _mm256_setzero_si256();
         let smallest = _mm256_set1_pd(f64::MIN_POSITIVE);
         let one = _mm256_set1_pd(1.0);
         let mut bound = _mm256_set1_pd(deepest.bound());
@@ -330,6 +373,8 @@ mod avx2 {
             let reach = load(reach);
             let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
             let touch = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
+            // A lane of yes is -1 as a whole number.
+            count = _mm256_sub_epi64(count, _mm256_castpd_si256(touch));
             let distance = _mm256_sqrt_pd(squared);
             let inverse = _mm256_div_pd(one, _mm256_max_pd(distance, smallest));
             let (nx, ny) = (_mm256_mul_pd(x, inverse), _mm256_mul_pd(y, inverse));
@@ -349,6 +394,10 @@ mod avx2 {
                 bound = _mm256_set1_pd(deepest.bound());
             }
         }
+        let mut counts = [0_u64; LANES];
+        // SAFETY: four u64 lie behind the reference.
+        unsafe { _mm256_storeu_si256(counts.as_mut_ptr().cast(), count) };
+        counts.iter().sum::<u64>() as usize
     }
 
     /// Adds the forces of a batch. All indices must be those of rows of forces.

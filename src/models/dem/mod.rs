@@ -43,6 +43,7 @@ mod start;
 mod step;
 mod tiers;
 mod touch;
+mod touched;
 mod turn;
 mod walls;
 
