@@ -8,7 +8,8 @@
 
 use super::contacts::{ContactLaw, Partner};
 use super::discs::Discs;
-use super::lanes::{self, Lanes, Touching};
+use super::lanes::{self, Lanes};
+use super::near::Near;
 use super::neighbours::{Block, Pairs, Scope};
 use super::rows::Rows;
 use super::rubbing;
@@ -16,7 +17,6 @@ use super::springs::Stretch;
 use super::touch::{Rub, Touch};
 use super::touched::Touched;
 use super::walls::PlacedWall;
-use std::ops::Range;
 
 /// Forces on the discs of a block, and what its contacts did.
 #[derive(Clone, Debug, Default)]
@@ -34,8 +34,6 @@ pub(super) struct Forces {
     pub(super) touched: Touched,
     /// Memory of the drift: discs with their new states.
     pub(super) moved: Vec<(u32, [f64; 4])>,
-    /// Memory of the lanes.
-    touching: Touching,
 }
 
 /// Forces of a block's edges on its own discs.
@@ -205,6 +203,7 @@ impl Forces {
         block: &mut Block,
         own: &Own<'_>,
         edges: &EdgeForces,
+        near: &mut Near,
         scene: &Scene<'_>,
     ) {
         let count = own.states.len();
@@ -226,17 +225,15 @@ impl Forces {
             let (states, radii, law) = (&*own.states, own.radii, scene.law);
             let pairs = &block.inner;
             let (forces, deepest) = (&mut self.forces, &mut self.sums.deepest);
-            let mut range = 0..pairs.in_tiers(scene.scope.tiers);
-            if scene.use_lanes {
-                let near = pairs.in_tiers(1);
-                let lanes = Lanes { pairs, near, end: range.end, own: states, radii, law };
-                range.start = lanes::inner_pairs(&lanes, forces, deepest, &mut self.touching);
-                if let Some(touching) = self.touching.all() {
-                    self.touched.note_all(pairs, touching.iter().map(|&pair| pair as usize));
-                    self.touched.note_all(pairs, range.clone());
+            let lanes = Lanes { pairs, scope: &scene.scope, own: states, radii, law };
+            if scene.use_lanes && lanes::inner_pairs(&lanes, near, forces, deepest) {
+                if near.begin() == 0 {
+                    self.touched.note_all(near.touching().map(|pair| pair.ends));
                 }
+            } else {
+                let end = pairs.in_tiers(scene.scope.tiers);
+                inner_pairs(pairs, end, states, radii, law, forces, deepest);
             }
-            inner_pairs(pairs, range, states, radii, law, forces, deepest);
         }
         for &(disc, force) in &edges.forces {
             add(&mut self.forces[disc as usize], force);
@@ -302,18 +299,18 @@ impl Forces {
     }
 }
 
-/// Pairs without friction, those of a range. `lanes` does the same for four pairs at a time.
+/// Pairs without friction, those before an end. `lanes` does the same for four pairs at a time.
 fn inner_pairs(
     pairs: &Pairs,
-    range: Range<usize>,
+    end: usize,
     own: &[[f64; 4]],
     radii: &[f64],
     law: &ContactLaw,
     forces: &mut [[f64; 4]],
     deepest: &mut Deepest,
 ) {
-    let ends = pairs.first[range.clone()].iter().zip(&pairs.second[range.clone()]);
-    let constants = pairs.reach[range.clone()].iter().zip(&pairs.damping[range]);
+    let ends = pairs.first[..end].iter().zip(&pairs.second[..end]);
+    let constants = pairs.reach[..end].iter().zip(&pairs.damping[..end]);
     for ((&first, &second), (&reach, &damping)) in ends.zip(constants) {
         let (a, b) = (first as usize, second as usize);
         let (state, other) = (own[a], own[b]);

@@ -3,69 +3,50 @@
 //!
 //! What the unsafe code keeps to:
 //! - Loads and stores of a whole `[f64; 4]` through its own reference: in bounds, and unaligned by instruction.
-//! - Rows of states and forces by a pair's indices, unchecked pair by pair: all indices are checked before the loop.
-//! - The call of a function compiled for AVX2, made only where `is_x86_feature_detected!` has found it.
+//! - Rows of states and forces by a pair's places, unchecked pair by pair: all places are checked before the loop.
+//! - The call of a function compiled for AVX2 and POPCNT, made only where `is_x86_feature_detected!` has found them.
 
 #![allow(unsafe_code)]
 
 use super::contacts::ContactLaw;
 use super::forces::Deepest;
-use super::neighbours::Pairs;
+use super::near::Near;
+use super::neighbours::{Pairs, Scope};
 
 /// Pairs at a time.
-const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 
 /// What the lanes take their pairs from.
 pub(super) struct Lanes<'a> {
     pub(super) pairs: &'a Pairs,
-    /// Pairs up to here touch or nearly do.
-    pub(super) near: usize,
-    /// Pairs up to here are looked at.
-    pub(super) end: usize,
+    pub(super) scope: &'a Scope,
     /// x, y in m, vx, vy in m/s of the block's discs, and their radii, m.
     pub(super) own: &'a [[f64; 4]],
     pub(super) radii: &'a [f64],
     pub(super) law: &'a ContactLaw,
 }
 
-/// Memory of the lanes.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Touching {
-    /// Numbers of pairs that touch, and room behind them.
-    numbers: Vec<u32>,
-    count: usize,
-    /// Whether all that touch are among these.
-    is_all: bool,
-    /// Whether so few of the near pairs touch that it pays to look who does first.
-    is_sparse: bool,
-}
-
-impl Touching {
-    /// The numbers of all pairs that touch, of those that filled whole lanes, if they were found out.
-    pub(super) fn all(&self) -> Option<&[u32]> {
-        self.is_all.then(|| &self.numbers[..self.count])
-    }
-}
-
-/// Adds the forces of as many pairs as fill whole lanes, and returns their number: 0 where the machine has no AVX2.
+/// Adds the forces of all pairs that touch; false where the machine has no AVX2, and nothing was done.
 pub(super) fn inner_pairs(
     lanes: &Lanes<'_>,
+    near: &mut Near,
     forces: &mut [[f64; 4]],
     deepest: &mut Deepest,
-    touching: &mut Touching,
-) -> usize {
+) -> bool {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("popcnt")
     {
         // SAFETY: the machine has AVX2 and POPCNT.
-        return unsafe { avx2::inner_pairs(lanes, forces, deepest, touching) };
+        unsafe { avx2::inner_pairs(lanes, near, forces, deepest) };
+        return true;
     }
-    0
+    false
 }
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{Deepest, LANES, Lanes, Touching};
+    use super::{Deepest, LANES, Lanes, Near};
+    use crate::models::dem::near::NearPair;
     use crate::models::dem::registers::avx2::transposed;
     use std::arch::x86_64::*;
 
@@ -83,7 +64,7 @@ mod avx2 {
         unsafe { _mm256_storeu_pd(into.as_mut_ptr(), values) }
     }
 
-    /// The pairs of the lanes, four by four.
+    /// Pairs, four by four.
     #[derive(Clone, Copy)]
     struct Columns<'a> {
         firsts: &'a [[u32; LANES]],
@@ -101,16 +82,6 @@ mod avx2 {
     }
 
     impl<'a> Columns<'a> {
-        fn of(lanes: &Lanes<'a>) -> Self {
-            let (pairs, range) = (lanes.pairs, 0..lanes.end);
-            Self {
-                firsts: pairs.first[range.clone()].as_chunks().0,
-                seconds: pairs.second[range.clone()].as_chunks().0,
-                reaches: pairs.reach[range.clone()].as_chunks().0,
-                dampings: pairs.damping[range].as_chunks().0,
-            }
-        }
-
         fn all(self) -> impl Iterator<Item = Four<'a>> {
             let ends = self.firsts.iter().zip(self.seconds);
             let constants = self.reaches.iter().zip(self.dampings);
@@ -134,25 +105,10 @@ mod avx2 {
             })
         }
 
-        /// Those before a number, and the others.
-        fn split_at(self, number: usize) -> [Self; 2] {
-            let (firsts, other_firsts) = self.firsts.split_at(number);
-            let (seconds, other_seconds) = self.seconds.split_at(number);
-            let (reaches, other_reaches) = self.reaches.split_at(number);
-            let (dampings, other_dampings) = self.dampings.split_at(number);
-            let others = Self {
-                firsts: other_firsts,
-                seconds: other_seconds,
-                reaches: other_reaches,
-                dampings: other_dampings,
-            };
-            [Self { firsts, seconds, reaches, dampings }, others]
-        }
-
-        /// The largest index.
+        /// The largest place.
         fn beyond(&self) -> usize {
             let largest = |of: &[[u32; LANES]]| {
-                of.as_flattened().iter().fold(0, |most, &index| Ord::max(most, index))
+                of.as_flattened().iter().fold(0, |most, &place| Ord::max(most, place))
             };
             Ord::max(largest(self.firsts), largest(self.seconds)) as usize
         }
@@ -167,137 +123,43 @@ mod avx2 {
         _mm256_sub_pd(load(a), load(b))
     }
 
-    /// x and y of a row.
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn centre(row: &[f64; 4]) -> __m128d {
-        // SAFETY: four f64 lie behind the reference.
-        unsafe { _mm_loadu_pd(row.as_ptr()) }
-    }
-
-    /// Which of four pairs touch, a bit each. All indices must be those of rows.
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    unsafe fn who_touches(four: &Four<'_>, own: &[[f64; 4]]) -> u32 {
-        let centres = |lane: usize, other: usize| {
-            let of = |ends: &[u32; LANES]| {
-                // SAFETY: the caller's promise.
-                let (low, high) = unsafe {
-                    (
-                        own.get_unchecked(ends[lane] as usize),
-                        own.get_unchecked(ends[other] as usize),
-                    )
-                };
-                let (low, high) = (centre(low), centre(high));
-                _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
-            };
-            _mm256_sub_pd(of(four.first), of(four.second))
-        };
-        let (even, odd) = (centres(0, 2), centres(1, 3));
-        let (x, y) = (_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd));
-        let reach = load(four.reach);
-        let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
-        let touch = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
-        _mm256_movemask_pd(touch) as u32
-    }
-
-    /// Lists the numbers of those pairs that touch, counted from the first of `sparse`, and returns how many there are. All
-    /// indices must be those of rows.
-    #[inline]
-    #[target_feature(enable = "avx2,popcnt")]
-    unsafe fn list_touching(
-        sparse: Columns<'_>,
-        own: &[[f64; 4]],
-        touching: &mut Vec<u32>,
-    ) -> usize {
-        let room = sparse.firsts.len() * LANES + 2 * LANES;
-        if touching.len() < room {
-            touching.resize(2 * room, 0);
-        }
-        let mut count = 0;
-        let mut numbers = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-        let mut fours = sparse.all();
-        while let Some(four) = fours.next() {
-            // SAFETY: the caller's promise.
-            let mut set = unsafe { who_touches(&four, own) };
-            if let Some(four) = fours.next() {
-                // SAFETY: the caller's promise.
-                set |= unsafe { who_touches(&four, own) } << LANES;
-            }
-            // All are written before it is known who of them counts: there is no branch to guess.
-            let Some(place) = touching.get_mut(count..).and_then(|rest| rest.first_chunk_mut())
-            else {
-                break;
-            };
-            place_first(numbers, set as usize, place);
-            numbers = _mm256_add_epi32(numbers, _mm256_set1_epi32(2 * LANES as i32));
-            count += set.count_ones() as usize;
-        }
-        count
-    }
-
-    /// For each set of eight that count, an order that puts these first.
-    static COUNTING_FIRST: [[u8; 2 * LANES]; 256] = {
-        let mut orders = [[0; 2 * LANES]; 256];
-        let mut set = 0;
-        while set < 256 {
-            let (mut lane, mut place) = (0, 0);
-            while lane < 2 * LANES {
-                if set >> lane & 1 == 1 {
-                    orders[set][place] = lane as u8;
-                    place += 1;
-                }
-                lane += 1;
-            }
-            set += 1;
-        }
-        orders
-    };
-
-    /// Writes eight numbers with those first that count.
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn place_first(numbers: __m256i, set: usize, into: &mut [u32; 2 * LANES]) {
-        // SAFETY: eight u8 and eight u32 lie behind the references.
-        unsafe {
-            let order = _mm_loadl_epi64(COUNTING_FIRST[set].as_ptr().cast());
-            let sorted = _mm256_permutevar8x32_epi32(numbers, _mm256_cvtepu8_epi32(order));
-            _mm256_storeu_si256(into.as_mut_ptr().cast(), sorted);
-        }
-    }
-
     /// Fours that are worked on at a time: what is found of them stays in the nearest cache.
     const BATCH: usize = 32;
 
     /// What contacts are like, four by four: unit normal, and overlap and separating speed, both zero where two are apart.
     struct Meetings([[[f64; LANES]; 4]; BATCH]);
 
-    /// Pairs copied from where they stand apart.
+    /// Near pairs that touch, side by side.
     #[derive(Default)]
     struct Gathered {
         firsts: [[u32; LANES]; BATCH],
         seconds: [[u32; LANES]; BATCH],
         reaches: [[f64; LANES]; BATCH],
         dampings: [[f64; LANES]; BATCH],
+        count: usize,
     }
 
     impl Gathered {
-        /// Copies pairs, no more than fit. A last four is filled up with pairs of a disc and itself, which do not touch.
-        fn take(&mut self, sparse: Columns<'_>, numbers: &[u32]) -> Columns<'_> {
-            let fours = numbers.len().div_ceil(LANES);
-            for (four, numbers) in numbers.chunks(LANES).enumerate() {
-                self.firsts[four] = [0; LANES];
-                self.seconds[four] = [0; LANES];
-                self.reaches[four] = [0.0; LANES];
-                self.dampings[four] = [0.0; LANES];
-                for (lane, &number) in numbers.iter().enumerate() {
-                    let number = number as usize;
-                    self.firsts[four][lane] = sparse.firsts.as_flattened()[number];
-                    self.seconds[four][lane] = sparse.seconds.as_flattened()[number];
-                    self.reaches[four][lane] = sparse.reaches.as_flattened()[number];
-                    self.dampings[four][lane] = sparse.dampings.as_flattened()[number];
-                }
+        fn take(&mut self, pair: NearPair, damping: f64) {
+            let at = self.count;
+            self.firsts.as_flattened_mut()[at] = pair.ends[0];
+            self.seconds.as_flattened_mut()[at] = pair.ends[1];
+            self.reaches.as_flattened_mut()[at] = pair.reach;
+            self.dampings.as_flattened_mut()[at] = damping;
+            self.count += 1;
+        }
+
+        fn is_full(&self) -> bool {
+            self.count == BATCH * LANES
+        }
+
+        /// Hands its pairs over; the last four is filled up with pairs of a disc and itself, which do not touch.
+        fn give(&mut self) -> Columns<'_> {
+            let fours = self.count.div_ceil(LANES);
+            while self.count < fours * LANES {
+                self.take(NearPair { number: 0, ends: [0; 2], reach: 0.0 }, 0.0);
             }
+            self.count = 0;
             Columns {
                 firsts: &self.firsts[..fours],
                 seconds: &self.seconds[..fours],
@@ -310,40 +172,47 @@ mod avx2 {
     #[target_feature(enable = "avx2,popcnt")]
     pub(super) fn inner_pairs(
         lanes: &Lanes<'_>,
+        near: &mut Near,
         forces: &mut [[f64; 4]],
         deepest: &mut Deepest,
-        touching: &mut Touching,
-    ) -> usize {
-        let columns = Columns::of(lanes);
-        let whole = columns.firsts.len();
-        let near = if touching.is_sparse { 0 } else { Ord::min(lanes.near.div_ceil(LANES), whole) };
-        let [dense, sparse] = columns.split_at(near);
-        // Also a list out of a damaged checkpoint must not reach beyond.
-        let rows = Ord::min(lanes.own.len(), forces.len());
-        assert!(columns.beyond() < rows, "a pair of no disc");
+    ) {
+        let Lanes { pairs, scope, own, .. } = *lanes;
+        near.look(pairs, own, scope);
+        let dense = ..near.begin();
+        let dense = Columns {
+            firsts: pairs.first[dense].as_chunks().0,
+            seconds: pairs.second[dense].as_chunks().0,
+            reaches: pairs.reach[dense].as_chunks().0,
+            dampings: pairs.damping[dense].as_chunks().0,
+        };
+        // Also a list out of a damaged checkpoint must not reach beyond. The near pairs have been checked.
+        assert!(dense.beyond() < own.len() && own.len() == forces.len(), "a pair of no disc");
         let mut meetings = Meetings([[[0.0; LANES]; 4]; BATCH]);
         let mut gathered = Gathered::default();
-        // SAFETY: no index reaches beyond the rows.
+        let mut count = 0;
+        // SAFETY: no place is beyond the rows.
         unsafe {
-            let mut count = list_touching(sparse, lanes.own, &mut touching.numbers);
-            (touching.count, touching.is_all) = (count, near == 0);
-            let numbers = &touching.numbers[..count];
             for batch in dense.batches() {
                 count += meet(lanes, batch, &mut meetings, deepest);
                 push(lanes, batch, &meetings, forces);
             }
-            for numbers in numbers.chunks(BATCH * LANES) {
-                let batch = gathered.take(sparse, numbers);
-                meet(lanes, batch, &mut meetings, deepest);
-                push(lanes, batch, &meetings, forces);
+            for pair in near.touching() {
+                gathered.take(pair, pairs.damping[pair.number as usize]);
+                count += usize::from((pair.number as usize) < pairs.in_tiers(1));
+                if gathered.is_full() {
+                    let batch = gathered.give();
+                    meet(lanes, batch, &mut meetings, deepest);
+                    push(lanes, batch, &meetings, forces);
+                }
             }
-            // Either way gives the same bits.
-            touching.is_sparse = 2 * count < lanes.near;
+            let batch = gathered.give();
+            meet(lanes, batch, &mut meetings, deepest);
+            push(lanes, batch, &meetings, forces);
         }
-        whole * LANES
+        near.note(count, pairs.in_tiers(1));
     }
 
-    /// Finds what the contacts of a batch are like, and returns how many there are. All indices must be those of rows.
+    /// Finds what the contacts of a batch are like, and returns how many there are. All places must be those of rows.
     ///
     /// Roots and quotients take long: without sums in memory that wait for them, more fours are under way at a time.
     #[inline]
@@ -384,8 +253,7 @@ mod avx2 {
             store(&mut meeting[1], ny);
             store(&mut meeting[2], overlap);
             store(&mut meeting[3], _mm256_and_pd(speed, touch));
-            let deep = _mm256_cmp_pd::<_CMP_GT_OQ>(overlap, bound);
-            let deep = _mm256_movemask_pd(deep);
+            let deep = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(overlap, bound));
             if deep != 0 {
                 for lane in (0..LANES).filter(|lane| deep >> lane & 1 == 1) {
                     let ends = [first[lane] as usize, second[lane] as usize];
@@ -400,7 +268,7 @@ mod avx2 {
         counts.iter().sum::<u64>() as usize
     }
 
-    /// Adds the forces of a batch. All indices must be those of rows of forces.
+    /// Adds the forces of a batch. All places must be those of rows of forces.
     #[inline]
     #[target_feature(enable = "avx2")]
     unsafe fn push(

@@ -19,6 +19,7 @@ mod found;
 mod implicit;
 mod lanes;
 mod materials;
+mod near;
 mod neighbours;
 mod observe;
 #[cfg(test)]

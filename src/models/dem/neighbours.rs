@@ -75,6 +75,12 @@ pub(super) struct Neighbours {
     walls_at: Vec<[f64; 2]>,
     /// Bound of the largest displacement since.
     moved: f64,
+    /// Sum of the ways of the fastest disc of each step since, m.
+    #[serde(skip)]
+    way: f64,
+    /// How many lists there were before this one.
+    #[serde(skip)]
+    number: u64,
     /// Tiers that have pairs which may touch, or may have touched since.
     tiers: usize,
     /// Distance of the nearest centre to a closed side of the box when the list was built, m.
@@ -96,11 +102,26 @@ pub(super) struct Scope {
     pub(super) moved: f64,
     /// What any disc may have moved and still be inside the box, m.
     pub(super) clearance: f64,
+    /// Sum of the ways of the fastest disc of each step since, m.
+    pub(super) way: f64,
+    /// The number of the lists.
+    pub(super) list: u64,
+    /// How far they reach beyond touching, m.
+    pub(super) skin: f64,
 }
 
 impl Scope {
     /// All of it.
-    pub(super) const ALL: Self = Self { tiers: TIERS, moved: 0.0, clearance: 0.0 };
+    pub(super) const ALL: Self =
+        Self { tiers: TIERS, moved: 0.0, clearance: 0.0, way: 0.0, list: 0, skin: 0.0 };
+
+    /// Tiers that have pairs which may touch before the fastest discs have come a way, in m.
+    pub(super) fn tiers_within(&self, way: f64) -> usize {
+        if self.tiers == TIERS {
+            return TIERS;
+        }
+        Ord::max(self.tiers, tiers::in_reach(self.moved + way, self.skin))
+    }
 }
 
 /// What the list is built from, besides the discs.
@@ -141,6 +162,7 @@ impl Neighbours {
             way[0] * way[0] + way[1] * way[1] < limit * limit
         });
         self.moved += way;
+        self.way += way;
         self.tiers = Ord::max(self.tiers, tiers::in_reach(self.moved, self.skin));
         if !walls_hold {
             return false;
@@ -214,7 +236,8 @@ impl Neighbours {
         self.built_at.extend(discs.states.iter().map(|&[x, y, ..]| [x, y]));
         self.walls_at.clear();
         self.walls_at.extend_from_slice(around.displacements);
-        self.moved = 0.0;
+        (self.moved, self.way) = (0.0, 0.0);
+        self.number += 1;
         let with_springs = self.blocks.iter().map(Block::tiers_with_springs).max().unwrap_or(0);
         self.tiers = Ord::max(tiers::in_reach(0.0, skin), with_springs);
         self.clearance = clearance(discs, around);
@@ -223,7 +246,8 @@ impl Neighbours {
 
     /// What a step need not look at.
     pub(super) fn scope(&self) -> Scope {
-        Scope { tiers: self.tiers, moved: self.moved, clearance: self.clearance }
+        let Self { tiers, moved, clearance, way, number: list, skin, .. } = *self;
+        Scope { tiers, moved, clearance, way, list, skin }
     }
 
     /// Keeps springs for the next build: the lists no longer fit the discs.

@@ -21,6 +21,7 @@ use super::drift;
 use super::forces::{ContactSums, EdgeForces, Forces, Own, Scene};
 use super::implicit;
 use super::motion;
+use super::near::Near;
 use super::neighbours::{BLOCK, Block, Neighbours};
 use super::parameters::Parameters;
 use super::turn;
@@ -35,6 +36,8 @@ const GROUPS: usize = 64;
 pub(super) struct Workspace {
     /// Forces at the edges of each block.
     edges: Vec<EdgeForces>,
+    /// Near pairs of each block.
+    near: Vec<Near>,
     /// Forces on the discs of the block that a group is at.
     forces: Vec<Forces>,
     /// Forces with implicit dashpots on the discs of each block; empty with explicit ones.
@@ -111,21 +114,15 @@ impl Workspace {
         let blocks = &mut neighbours.blocks;
         let (count, groups) = (blocks.len(), Ord::max(blocks.len().div_ceil(GROUPS), 2));
         self.edges.resize_with(count, EdgeForces::default);
+        self.near.resize_with(count, Near::default);
         self.forces.resize_with(count.div_ceil(groups), Forces::default);
         let mut moves = vec![Moved::default(); count];
         if let [block] = blocks.as_mut_slice() {
             // Small runs do without the threads' machinery.
             self.edges[0].find(block, discs, scene);
             let (solved, memory) = (self.solved.first(), &mut self.forces[0]);
-            return move_block(
-                block,
-                discs.own(),
-                solved,
-                &self.edges[0],
-                memory,
-                scene,
-                parameters,
-            );
+            let forces = Found { solved, edges: &self.edges[0], near: &mut self.near[0], memory };
+            return move_block(block, discs.own(), forces, scene, parameters);
         }
         let (edges, solved) = (&mut self.edges, &self.solved);
         let at_rest = &*discs;
@@ -137,33 +134,42 @@ impl Workspace {
             .par_iter_mut()
             .zip(discs.blocks())
             .zip(edges.par_iter())
+            .zip(self.near.par_iter_mut())
             .zip(moves.par_iter_mut())
             .chunks(groups)
             .zip(self.forces.par_iter_mut())
             .with_max_len(1)
             .for_each(|(group, memory)| {
-                for (((block, own), edges), moved) in group {
+                for ((((block, own), edges), near), moved) in group {
                     let solved = solved.get(block.start / BLOCK);
-                    *moved = move_block(block, own, solved, edges, memory, scene, parameters);
+                    let forces = Found { solved, edges, near, memory };
+                    *moved = move_block(block, own, forces, scene, parameters);
                 }
             });
         Moved::of_all(&moves)
     }
 }
 
+/// What is known of a block's forces before it moves, and memory for the rest.
+struct Found<'a> {
+    /// All of them, with implicit dashpots.
+    solved: Option<&'a Forces>,
+    edges: &'a EdgeForces,
+    near: &'a mut Near,
+    memory: &'a mut Forces,
+}
+
 /// Moves the discs of a block on by the forces that are solved, or else found now.
 fn move_block(
     block: &mut Block,
     mut own: Own<'_>,
-    solved: Option<&Forces>,
-    edges: &EdgeForces,
-    memory: &mut Forces,
+    Found { solved, edges, near, memory }: Found<'_>,
     scene: &Scene<'_>,
     parameters: &Parameters,
 ) -> Moved {
     match solved {
         Some(solved) => memory.clone_from(solved),
-        None => memory.find(block, &own, edges, scene),
+        None => memory.find(block, &own, edges, near, scene),
     }
     drift::kick_and_drift(&mut own, memory, block.start, scene, parameters)
 }
@@ -293,7 +299,7 @@ fn look(
         Some(solved) => memory.clone_from(solved),
         None => {
             edges.find(&mut block, discs, scene);
-            memory.find(&mut block, &own, &edges, scene);
+            memory.find(&mut block, &own, &edges, &mut Near::default(), scene);
         }
     }
     let forces = memory.clone();

@@ -1,0 +1,262 @@
+//! Pairs that may touch within the next steps, out of a block's list: most of those that a wide skin brings along are not.
+//!
+//! A pair with a gap g stays apart while no disc has moved by g/2. So once in a while all pairs of the tiers in reach are
+//! looked at, and until the fastest discs may have come a horizon's way only those that were closer than twice that. Their
+//! order is that of the list, so sums of forces have the same bits with and without.
+//!
+//! What the unsafe code keeps to:
+//! - Loads and stores of whole arrays through their own references: in bounds, and unaligned by instruction.
+//! - Rows by a pair's places, unchecked pair by pair: all places are checked before the loop.
+//! - Functions compiled for AVX2 and POPCNT, called by others that are compiled for them.
+
+#![allow(unsafe_code)]
+
+use super::lanes::LANES;
+use super::neighbours::{Pairs, Scope};
+use super::tiers::TIERS;
+use std::arch::x86_64::*;
+
+/// The near pairs of a block. They are no part of the state.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Near {
+    /// Which list they are from, and which way of the fastest discs since that was built they are good for, m.
+    good: Option<(u64, f64)>,
+    /// Pairs of the list before this one are not looked through: most of them touch.
+    begin: usize,
+    /// Numbers in the list.
+    numbers: Vec<u32>,
+    /// Places of their discs in the block and r_i + r_j, m, in fours; filled up with a disc and itself.
+    columns: Columns,
+    /// Which of these touch now, and room behind them.
+    touching: Vec<u32>,
+    count: usize,
+    /// Whether so few pairs of the list's first tier touch that it is looked through as well.
+    is_sparse: bool,
+}
+
+/// Columns of fours of pairs.
+#[derive(Clone, Debug, Default)]
+struct Columns {
+    firsts: Vec<[u32; LANES]>,
+    seconds: Vec<[u32; LANES]>,
+    reaches: Vec<[f64; LANES]>,
+    /// The largest place.
+    beyond: u32,
+}
+
+/// Pairs four by four.
+#[derive(Clone, Copy)]
+struct Fours<'a> {
+    firsts: &'a [[u32; LANES]],
+    seconds: &'a [[u32; LANES]],
+    reaches: &'a [[f64; LANES]],
+}
+
+/// One of the near pairs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NearPair {
+    /// Its number in the list.
+    pub(super) number: u32,
+    /// Places of its discs.
+    pub(super) ends: [u32; 2],
+    /// r_i + r_j, m.
+    pub(super) reach: f64,
+}
+
+/// The horizon over the skin.
+const HORIZON: f64 = 1.0 / TIERS as f64;
+
+impl Near {
+    /// Pairs of the list before this one are not among these: most of them touch. A multiple of the lanes.
+    pub(super) fn begin(&self) -> usize {
+        self.begin
+    }
+
+    /// Those that touch, in the list's order.
+    pub(super) fn touching(&self) -> impl Iterator<Item = NearPair> {
+        let Columns { firsts, seconds, reaches, .. } = &self.columns;
+        let (firsts, seconds) = (firsts.as_flattened(), seconds.as_flattened());
+        let reaches = reaches.as_flattened();
+        self.touching[..self.count].iter().map(move |&at| {
+            let at = at as usize;
+            NearPair {
+                number: self.numbers[at],
+                ends: [firsts[at], seconds[at]],
+                reach: reaches[at],
+            }
+        })
+    }
+
+    /// Takes note of how many of the list's first pairs touch.
+    pub(super) fn note(&mut self, touching: usize, of: usize) {
+        let is_sparse = 2 * touching < of;
+        if is_sparse != self.is_sparse {
+            (self.is_sparse, self.good) = (is_sparse, None);
+        }
+    }
+
+    /// Finds out which pairs touch, by x, y in m, vx, vy in m/s of the block's discs; `first_tier` is where that ends.
+    #[inline]
+    #[target_feature(enable = "avx2,popcnt")]
+    pub(super) fn look(&mut self, pairs: &Pairs, own: &[[f64; 4]], scope: &Scope) {
+        let is_good = |&(list, way): &(u64, f64)| list == scope.list && scope.way < way;
+        if self.good.as_ref().is_none_or(|good| !is_good(good)) {
+            self.look_far(pairs, own, scope);
+        }
+        let Columns { firsts, seconds, reaches, beyond } = &self.columns;
+        assert!((*beyond as usize) < own.len(), "a pair of no disc");
+        let fours = Fours { firsts, seconds, reaches };
+        // SAFETY: no place is beyond the rows.
+        self.count = unsafe { list(fours, own, 0.0, &mut self.touching) };
+    }
+
+    /// Finds the near pairs anew.
+    #[target_feature(enable = "avx2,popcnt")]
+    fn look_far(&mut self, pairs: &Pairs, own: &[[f64; 4]], scope: &Scope) {
+        let horizon = HORIZON * scope.skin;
+        let end = pairs.in_tiers(scope.tiers_within(horizon));
+        let first_tier = pairs.in_tiers(1);
+        self.begin = if self.is_sparse { 0 } else { first_tier - first_tier % LANES };
+        let fours = Fours {
+            firsts: pairs.first[self.begin..end].as_chunks().0,
+            seconds: pairs.second[self.begin..end].as_chunks().0,
+            reaches: pairs.reach[self.begin..end].as_chunks().0,
+        };
+        assert!((fours.beyond() as usize) < own.len(), "a pair of no disc");
+        // Gaps are rounded in their last digits.
+        let margin = 2.000_001 * horizon;
+        // SAFETY: no place is beyond the rows.
+        let count = unsafe { list(fours, own, margin, &mut self.touching) };
+        self.numbers.clear();
+        self.numbers
+            .extend(self.touching[..count].iter().map(|&number| number + self.begin as u32));
+        // The last of the list, which fill no lanes.
+        self.numbers.extend((self.begin + fours.firsts.len() * LANES..end).map(|pair| pair as u32));
+        self.columns.take(pairs, &self.numbers);
+        self.good = Some((scope.list, scope.way + horizon));
+    }
+}
+
+impl Columns {
+    /// Copies pairs of a list.
+    fn take(&mut self, pairs: &Pairs, numbers: &[u32]) {
+        let fours = numbers.len().div_ceil(LANES);
+        self.firsts.clear();
+        self.firsts.resize(fours, [0; LANES]);
+        self.seconds.clear();
+        self.seconds.resize(fours, [0; LANES]);
+        self.reaches.clear();
+        self.reaches.resize(fours, [0.0; LANES]);
+        let ends = self.firsts.as_flattened_mut().iter_mut().zip(self.seconds.as_flattened_mut());
+        let columns = ends.zip(self.reaches.as_flattened_mut());
+        for (((first, second), reach), &number) in columns.zip(numbers) {
+            let number = number as usize;
+            (*first, *second) = (pairs.first[number], pairs.second[number]);
+            *reach = pairs.reach[number];
+        }
+        self.beyond = Fours { firsts: &self.firsts, seconds: &self.seconds, reaches: &[] }.beyond();
+    }
+}
+
+impl Fours<'_> {
+    /// The largest place.
+    fn beyond(&self) -> u32 {
+        let largest = |of: &[[u32; LANES]]| {
+            of.as_flattened().iter().fold(0, |most, &place| Ord::max(most, place))
+        };
+        Ord::max(largest(self.firsts), largest(self.seconds))
+    }
+}
+
+/// Lists the numbers of those pairs whose gaps are smaller than a margin, m, and returns how many there are. All places must
+/// be those of rows.
+#[inline]
+#[target_feature(enable = "avx2,popcnt")]
+unsafe fn list(fours: Fours<'_>, own: &[[f64; 4]], margin: f64, into: &mut Vec<u32>) -> usize {
+    // Eight are written at a time, wherever the last that counts stands.
+    let room = (fours.firsts.len() + 2) * LANES;
+    if into.len() < room {
+        into.resize(2 * room, 0);
+    }
+    let mut count = 0;
+    let mut numbers = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    let margin = _mm256_set1_pd(margin);
+    let ends = fours.firsts.iter().zip(fours.seconds);
+    let mut fours = ends.zip(fours.reaches);
+    while let Some(((first, second), reach)) = fours.next() {
+        // SAFETY: the caller's promise.
+        let mut set = unsafe { who_is_near([first, second], reach, margin, own) };
+        if let Some(((first, second), reach)) = fours.next() {
+            // SAFETY: the caller's promise.
+            set |= unsafe { who_is_near([first, second], reach, margin, own) } << LANES;
+        }
+        // All are written before it is known who of them counts: there is no branch to guess.
+        let Some(place) = into.get_mut(count..).and_then(|rest| rest.first_chunk_mut()) else {
+            break;
+        };
+        place_first(numbers, set as usize, place);
+        numbers = _mm256_add_epi32(numbers, _mm256_set1_epi32(2 * LANES as i32));
+        count += set.count_ones() as usize;
+    }
+    count
+}
+
+/// Which of four pairs have gaps smaller than a margin, a bit each. All places must be those of rows.
+#[inline]
+#[target_feature(enable = "avx2")]
+unsafe fn who_is_near(
+    [first, second]: [&[u32; LANES]; 2],
+    reach: &[f64; LANES],
+    margin: __m256d,
+    own: &[[f64; 4]],
+) -> u32 {
+    let centres = |lane: usize, other: usize| {
+        let of = |ends: &[u32; LANES]| {
+            // SAFETY: the caller's promise; four f64 lie behind each reference.
+            unsafe {
+                let low = own.get_unchecked(ends[lane] as usize);
+                let high = own.get_unchecked(ends[other] as usize);
+                let (low, high) = (_mm_loadu_pd(low.as_ptr()), _mm_loadu_pd(high.as_ptr()));
+                _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
+            }
+        };
+        _mm256_sub_pd(of(first), of(second))
+    };
+    let (even, odd) = (centres(0, 2), centres(1, 3));
+    let (x, y) = (_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd));
+    // SAFETY: four f64 lie behind the reference.
+    let reach = _mm256_add_pd(unsafe { _mm256_loadu_pd(reach.as_ptr()) }, margin);
+    let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
+    let is_near = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
+    _mm256_movemask_pd(is_near) as u32
+}
+
+/// For each set of eight that count, an order that puts these first.
+static COUNTING_FIRST: [[u8; 2 * LANES]; 256] = {
+    let mut orders = [[0; 2 * LANES]; 256];
+    let mut set = 0;
+    while set < 256 {
+        let (mut lane, mut place) = (0, 0);
+        while lane < 2 * LANES {
+            if set >> lane & 1 == 1 {
+                orders[set][place] = lane as u8;
+                place += 1;
+            }
+            lane += 1;
+        }
+        set += 1;
+    }
+    orders
+};
+
+/// Writes eight numbers with those first that count.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn place_first(numbers: __m256i, set: usize, into: &mut [u32; 2 * LANES]) {
+    // SAFETY: eight u8 and eight u32 lie behind the references.
+    unsafe {
+        let order = _mm_loadl_epi64(COUNTING_FIRST[set].as_ptr().cast());
+        let sorted = _mm256_permutevar8x32_epi32(numbers, _mm256_cvtepu8_epi32(order));
+        _mm256_storeu_si256(into.as_mut_ptr().cast(), sorted);
+    }
+}

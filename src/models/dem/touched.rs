@@ -1,0 +1,60 @@
+//! The discs of a block that something touches, where they were noted.
+
+use super::neighbours::BLOCK;
+
+const WORDS: usize = BLOCK.div_ceil(64);
+
+/// A set of discs of a block, a bit each.
+#[derive(Clone, Debug)]
+pub(super) struct Touched {
+    bits: [u64; WORDS],
+    /// Whether all were noted.
+    is_complete: bool,
+}
+
+impl Default for Touched {
+    fn default() -> Self {
+        Self { bits: [0; WORDS], is_complete: false }
+    }
+}
+
+impl Touched {
+    /// Nobody was noted.
+    pub(super) fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Notes both discs of pairs, which are all that touch.
+    pub(super) fn note_all(&mut self, touching: impl Iterator<Item = [u32; 2]>) {
+        for [first, second] in touching {
+            self.note(first);
+            self.note(second);
+        }
+        self.is_complete = true;
+    }
+
+    /// Notes a disc, counted from the block's first.
+    #[inline]
+    pub(super) fn note(&mut self, disc: u32) {
+        self.bits[disc as usize / 64] |= 1 << (disc % 64);
+    }
+
+    /// Whether all were noted, and are few of so many.
+    pub(super) fn are_few(&self, discs: usize) -> bool {
+        let noted: u32 = self.bits.iter().map(|word| word.count_ones()).sum();
+        self.is_complete && 4 * (noted as usize) < discs
+    }
+
+    /// The discs in order.
+    pub(super) fn all(&self) -> impl Iterator<Item = usize> {
+        self.bits.iter().enumerate().flat_map(|(number, &word)| {
+            let mut left = word;
+            std::iter::from_fn(move || {
+                let disc = number * 64 + left.trailing_zeros() as usize;
+                let found = (left != 0).then_some(disc);
+                left &= left.wrapping_sub(1);
+                found
+            })
+        })
+    }
+}
