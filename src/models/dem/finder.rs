@@ -1,10 +1,10 @@
 //! Finding the pairs of a block's lists.
 
-use super::cells::{Cells, Run, Runs};
+use super::cells::{Cells, Run, Runs, Stretch};
 use super::discs::Discs;
-use super::found::{Found, Looker};
-use super::neighbours::{Block, Surroundings, WallPair};
-use super::tiers;
+use super::found::{Among, Found, Looks};
+use super::neighbours::{Block, Pairs, Surroundings, WallPair};
+use super::tiers::{Sorter, TIERS};
 use std::ops::Range;
 
 /// Where pairs are looked for.
@@ -21,112 +21,100 @@ pub(super) struct Grid<'a> {
 #[derive(Default)]
 pub(super) struct Finder {
     around: Runs,
+    inner: Looks,
+    edges: Looks,
     found: Found,
-    tiers: Vec<u32>,
-    edges: Vec<Edge>,
-}
-
-/// A pair of two blocks, or across a periodic side, that was found.
-struct Edge {
-    tier: u32,
-    /// The block's disc, counted from its first, and the other, counted from the first of all.
-    ends: [u32; 2],
-    /// r_i + r_j, m.
-    touching: f64,
-    /// What is added to the other's centre, m.
-    shift: [f64; 2],
+    sorter: Sorter,
 }
 
 impl Finder {
     /// Lists the pairs of a block, its edges and its discs near walls anew.
     pub(super) fn fill(&mut self, block: &mut Block, grid: &Grid<'_>) {
-        let Grid { discs, cells, .. } = *grid;
-        let own = block.start..block.start + block.len(discs);
+        let own = block.start..block.start + block.len(grid.discs);
+        self.inner.clear();
         self.edges.clear();
+        let mut disc = own.start;
+        while disc < own.end {
+            disc = match grid.cells.stretch(disc, &own) {
+                Some(stretch) => self.look_from_stretch(disc, &stretch),
+                None => self.look_from_cell(disc, &own, grid),
+            };
+        }
+        let Grid { discs, skin, around, .. } = *grid;
+        let inner =
+            Among { discs, skin, counted_from: [block.start, block.start], sides: around.sides };
+        self.found.look::<false>(&self.inner, &inner);
+        let ends = self.sorter.sort(&self.found, skin);
+        self.sorter.deal_to_strands(ends[0]);
+        self.hand_over(&mut block.inner, ends, &inner, around);
+        let edges = Among { counted_from: [block.start, 0], ..inner };
+        self.found.look::<true>(&self.edges, &edges);
+        let ends = self.sorter.sort(&self.found, skin);
+        self.hand_over(&mut block.edges, ends, &edges, around);
+        block.shifts.clear();
+        let turns = self.found.turns();
+        let shifts = self.sorter.order().iter().map(|&pair| edges.shift(turns[pair as usize]));
+        block.shifts.extend(shifts);
         block.walls.clear();
-        self.found.clear();
-        self.around = Runs::default();
-        let mut is_inside = false;
-        for disc in own.clone() {
-            let from = Looker { disc, start: own.start };
-            // Discs of one cell follow each other.
-            if cells.around(discs.position(disc), &mut self.around) {
-                is_inside = self.around.are_within(&own);
-            }
-            for number in 0..self.around.runs.len() {
-                let Run { discs: ref run, shift } = self.around.runs[number];
-                let (start, end) = (run.start, run.end);
-                if is_inside || shift == [0, 0] {
-                    // Each inner pair once.
-                    let after = Ord::max(start, disc + 1)..Ord::min(end, own.end);
-                    if !after.is_empty() {
-                        self.found.look(from, after, discs, grid.skin);
-                    }
-                }
-                if !is_inside {
-                    // What stands before and after the block; images stand beside it as a whole.
-                    let own = if shift == [0, 0] { own.clone() } else { end..end };
-                    let (before, behind) =
-                        (start..Ord::min(end, own.start), Ord::max(start, own.end)..end);
-                    self.list_edges(from, before, shift, grid);
-                    self.list_edges(from, behind, shift, grid);
-                }
-            }
+        for disc in own {
             list_walls(block, disc, grid);
         }
-        self.hand_over(block, grid);
-        self.hand_over_edges(block, grid);
     }
 
-    /// Makes the pairs found the block's, with what does not change until the list is built anew.
-    fn hand_over(&mut self, block: &mut Block, grid: &Grid<'_>) {
-        let list = &mut block.inner;
-        tiers::sort(&self.found, grid.skin, &mut self.tiers, list);
-        let ends = list.first.iter().zip(&list.second);
-        for (damping, (&first, &second)) in list.damping.iter_mut().zip(ends) {
-            let [first, second] = [first, second].map(|disc| block.start + disc as usize);
-            *damping = grid.around.law.damping(grid.discs, first, second);
+    /// Each disc of a stretch, which begins with one, is compared with those behind it in its own column and with those
+    /// beside it in the next. Returns where the stretch ends.
+    fn look_from_stretch(&mut self, begin: usize, stretch: &Stretch<'_>) -> usize {
+        for (disc, &cell) in (begin as u32..).zip(stretch.cells) {
+            self.inner.add(disc, disc + 1..stretch.end_above(cell), [0, 0]);
+            self.inner.add(disc, stretch.beside(cell), [0, 0]);
         }
+        begin + stretch.cells.len()
     }
 
-    /// Lists a disc's pairs with a run of discs of other blocks, or with images beyond a periodic side.
-    fn list_edges(&mut self, from: Looker, others: Range<usize>, shift: [i8; 2], grid: &Grid<'_>) {
-        if others.is_empty() {
-            return;
-        }
-        let discs = grid.discs;
-        let [x, y] = discs.position(from.disc);
-        let radius = discs.radii[from.disc];
-        let shift = [0, 1].map(|axis: usize| f64::from(shift[axis]) * grid.around.sides[axis]);
-        for other in others {
-            let [other_x, other_y] = discs.position(other);
-            let apart = [x - (other_x + shift[0]), y - (other_y + shift[1])];
-            let squared = apart[0] * apart[0] + apart[1] * apart[1];
-            let touching = radius + discs.radii[other];
-            let reach = touching + grid.skin;
-            if squared < reach * reach {
-                let tier = tiers::tier_of(squared.sqrt() - touching, grid.skin);
-                let ends = [(from.disc - from.start) as u32, other as u32];
-                self.edges.push(Edge { tier, ends, touching, shift });
+    /// The same for the rest of a cell that begins with a disc, wherever it is.
+    fn look_from_cell(&mut self, begin: usize, own: &Range<usize>, grid: &Grid<'_>) -> usize {
+        grid.cells.around(grid.discs.position(begin), &mut self.around);
+        let end = grid.cells.end_of_cell(begin, own);
+        let places = |discs: Range<usize>| discs.start as u32..discs.end as u32;
+        for disc in begin..end {
+            for Run { discs: run, shift } in &self.around.runs {
+                let (disc, shift) = (disc as u32, *shift);
+                if shift != [0, 0] {
+                    // Images stand beside the block as a whole.
+                    self.edges.add(disc, places(run.clone()), shift);
+                    continue;
+                }
+                // Each inner pair once.
+                let inner = Ord::max(run.start, disc as usize + 1)..Ord::min(run.end, own.end);
+                self.inner.add(disc, places(inner), shift);
+                // What stands before and behind the block.
+                let before = run.start..Ord::min(run.end, own.start);
+                self.edges.add(disc, places(before), shift);
+                let behind = Ord::max(run.start, own.end)..run.end;
+                self.edges.add(disc, places(behind), shift);
             }
         }
+        end
     }
 
-    /// Makes the edges found the block's, by tier, in the order found within a tier.
-    fn hand_over_edges(&mut self, block: &mut Block, grid: &Grid<'_>) {
-        self.edges.sort_by_key(|edge| edge.tier);
-        let list = &mut block.edges;
-        list.clear();
-        list.ends = tiers::ends_of(self.edges.iter().map(|edge| edge.tier));
-        list.first.extend(self.edges.iter().map(|edge| edge.ends[0]));
-        list.second.extend(self.edges.iter().map(|edge| edge.ends[1]));
-        list.reach.extend(self.edges.iter().map(|edge| edge.touching));
-        list.damping.extend(self.edges.iter().map(|edge| {
-            let [own, other] = edge.ends.map(|disc| disc as usize);
-            grid.around.law.damping(grid.discs, block.start + own, other)
-        }));
-        block.shifts.clear();
-        block.shifts.extend(self.edges.iter().map(|edge| edge.shift));
+    /// Makes the pairs found a list, in the order that was found, with what does not change until it is built anew.
+    fn hand_over(
+        &self,
+        list: &mut Pairs,
+        ends: [u32; TIERS],
+        among: &Among<'_>,
+        around: &Surroundings<'_>,
+    ) {
+        let order = self.sorter.order();
+        list.resize(order.len(), ends);
+        let (pairs, touching) = (self.found.pairs(), self.found.touching());
+        let columns = list.first.iter_mut().zip(&mut list.second).zip(&mut list.reach);
+        for (((first, second), reach), &pair) in columns.zip(order) {
+            [*first, *second] = pairs[pair as usize];
+            *reach = touching[pair as usize];
+        }
+        let ends = [&*list.first, &*list.second];
+        around.law.dampings(among.discs, among.counted_from, ends, &mut list.damping);
     }
 }
 

@@ -256,15 +256,6 @@ impl Pairs {
         self.first.len()
     }
 
-    pub(super) fn clear(&mut self) {
-        self.first.clear();
-        self.second.clear();
-        self.reach.clear();
-        self.damping.clear();
-        self.stretch.clear();
-        self.rolling_stretch.clear();
-    }
-
     /// Stretches of a pair's springs; zero where it has none.
     pub(super) fn stretch_of(&self, pair: usize) -> Stretch {
         let of = |column: &[f64]| column.get(pair).copied().unwrap_or(0.0);
@@ -281,17 +272,21 @@ impl Pairs {
         }
     }
 
-    /// Makes it so many pairs in tiers with these ends; all columns are to be written.
+    /// Makes it so many pairs in tiers with these ends; their ends, reach and damping are to be written, and springs handed on.
     pub(super) fn resize(&mut self, pairs: usize, ends: [u32; TIERS]) {
+        /// What was written before may stay.
         fn sized<T: Copy + Default>(column: &mut Vec<T>, pairs: usize) {
-            column.clear();
-            column.reserve_exact(pairs);
+            if column.capacity() < pairs {
+                *column = Vec::with_capacity(pairs);
+            }
             column.resize(pairs, T::default());
         }
         sized(&mut self.first, pairs);
         sized(&mut self.second, pairs);
         sized(&mut self.reach, pairs);
         sized(&mut self.damping, pairs);
+        self.stretch.clear();
+        self.rolling_stretch.clear();
         self.ends = ends;
     }
 

@@ -5,7 +5,6 @@
 //! the skin, the smaller the part of the list that is looked at: it costs memory, and is built seldom.
 
 use super::found::Found;
-use super::neighbours::Pairs;
 use crate::vector_width::{self, Kernel};
 
 /// Tiers, each of an equal share of the skin; the first holds all that touch as well.
@@ -21,78 +20,74 @@ pub(super) fn in_reach(moved: f64, skin: f64) -> usize {
 
 /// The tier of a gap, in m, in a list with a skin.
 #[inline(always)]
-pub(super) fn tier_of(gap: f64, skin: f64) -> u32 {
+fn tier_of(gap: f64, skin: f64) -> u32 {
     // Below zero becomes the first.
     let tier = (gap / skin * TIERS as f64) as u32;
     if tier < TIERS as u32 { tier } else { TIERS as u32 - 1 }
 }
 
-/// Where each tier ends.
-pub(super) fn ends_of(tiers: impl Iterator<Item = u32>) -> [u32; TIERS] {
-    let mut ends = [0; TIERS];
-    for tier in tiers {
-        ends[tier as usize] += 1;
-    }
-    for tier in 1..TIERS {
-        ends[tier] += ends[tier - 1];
-    }
-    ends
+/// Sorts pairs by their tiers; in a tier they keep the order in which they were found.
+#[derive(Default)]
+pub(super) struct Sorter {
+    tiers: Vec<u32>,
+    order: Vec<u32>,
+    strands: Vec<u32>,
 }
 
-/// Makes pairs found a block's list, but for their damping: by tier, in the order found within a tier. `tiers` is memory for
-/// the tier of each.
-pub(super) fn sort(found: &Found, skin: f64, tiers: &mut Vec<u32>, list: &mut Pairs) {
-    let count = found.pairs().len();
-    tiers.clear();
-    tiers.resize(count, 0);
-    vector_width::run(Sorting {
-        squared: found.squared(),
-        touching: found.touching(),
-        skin,
-        tiers,
-    });
-    let ends = ends_of(tiers.iter().copied());
-    list.resize(count, ends);
-    let mut next = [0; TIERS];
-    next[1..].copy_from_slice(&ends[..TIERS - 1]);
-    let mut strands = Strands { quarter: ends[0] as usize / 4, strand: 0, number: 0 };
-    let pairs = found.pairs().iter().zip(found.touching()).zip(&*tiers);
-    for ((&[first, second], &touching), &tier) in pairs {
-        let place = if tier == 0 {
-            strands.next_place()
-        } else {
-            let next = &mut next[tier as usize];
-            *next += 1;
-            *next as usize - 1
-        };
-        list.first[place] = first;
-        list.second[place] = second;
-        list.reach[place] = touching;
-    }
-}
-
-/// The first tier's order: the pairs of four quarters in turn. Four at a time have different discs, and a sum of forces is
-/// not waited for where it goes on at once.
-struct Strands {
-    quarter: usize,
-    strand: usize,
-    number: usize,
-}
-
-impl Strands {
-    fn next_place(&mut self) -> usize {
-        while self.number == self.quarter && self.strand < 4 {
-            (self.strand, self.number) = (self.strand + 1, 0);
+impl Sorter {
+    /// Finds the order of the pairs found, and where each tier ends.
+    pub(super) fn sort(&mut self, found: &Found, skin: f64) -> [u32; TIERS] {
+        let (squared, touching) = (found.squared(), found.touching());
+        self.tiers.resize(squared.len(), 0);
+        self.order.resize(squared.len(), 0);
+        vector_width::run(Sorting { squared, touching, skin, tiers: &mut self.tiers });
+        // Where the next pair of each tier goes, and in the end where the tier ends.
+        let mut ends = [0; TIERS];
+        let mut begin = 0;
+        for (end, count) in ends.iter_mut().zip(counts(&self.tiers)) {
+            (*end, begin) = (begin, begin + count);
         }
-        // What four quarters leave over follows them.
-        let place = if self.strand < 4 {
-            4 * self.number + self.strand
-        } else {
-            4 * self.quarter + self.number
-        };
-        self.number += 1;
-        place
+        for (number, &tier) in (0..).zip(&self.tiers) {
+            let next = &mut ends[tier as usize];
+            self.order[*next as usize] = number;
+            *next += 1;
+        }
+        ends
     }
+
+    /// Puts the pairs of the first tier, which ends at `end`, into another order: four quarters in turn, then what they leave
+    /// over. Four at a time have different discs, and a sum of forces is not waited for where it goes on at once.
+    pub(super) fn deal_to_strands(&mut self, end: u32) {
+        let quarter = end as usize / 4;
+        let dealt = &mut self.order[..4 * quarter];
+        self.strands.clear();
+        self.strands.extend_from_slice(dealt);
+        for (strand, numbers) in self.strands.chunks_exact(Ord::max(quarter, 1)).enumerate() {
+            for (places, &number) in dealt.as_chunks_mut::<4>().0.iter_mut().zip(numbers) {
+                places[strand] = number;
+            }
+        }
+    }
+
+    /// For each place, which of the pairs found comes there.
+    pub(super) fn order(&self) -> &[u32] {
+        &self.order
+    }
+}
+
+/// How many pairs each tier has.
+fn counts(tiers: &[u32]) -> [u32; TIERS] {
+    // Two counters of each: a count need not wait for the one before.
+    let mut counts = [[0; TIERS]; 2];
+    let (pairs, last) = tiers.as_chunks::<2>();
+    for &[one, other] in pairs {
+        counts[0][one as usize] += 1;
+        counts[1][other as usize] += 1;
+    }
+    for &tier in last {
+        counts[0][tier as usize] += 1;
+    }
+    std::array::from_fn(|tier| counts[0][tier] + counts[1][tier])
 }
 
 /// Finds the tiers of pairs.
