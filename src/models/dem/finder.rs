@@ -2,7 +2,7 @@
 
 use super::cells::{Cells, Run, Runs, Stretch};
 use super::discs::Discs;
-use super::found::{Among, Found, Looks};
+use super::found::{Among, Found, Looks, Turns};
 use super::neighbours::{Block, Pairs, Surroundings, WallPair};
 use super::tiers::{Sorter, TIERS};
 use std::ops::Range;
@@ -25,40 +25,44 @@ pub(super) struct Finder {
     edges: Looks,
     found: Found,
     sorter: Sorter,
+    are_near: Vec<bool>,
 }
+
+/// So many looks are taken at once: they stay in the nearest cache.
+const MANY: usize = 256;
 
 impl Finder {
     /// Lists the pairs of a block, its edges and its discs near walls anew.
     pub(super) fn fill(&mut self, block: &mut Block, grid: &Grid<'_>) {
-        let own = block.start..block.start + block.len(grid.discs);
-        self.inner.clear();
-        self.edges.clear();
+        let Grid { discs, skin, around, .. } = *grid;
+        let own = block.start..block.start + block.len(discs);
+        let inner =
+            Among { discs, skin, counted_from: [block.start, block.start], sides: around.sides };
+        self.found.clear();
         let mut disc = own.start;
         while disc < own.end {
             disc = match grid.cells.stretch(disc, &own) {
                 Some(stretch) => self.look_from_stretch(disc, &stretch),
                 None => self.look_from_cell(disc, &own, grid),
             };
+            if self.inner.len() >= MANY {
+                self.found.take::<false>(&mut self.inner, &inner);
+            }
         }
-        let Grid { discs, skin, around, .. } = *grid;
-        let inner =
-            Among { discs, skin, counted_from: [block.start, block.start], sides: around.sides };
-        self.found.look::<false>(&self.inner, &inner);
-        let ends = self.sorter.sort(&self.found, skin);
+        self.found.take::<false>(&mut self.inner, &inner);
+        let ends = self.sorter.sort(self.found.tiers());
         self.sorter.deal_to_strands(ends[0]);
         self.hand_over(&mut block.inner, ends, &inner, around);
         let edges = Among { counted_from: [block.start, 0], ..inner };
-        self.found.look::<true>(&self.edges, &edges);
-        let ends = self.sorter.sort(&self.found, skin);
+        self.found.clear();
+        self.found.take::<true>(&mut self.edges, &edges);
+        let ends = self.sorter.sort(self.found.tiers());
         self.hand_over(&mut block.edges, ends, &edges, around);
         block.shifts.clear();
         let turns = self.found.turns();
         let shifts = self.sorter.order().iter().map(|&pair| edges.shift(turns[pair as usize]));
         block.shifts.extend(shifts);
-        block.walls.clear();
-        for disc in own {
-            list_walls(block, disc, grid);
-        }
+        self.list_walls(block, own, grid);
     }
 
     /// Each disc of a stretch, which begins with one, is compared with those behind it in its own column and with those
@@ -75,23 +79,24 @@ impl Finder {
     fn look_from_cell(&mut self, begin: usize, own: &Range<usize>, grid: &Grid<'_>) -> usize {
         grid.cells.around(grid.discs.position(begin), &mut self.around);
         let end = grid.cells.end_of_cell(begin, own);
-        let places = |discs: Range<usize>| discs.start as u32..discs.end as u32;
+        let add = |looks: &mut Looks, disc: usize, others: Range<usize>, shift: Turns| {
+            if !others.is_empty() {
+                looks.add(disc as u32, others.start as u32..others.end as u32, shift);
+            }
+        };
         for disc in begin..end {
             for Run { discs: run, shift } in &self.around.runs {
-                let (disc, shift) = (disc as u32, *shift);
-                if shift != [0, 0] {
+                if *shift != [0, 0] {
                     // Images stand beside the block as a whole.
-                    self.edges.add(disc, places(run.clone()), shift);
+                    add(&mut self.edges, disc, run.clone(), *shift);
                     continue;
                 }
                 // Each inner pair once.
-                let inner = Ord::max(run.start, disc as usize + 1)..Ord::min(run.end, own.end);
-                self.inner.add(disc, places(inner), shift);
+                let inner = Ord::max(run.start, disc + 1)..Ord::min(run.end, own.end);
+                add(&mut self.inner, disc, inner, *shift);
                 // What stands before and behind the block.
-                let before = run.start..Ord::min(run.end, own.start);
-                self.edges.add(disc, places(before), shift);
-                let behind = Ord::max(run.start, own.end)..run.end;
-                self.edges.add(disc, places(behind), shift);
+                add(&mut self.edges, disc, run.start..Ord::min(run.end, own.start), *shift);
+                add(&mut self.edges, disc, Ord::max(run.start, own.end)..run.end, *shift);
             }
         }
         end
@@ -116,18 +121,30 @@ impl Finder {
         let ends = [&*list.first, &*list.second];
         around.law.dampings(among.discs, among.counted_from, ends, &mut list.damping);
     }
-}
 
-fn list_walls(block: &mut Block, disc: usize, grid: &Grid<'_>) {
-    let discs = grid.discs;
-    for (wall, placed) in grid.around.walls.iter().enumerate() {
-        if placed.shape.footing(discs.position(disc)).distance < discs.radii[disc] + grid.skin {
-            block.walls.push(WallPair {
-                disc: (disc - block.start) as u32,
-                wall: wall as u32,
-                damping: grid.around.law.wall_damping(discs, disc),
-                stretch: [0.0; 2],
-            });
+    /// Lists the discs near walls: a disc with one wall after the other.
+    fn list_walls(&mut self, block: &mut Block, own: Range<usize>, grid: &Grid<'_>) {
+        let Grid { discs, skin, around, .. } = *grid;
+        block.walls.clear();
+        self.are_near.clear();
+        self.are_near.resize(own.len(), false);
+        for wall in around.walls {
+            let are_near = &mut self.are_near;
+            let (states, radii) = (&discs.states[own.clone()], &discs.radii[own.clone()]);
+            wall.shape.mark_near(states, radii, skin, are_near);
+        }
+        for (disc, _) in own.zip(&self.are_near).filter(|&(_, &is_near)| is_near) {
+            let reach = discs.radii[disc] + skin;
+            for (wall, placed) in (0..).zip(around.walls) {
+                if placed.shape.footing(discs.position(disc)).distance < reach {
+                    block.walls.push(WallPair {
+                        disc: (disc - block.start) as u32,
+                        wall,
+                        damping: around.law.wall_damping(discs, disc),
+                        stretch: [0.0; 2],
+                    });
+                }
+            }
         }
     }
 }

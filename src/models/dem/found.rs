@@ -9,6 +9,7 @@
 #![allow(unsafe_code)]
 
 use super::discs::Discs;
+use super::tiers;
 use std::ops::Range;
 
 /// Discs at a time.
@@ -17,12 +18,13 @@ pub(super) const LANES: usize = 4;
 /// By how many box lengths along each axis a disc is shifted to stand beside the one that looks.
 pub(super) type Turns = [i8; 2];
 
-/// A disc, and at most four others that follow each other, with which it is compared.
+/// A disc, and others that follow each other, of which it is compared with at most the first four.
 #[derive(Clone, Copy, Default)]
 struct Look {
     disc: u32,
     first: u32,
-    others: u32,
+    /// Where the others end.
+    end: u32,
     turns: Turns,
 }
 
@@ -39,10 +41,12 @@ pub(super) struct Looks {
 pub(super) struct Found {
     /// The disc, counted from the block's first, and the other, counted from where the others are.
     pairs: Vec<[u32; 2]>,
-    /// Squares of the distances of the centres, m^2.
-    squared: Vec<f64>,
     /// r_i + r_j, m.
     touching: Vec<f64>,
+    /// Their tiers.
+    tiers: Vec<u8>,
+    /// Squares of the distances of the centres, m^2, for the tiers that are not yet found.
+    squared: Vec<f64>,
     /// Those of the others; empty where none is shifted.
     turns: Vec<Turns>,
     count: usize,
@@ -61,35 +65,28 @@ pub(super) struct Among<'a> {
 }
 
 impl Looks {
-    pub(super) fn clear(&mut self) {
-        self.count = 0;
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.count
     }
 
-    /// A disc is compared with some that follow each other.
+    /// A disc is compared with others, of which there may be none.
     #[inline]
     pub(super) fn add(&mut self, disc: u32, others: Range<u32>, turns: Turns) {
-        let length = others.end.saturating_sub(others.start);
-        let looks = length.div_ceil(LANES as u32);
-        let most = self.count + Ord::max(looks as usize, 2);
+        let Range { start, end } = others;
+        let count = (end - start).div_ceil(LANES as u32);
+        let most = self.count + Ord::max(count as usize, 2);
         if self.looks.len() < most {
             self.looks.resize(2 * most, Look::default());
         }
-        let look = |number: u32| {
-            let begun = number * LANES as u32;
-            let others_left = Ord::min(length.saturating_sub(begun), LANES as u32);
-            Look { disc, first: others.start + begun, others: others_left, turns }
-        };
+        let look = |number: u32| Look { disc, first: start + number * LANES as u32, end, turns };
         let room = &mut self.looks[self.count..most];
         // Mostly one or two.
         (room[0], room[1]) = (look(0), look(1));
-        for number in 2..looks {
+        for number in 2..count {
             room[number as usize] = look(number);
         }
-        self.count += looks as usize;
-    }
-
-    fn all(&self) -> &[Look] {
-        &self.looks[..self.count]
+        self.count += count as usize;
     }
 }
 
@@ -108,45 +105,68 @@ impl Among<'_> {
 }
 
 impl Found {
-    pub(super) fn pairs(&self) -> &[[u32; 2]] {
-        &self.pairs[..self.count]
+    pub(super) fn clear(&mut self) {
+        self.count = 0;
+        self.turns.clear();
+        self.tiers.clear();
     }
 
-    pub(super) fn squared(&self) -> &[f64] {
-        &self.squared[..self.count]
+    pub(super) fn pairs(&self) -> &[[u32; 2]] {
+        &self.pairs[..self.count]
     }
 
     pub(super) fn touching(&self) -> &[f64] {
         &self.touching[..self.count]
     }
 
+    pub(super) fn tiers(&self) -> &[u8] {
+        &self.tiers
+    }
+
     pub(super) fn turns(&self) -> &[Turns] {
         &self.turns
     }
 
-    /// Finds the pairs that are closer than touching plus the skin. With `SHIFTED`, the others may be images beyond periodic
-    /// sides.
-    pub(super) fn look<const SHIFTED: bool>(&mut self, looks: &Looks, among: &Among<'_>) {
-        self.count = 0;
-        self.turns.clear();
+    /// Takes the pairs that are closer than touching plus the skin, and empties the looks. With `SHIFTED`, the others may be
+    /// images beyond periodic sides.
+    pub(super) fn take<const SHIFTED: bool>(&mut self, looks: &mut Looks, among: &Among<'_>) {
+        let before = self.count;
+        self.make_room(looks.count);
+        self.look::<SHIFTED>(&looks.looks[..looks.count], among);
+        looks.count = 0;
+        self.tiers.resize(self.count, 0);
+        let (new, found) = (before..self.count, self.count - before);
+        let gaps = [&self.squared[..found], &self.touching[new.clone()]];
+        tiers::find(gaps, among.skin, &mut self.tiers[new]);
+    }
+
+    fn look<const SHIFTED: bool>(&mut self, looks: &[Look], among: &Among<'_>) {
+        let before = self.count;
         #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the machine has AVX2.
-            unsafe { avx2::look::<SHIFTED>(self, looks.all(), among) };
+        if std::arch::is_x86_feature_detected!("avx2")
+            && std::arch::is_x86_feature_detected!("popcnt")
+        {
+            // SAFETY: the machine has these instructions.
+            unsafe { avx2::look::<SHIFTED>(self, looks, among) };
             return;
         }
-        for look in looks.all() {
-            self.look_one_by_one::<SHIFTED>(look, among);
+        for look in looks {
+            self.look_one_by_one::<SHIFTED>(look, before, among);
         }
     }
 
-    fn look_one_by_one<const SHIFTED: bool>(&mut self, look: &Look, among: &Among<'_>) {
-        self.make_room();
+    /// Takes the pairs of one look; squares are counted from those before it, and there must be room.
+    fn look_one_by_one<const SHIFTED: bool>(
+        &mut self,
+        look: &Look,
+        before: usize,
+        among: &Among<'_>,
+    ) {
         let Among { discs, skin, .. } = *among;
         let [x, y] = discs.position(look.disc as usize);
         let radius = discs.radii[look.disc as usize];
         let shift = among.shift(look.turns);
-        for other in look.first..look.first + look.others {
+        for other in look.first..Ord::min(look.end, look.first + LANES as u32) {
             let [mut other_x, mut other_y] = discs.position(other as usize);
             if SHIFTED {
                 (other_x, other_y) = (other_x + shift[0], other_y + shift[1]);
@@ -155,32 +175,29 @@ impl Found {
             let squared = apart[0] * apart[0] + apart[1] * apart[1];
             let touching = radius + discs.radii[other as usize];
             let reach = touching + skin;
-            self.pairs[self.count] = among.counted([look.disc, other]);
-            self.squared[self.count] = squared;
-            self.touching[self.count] = touching;
             // A position that is no number is near nothing.
-            let is_near = usize::from(squared < reach * reach);
-            self.take::<SHIFTED>(is_near, look.turns);
+            if squared < reach * reach {
+                self.pairs[self.count] = among.counted([look.disc, other]);
+                self.touching[self.count] = touching;
+                self.squared[self.count - before] = squared;
+                self.count += 1;
+                if SHIFTED {
+                    self.turns.push(look.turns);
+                }
+            }
         }
     }
 
-    /// Makes room for those that a look may find.
-    #[inline]
-    fn make_room(&mut self) {
-        let needed = self.count + LANES;
-        if self.pairs.len() < needed {
-            self.pairs.resize(2 * needed, [0; 2]);
-            self.squared.resize(2 * needed, 0.0);
-            self.touching.resize(2 * needed, 0.0);
+    /// Makes room for those that so many looks may find.
+    fn make_room(&mut self, looks: usize) {
+        let most = looks * LANES;
+        if self.squared.len() < most {
+            self.squared.resize(most, 0.0);
         }
-    }
-
-    /// So many of those that were written count.
-    #[inline(always)]
-    fn take<const SHIFTED: bool>(&mut self, more: usize, turns: Turns) {
-        self.count += more;
-        if SHIFTED {
-            self.turns.extend(std::iter::repeat_n(turns, more));
+        let most = self.count + most;
+        if self.pairs.len() < most {
+            self.pairs.resize(2 * most, [0; 2]);
+            self.touching.resize(2 * most, 0.0);
         }
     }
 }
@@ -190,8 +207,8 @@ mod avx2 {
     use super::{Among, Found, LANES, Look};
     use std::arch::x86_64::*;
 
-    /// For each set of lanes that count, an order of 32-bit halves that puts these lanes first.
-    const COUNTING_FIRST: [[u32; 8]; 16] = {
+    /// For each set of lanes that are near, an order of 32-bit halves that puts these lanes first.
+    const NEAR_FIRST: [[u32; 8]; 16] = {
         let mut orders = [[0; 8]; 16];
         let mut set = 0;
         while set < 16 {
@@ -216,13 +233,6 @@ mod avx2 {
         unsafe { _mm256_loadu_pd(values.as_ptr()) }
     }
 
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn store(into: &mut [f64; LANES], values: __m256d) {
-        // SAFETY: four f64 lie behind the reference.
-        unsafe { _mm256_storeu_pd(into.as_mut_ptr(), values) }
-    }
-
     /// The x of four rows, and their y.
     #[inline]
     #[target_feature(enable = "avx2")]
@@ -233,18 +243,28 @@ mod avx2 {
         [_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd)]
     }
 
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,popcnt")]
     pub(super) fn look<const SHIFTED: bool>(found: &mut Found, looks: &[Look], among: &Among<'_>) {
-        let discs = among.discs;
+        let (before, most) = (found.count, looks.len() * LANES);
+        assert!(found.pairs.len() >= before + most, "no room for pairs");
+        assert!(found.touching.len() >= before + most, "no room for their reach");
+        assert!(found.squared.len() >= most, "no room for their distances");
+        let states = &among.discs.states[..];
+        // Of one length: looked at once.
+        let radii = &among.discs.radii[..states.len()];
         let skin = _mm256_set1_pd(among.skin);
         let steps = _mm256_set_epi64x(3 << 32, 2 << 32, 1 << 32, 0);
+        let mut count = found.count;
         for look in looks {
             let (disc, first) = (look.disc as usize, look.first as usize);
-            let rows = discs.states.get(first..first + LANES).and_then(|rows| rows.first_chunk());
-            let radii = discs.radii.get(first..first + LANES).and_then(|radii| radii.first_chunk());
-            let (Some(rows), Some(radii)) = (rows, radii) else {
+            let others = first..first + LANES;
+            let rows = states.get(others.clone()).and_then(|rows| rows.first_chunk());
+            let other_radii = radii.get(others).and_then(|radii| radii.first_chunk());
+            let (Some(rows), Some(other_radii)) = (rows, other_radii) else {
                 // The last few discs of all.
-                found.look_one_by_one::<SHIFTED>(look, among);
+                found.count = count;
+                found.look_one_by_one::<SHIFTED>(look, before, among);
+                count = found.count;
                 continue;
             };
             let [mut other_x, mut other_y] = centres(rows);
@@ -253,41 +273,54 @@ mod avx2 {
                 other_x = _mm256_add_pd(other_x, shift_x);
                 other_y = _mm256_add_pd(other_y, shift_y);
             }
-            let [x, y] = discs.position(disc).map(|value| _mm256_set1_pd(value));
+            let [x, y, ..] = states[disc].map(|value| _mm256_set1_pd(value));
             let (x, y) = (_mm256_sub_pd(x, other_x), _mm256_sub_pd(y, other_y));
             let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
-            let touching = _mm256_add_pd(_mm256_set1_pd(discs.radii[disc]), load(radii));
+            let touching = _mm256_add_pd(_mm256_set1_pd(radii[disc]), load(other_radii));
             let reach = _mm256_add_pd(touching, skin);
             let near = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
             // Discs behind the last one do not count.
-            let counts = _mm256_movemask_pd(near) as u32 & ((1_u32 << look.others) - 1);
+            let others = Ord::min(look.end - look.first, LANES as u32);
+            let near = _mm256_movemask_pd(near) as u32 & ((1_u32 << others) - 1);
             // A pair as one number: the disc below, the other above.
             let [own, other] = among.counted([look.disc, look.first]).map(i64::from);
             let pairs = _mm256_add_epi64(_mm256_set1_epi64x(other << 32 | own), steps);
-            append(found, counts as usize, pairs, [squared, touching]);
-            found.take::<SHIFTED>(counts.count_ones() as usize, look.turns);
+            // SAFETY: there is room for as many pairs as all looks may find.
+            unsafe {
+                let order = order_of(near);
+                store(found.pairs.as_mut_ptr().add(count).cast(), pairs, order);
+                store(
+                    found.touching.as_mut_ptr().add(count).cast(),
+                    _mm256_castpd_si256(touching),
+                    order,
+                );
+                store(
+                    found.squared.as_mut_ptr().add(count - before).cast(),
+                    _mm256_castpd_si256(squared),
+                    order,
+                );
+            }
+            if SHIFTED {
+                found.turns.extend(std::iter::repeat_n(look.turns, near.count_ones() as usize));
+            }
+            count += near.count_ones() as usize;
         }
+        found.count = count;
     }
 
-    /// Writes four pairs with those first that count.
     #[inline]
     #[target_feature(enable = "avx2")]
-    fn append(found: &mut Found, counts: usize, pairs: __m256i, values: [__m256d; 2]) {
-        found.make_room();
-        let at = found.count..found.count + LANES;
+    fn order_of(near: u32) -> __m256i {
         // SAFETY: eight u32 lie behind the reference.
-        let order = unsafe { _mm256_loadu_si256(COUNTING_FIRST[counts].as_ptr().cast()) };
-        let sorted = |values: __m256i| _mm256_permutevar8x32_epi32(values, order);
-        let room = [&mut found.squared[at.clone()], &mut found.touching[at.clone()]];
-        for (room, values) in room.into_iter().zip(values) {
-            if let Some(room) = room.first_chunk_mut() {
-                store(room, _mm256_castsi256_pd(sorted(_mm256_castpd_si256(values))));
-            }
-        }
-        if let Some(room) = found.pairs[at].first_chunk_mut::<LANES>() {
-            // SAFETY: eight u32 lie behind the reference.
-            unsafe { _mm256_storeu_si256(room.as_mut_ptr().cast(), sorted(pairs)) };
-        }
+        unsafe { _mm256_loadu_si256(NEAR_FIRST[near as usize].as_ptr().cast()) }
+    }
+
+    /// Writes four lanes in an order. There must be room.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    unsafe fn store(into: *mut __m256i, lanes: __m256i, order: __m256i) {
+        // SAFETY: the caller's promise.
+        unsafe { _mm256_storeu_si256(into, _mm256_permutevar8x32_epi32(lanes, order)) };
     }
 }
 
@@ -336,15 +369,23 @@ mod tests {
     /// How many pairs are near, by either way of looking.
     fn compare<const SHIFTED: bool>(looks: &Looks, among: &Among<'_>) -> usize {
         let (mut wide, mut single) = (Found::default(), Found::default());
-        wide.look::<SHIFTED>(looks, among);
-        for look in looks.all() {
-            single.look_one_by_one::<SHIFTED>(look, among);
+        let looks = &looks.looks[..looks.count];
+        // Twice, as a second column of cells is.
+        for _ in 0..2 {
+            wide.make_room(looks.len());
+            wide.look::<SHIFTED>(looks, among);
+            single.make_room(looks.len());
+            let before = single.count;
+            for look in looks {
+                single.look_one_by_one::<SHIFTED>(look, before, among);
+            }
+            let found = wide.count - before;
+            assert_eq!(wide.squared[..found], single.squared[..found]);
         }
         assert_eq!(wide.pairs(), single.pairs());
-        assert_eq!(wide.squared(), single.squared());
         assert_eq!(wide.touching(), single.touching());
         assert_eq!(wide.turns(), single.turns());
         assert_eq!(wide.turns().len(), if SHIFTED { wide.count } else { 0 });
-        wide.count
+        wide.count / 2
     }
 }

@@ -11,6 +11,7 @@ use super::cells::{Cells, Periodic};
 use super::contacts::ContactLaw;
 use super::discs::Discs;
 use super::finder::{Finder, Grid};
+use super::places;
 use super::springs::{Springs, Stretch};
 use super::tiers::{self, TIERS};
 use super::walls::PlacedWall;
@@ -149,13 +150,7 @@ impl Neighbours {
             return true;
         }
         // The sum of each step's fastest disc is a bound; now the true displacements are needed.
-        let mut largest = 0.0;
-        for (then, now) in self.built_at.iter().zip(&discs.states) {
-            let way = [now[0] - then[0], now[1] - then[1]];
-            let squared = way[0] * way[0] + way[1] * way[1];
-            largest = if squared > largest { squared } else { largest };
-        }
-        self.moved = largest.sqrt();
+        self.moved = places::longest_way(&self.built_at, &discs.states);
         // Closer to the limit, the displacements would be asked for at every step.
         self.moved < 0.9 * limit
     }
@@ -217,7 +212,7 @@ impl Neighbours {
         self.moved = 0.0;
         let with_springs = self.blocks.iter().map(Block::tiers_with_springs).max().unwrap_or(0);
         self.tiers = Ord::max(tiers::in_reach(0.0, skin), with_springs);
-        self.clearance = clearance(discs, around);
+        self.clearance = places::clearance(&discs.states, around.sides, around.periodic);
         self.age = 0;
     }
 
@@ -235,19 +230,6 @@ impl Neighbours {
     pub(super) fn springs(&self, discs: &Discs) -> Springs {
         Springs::of(&self.blocks, discs)
     }
-}
-
-/// Distance of the nearest centre to a closed side of the box, m.
-fn clearance(discs: &Discs, around: &Surroundings<'_>) -> f64 {
-    let mut least = f64::INFINITY;
-    for axis in (0..2).filter(|&axis| !around.periodic[axis]) {
-        for state in &discs.states {
-            let (low, high) = (state[axis], around.sides[axis] - state[axis]);
-            least = if low < least { low } else { least };
-            least = if high < least { high } else { least };
-        }
-    }
-    least
 }
 
 impl Pairs {

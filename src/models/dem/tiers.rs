@@ -4,7 +4,6 @@
 //! few tiers alone, and at one more whenever the way of the fastest disc has grown by another share of the skin. The wider
 //! the skin, the smaller the part of the list that is looked at: it costs memory, and is built seldom.
 
-use super::found::Found;
 use crate::vector_width::{self, Kernel};
 
 /// Tiers, each of an equal share of the skin; the first holds all that touch as well.
@@ -20,37 +19,85 @@ pub(super) fn in_reach(moved: f64, skin: f64) -> usize {
 
 /// The tier of a gap, in m, in a list with a skin.
 #[inline(always)]
-fn tier_of(gap: f64, skin: f64) -> u32 {
-    // Below zero becomes the first.
-    let tier = (gap / skin * TIERS as f64) as u32;
-    if tier < TIERS as u32 { tier } else { TIERS as u32 - 1 }
+fn tier_of(gap: f64, skin: f64) -> u8 {
+    let tier = (gap / skin * TIERS as f64) as i32;
+    // Discs that overlap belong to the first.
+    Ord::clamp(tier, 0, TIERS as i32 - 1) as u8
+}
+
+/// Finds the tiers of pairs by the squares of their distances, m^2, and the distances at which they touch, m.
+pub(super) fn find([squared, touching]: [&[f64]; 2], skin: f64, tiers: &mut [u8]) {
+    vector_width::run(Tiers { squared, touching, skin, tiers });
+}
+
+struct Tiers<'a> {
+    squared: &'a [f64],
+    touching: &'a [f64],
+    skin: f64,
+    tiers: &'a mut [u8],
+}
+
+impl Kernel for Tiers<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let gaps = self.squared.iter().zip(self.touching);
+        for (tier, (&squared, &touching)) in self.tiers.iter_mut().zip(gaps) {
+            *tier = tier_of(squared.sqrt() - touching, self.skin);
+        }
+    }
 }
 
 /// Sorts pairs by their tiers; in a tier they keep the order in which they were found.
 #[derive(Default)]
 pub(super) struct Sorter {
-    tiers: Vec<u32>,
     order: Vec<u32>,
     strands: Vec<u32>,
 }
 
+/// Parts of a list that are counted and sorted side by side: what is written to a counter is not waited for by the next pair.
+const PARTS: usize = 4;
+
 impl Sorter {
-    /// Finds the order of the pairs found, and where each tier ends.
-    pub(super) fn sort(&mut self, found: &Found, skin: f64) -> [u32; TIERS] {
-        let (squared, touching) = (found.squared(), found.touching());
-        self.tiers.resize(squared.len(), 0);
-        self.order.resize(squared.len(), 0);
-        vector_width::run(Sorting { squared, touching, skin, tiers: &mut self.tiers });
-        // Where the next pair of each tier goes, and in the end where the tier ends.
-        let mut ends = [0; TIERS];
-        let mut begin = 0;
-        for (end, count) in ends.iter_mut().zip(counts(&self.tiers)) {
-            (*end, begin) = (begin, begin + count);
+    /// Finds the order of pairs, and where each tier ends.
+    pub(super) fn sort(&mut self, tiers: &[u8]) -> [u32; TIERS] {
+        let length = tiers.len() / PARTS;
+        let (parts, rest) = tiers.split_at(PARTS * length);
+        let parts: [&[u8]; PARTS] =
+            std::array::from_fn(|part| &parts[part * length..(part + 1) * length]);
+        // Where the next pair of each part and tier goes. What four parts leave over belongs to the last of them.
+        let mut next = [[0_u32; TIERS]; PARTS];
+        for number in 0..length {
+            for (counts, tiers) in next.iter_mut().zip(parts) {
+                counts[usize::from(tiers[number]) % TIERS] += 1;
+            }
         }
-        for (number, &tier) in (0..).zip(&self.tiers) {
-            let next = &mut ends[tier as usize];
-            self.order[*next as usize] = number;
+        for &tier in rest {
+            next[PARTS - 1][usize::from(tier) % TIERS] += 1;
+        }
+        let mut end = 0;
+        let mut begin_next = |count: &mut u32| {
+            end += *count;
+            *count = end - *count;
+            end
+        };
+        let ends = std::array::from_fn(|tier| {
+            next.each_mut().map(|counts| begin_next(&mut counts[tier]))[PARTS - 1]
+        });
+        self.order.resize(tiers.len(), 0);
+        let mut place = |part: usize, number: usize, tier: u8| {
+            let next = &mut next[part][usize::from(tier) % TIERS];
+            self.order[*next as usize] = number as u32;
             *next += 1;
+        };
+        for number in 0..length {
+            for (part, tiers) in parts.into_iter().enumerate() {
+                place(part, part * length + number, tiers[number]);
+            }
+        }
+        for (number, &tier) in rest.iter().enumerate() {
+            place(PARTS - 1, PARTS * length + number, tier);
         }
         ends
     }
@@ -72,40 +119,5 @@ impl Sorter {
     /// For each place, which of the pairs found comes there.
     pub(super) fn order(&self) -> &[u32] {
         &self.order
-    }
-}
-
-/// How many pairs each tier has.
-fn counts(tiers: &[u32]) -> [u32; TIERS] {
-    // Two counters of each: a count need not wait for the one before.
-    let mut counts = [[0; TIERS]; 2];
-    let (pairs, last) = tiers.as_chunks::<2>();
-    for &[one, other] in pairs {
-        counts[0][one as usize] += 1;
-        counts[1][other as usize] += 1;
-    }
-    for &tier in last {
-        counts[0][tier as usize] += 1;
-    }
-    std::array::from_fn(|tier| counts[0][tier] + counts[1][tier])
-}
-
-/// Finds the tiers of pairs.
-struct Sorting<'a> {
-    squared: &'a [f64],
-    touching: &'a [f64],
-    skin: f64,
-    tiers: &'a mut [u32],
-}
-
-impl Kernel for Sorting<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let gaps = self.squared.iter().zip(self.touching);
-        for (tier, (&squared, &touching)) in self.tiers.iter_mut().zip(gaps) {
-            *tier = tier_of(squared.sqrt() - touching, self.skin);
-        }
     }
 }
