@@ -6,6 +6,8 @@ use super::found::{Among, Found, Looks, Turns};
 use super::neighbours::{Block, Pairs, Surroundings, WallPair};
 use super::tiers::{Sorter, TIERS};
 use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::{fmt, mem};
 
 /// Where pairs are looked for.
 pub(super) struct Grid<'a> {
@@ -19,7 +21,7 @@ pub(super) struct Grid<'a> {
 
 /// Memory of the search.
 #[derive(Default)]
-pub(super) struct Finder {
+struct Finder {
     around: Runs,
     inner: Looks,
     edges: Looks,
@@ -30,10 +32,60 @@ pub(super) struct Finder {
 
 /// So many looks are taken at once: they stay in the nearest cache.
 const MANY: usize = 256;
+/// Discs that follow each other, of which mostly none is near a wall.
+const GROUP: usize = 16;
 
-impl Finder {
+/// Memory of searches that nobody makes at present. It is kept from list to list: fresh memory would have to be cleared, and
+/// is not in the cache.
+#[derive(Default)]
+pub(super) struct Finders(Mutex<Vec<Finder>>);
+
+/// Memory of a search, given back when it ends.
+pub(super) struct Search<'a> {
+    finders: &'a Finders,
+    finder: Finder,
+}
+
+impl Finders {
+    fn idle(&self) -> MutexGuard<'_, Vec<Finder>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins a search.
+    pub(super) fn search(&self) -> Search<'_> {
+        let finder = self.idle().pop().unwrap_or_default();
+        Search { finders: self, finder }
+    }
+}
+
+/// A copy of a run finds its own memory.
+impl Clone for Finders {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl fmt::Debug for Finders {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Finders").finish_non_exhaustive()
+    }
+}
+
+impl Drop for Search<'_> {
+    fn drop(&mut self) {
+        self.finders.idle().push(mem::take(&mut self.finder));
+    }
+}
+
+impl Search<'_> {
     /// Lists the pairs of a block, its edges and its discs near walls anew.
     pub(super) fn fill(&mut self, block: &mut Block, grid: &Grid<'_>) {
+        self.finder.fill(block, grid);
+    }
+}
+
+impl Finder {
+    fn fill(&mut self, block: &mut Block, grid: &Grid<'_>) {
         let Grid { discs, skin, around, .. } = *grid;
         let own = block.start..block.start + block.len(discs);
         let inner =
@@ -127,24 +179,36 @@ impl Finder {
         let Grid { discs, skin, around, .. } = *grid;
         block.walls.clear();
         self.are_near.clear();
-        self.are_near.resize(own.len(), false);
+        // Up to a whole group; there are no discs behind the last one.
+        self.are_near.resize(own.len().next_multiple_of(GROUP), false);
         for wall in around.walls {
             let are_near = &mut self.are_near;
             let (states, radii) = (&discs.states[own.clone()], &discs.radii[own.clone()]);
             wall.shape.mark_near(states, radii, skin, are_near);
         }
-        for (disc, _) in own.zip(&self.are_near).filter(|&(_, &is_near)| is_near) {
-            let reach = discs.radii[disc] + skin;
-            for (wall, placed) in (0..).zip(around.walls) {
-                if placed.shape.footing(discs.position(disc)).distance < reach {
-                    block.walls.push(WallPair {
-                        disc: (disc - block.start) as u32,
-                        wall,
-                        damping: around.law.wall_damping(discs, disc),
-                        stretch: [0.0; 2],
-                    });
-                }
+        // Most discs are far from all walls.
+        let (groups, _) = self.are_near.as_chunks::<GROUP>();
+        let some = groups.iter().enumerate().filter(|&(_, group)| *group != [false; GROUP]);
+        for number in some.flat_map(|(group, _)| group * GROUP..(group + 1) * GROUP) {
+            if self.are_near[number] {
+                list_walls_of(block, own.start + number, grid);
             }
+        }
+    }
+}
+
+/// Lists a disc with the walls that it is near.
+fn list_walls_of(block: &mut Block, disc: usize, grid: &Grid<'_>) {
+    let Grid { discs, skin, around, .. } = *grid;
+    let reach = discs.radii[disc] + skin;
+    for (wall, placed) in (0..).zip(around.walls) {
+        if placed.shape.footing(discs.position(disc)).distance < reach {
+            block.walls.push(WallPair {
+                disc: (disc - block.start) as u32,
+                wall,
+                damping: around.law.wall_damping(discs, disc),
+                stretch: [0.0; 2],
+            });
         }
     }
 }

@@ -74,19 +74,25 @@ impl Looks {
     #[inline]
     pub(super) fn add(&mut self, disc: u32, others: Range<u32>, turns: Turns) {
         let Range { start, end } = others;
-        let count = (end - start).div_ceil(LANES as u32);
-        let most = self.count + Ord::max(count as usize, 2);
+        let looks = (end - start).div_ceil(LANES as u32) as usize;
+        // Two are written even where fewer count.
+        let most = self.count + looks + 2;
         if self.looks.len() < most {
             self.looks.resize(2 * most, Look::default());
         }
-        let look = |number: u32| Look { disc, first: start + number * LANES as u32, end, turns };
-        let room = &mut self.looks[self.count..most];
+        let room = &mut self.looks[self.count..];
         // Mostly one or two.
-        (room[0], room[1]) = (look(0), look(1));
-        for number in 2..count {
-            room[number as usize] = look(number);
+        if let Some(room) = room.first_chunk_mut::<2>() {
+            room[0] = Look { disc, first: start, end, turns };
+            room[1] = Look { disc, first: start + LANES as u32, end, turns };
         }
-        self.count += count as usize;
+        if looks > 2 {
+            let others = (start..end).step_by(LANES);
+            for (look, first) in room.iter_mut().zip(others).skip(2) {
+                *look = Look { disc, first, end, turns };
+            }
+        }
+        self.count += looks;
     }
 }
 
@@ -196,8 +202,8 @@ impl Found {
         }
         let most = self.count + most;
         if self.pairs.len() < most {
-            self.pairs.resize(2 * most, [0; 2]);
-            self.touching.resize(2 * most, 0.0);
+            self.pairs.resize(most + most / 4, [0; 2]);
+            self.touching.resize(most + most / 4, 0.0);
         }
     }
 }

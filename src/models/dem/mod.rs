@@ -279,6 +279,7 @@ impl Dem {
             walls: &walls,
             displacements: &self.parameters.displacements_at(self.count),
             largest_radius: self.parameters.radius_range.1,
+            finders: &self.workspace.finders,
         };
         self.neighbours.build(&mut self.discs, &around);
     }

@@ -10,7 +10,7 @@
 use super::cells::{Cells, Periodic};
 use super::contacts::ContactLaw;
 use super::discs::Discs;
-use super::finder::{Finder, Grid};
+use super::finder::{Finders, Grid};
 use super::places;
 use super::springs::{Springs, Stretch};
 use super::tiers::{self, TIERS};
@@ -114,6 +114,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) displacements: &'a [[f64; 2]],
     /// Largest radius, m.
     pub(super) largest_radius: f64,
+    /// Memory.
+    pub(super) finders: &'a Finders,
 }
 
 /// The skin's range over the mean radius, and where it begins.
@@ -198,13 +200,16 @@ impl Neighbours {
         let skin = self.skin;
         let discs = &*discs;
         let blocks = self.blocks.par_iter_mut().enumerate();
-        blocks.for_each_init(Finder::default, |finder, (number, block)| {
-            block.start = number * BLOCK;
-            finder.fill(block, &Grid { discs, cells: &cells, around, skin });
-            if around.law.has_friction() {
-                springs.hand_on(block, discs, around.law.has_rolling_friction());
-            }
-        });
+        blocks.for_each_init(
+            || around.finders.search(),
+            |search, (number, block)| {
+                block.start = number * BLOCK;
+                search.fill(block, &Grid { discs, cells: &cells, around, skin });
+                if around.law.has_friction() {
+                    springs.hand_on(block, discs, around.law.has_rolling_friction());
+                }
+            },
+        );
         self.built_at.clear();
         self.built_at.extend(discs.states.iter().map(|&[x, y, ..]| [x, y]));
         self.walls_at.clear();
