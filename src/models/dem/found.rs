@@ -21,10 +21,10 @@ pub(super) type Turns = [i8; 2];
 /// A disc, and others that follow each other, of which it is compared with at most the first four.
 #[derive(Clone, Copy, Default)]
 struct Look {
-    disc: u32,
-    first: u32,
+    /// The disc, and the first of the others.
+    ends: [u32; 2],
     /// Where the others end.
-    end: u32,
+    stop: u32,
     turns: Turns,
 }
 
@@ -73,23 +73,23 @@ impl Looks {
     /// A disc is compared with others, of which there may be none.
     #[inline]
     pub(super) fn add(&mut self, disc: u32, others: Range<u32>, turns: Turns) {
-        let Range { start, end } = others;
-        let looks = (end - start).div_ceil(LANES as u32) as usize;
+        let Range { start, end: stop } = others;
+        let looks = (stop - start + LANES as u32 - 1) as usize / LANES;
         // Two are written even where fewer count.
         let most = self.count + looks + 2;
         if self.looks.len() < most {
             self.looks.resize(2 * most, Look::default());
         }
+        let look = |first: u32| Look { ends: [disc, first], stop, turns };
         let room = &mut self.looks[self.count..];
         // Mostly one or two.
         if let Some(room) = room.first_chunk_mut::<2>() {
-            room[0] = Look { disc, first: start, end, turns };
-            room[1] = Look { disc, first: start + LANES as u32, end, turns };
+            *room = [look(start), look(start + LANES as u32)];
         }
         if looks > 2 {
-            let others = (start..end).step_by(LANES);
-            for (look, first) in room.iter_mut().zip(others).skip(2) {
-                *look = Look { disc, first, end, turns };
+            let others = (start..stop).step_by(LANES);
+            for (place, first) in room.iter_mut().zip(others).skip(2) {
+                *place = look(first);
             }
         }
         self.count += looks;
@@ -101,12 +101,6 @@ impl Among<'_> {
     #[inline(always)]
     pub(super) fn shift(&self, turns: Turns) -> [f64; 2] {
         [0, 1].map(|axis: usize| f64::from(turns[axis]) * self.sides[axis])
-    }
-
-    /// Numbers of two discs in the list.
-    #[inline(always)]
-    fn counted(&self, discs: [u32; 2]) -> [u32; 2] {
-        [0, 1].map(|end: usize| discs[end] - self.counted_from[end] as u32)
     }
 }
 
@@ -137,17 +131,45 @@ impl Found {
     /// images beyond periodic sides.
     pub(super) fn take<const SHIFTED: bool>(&mut self, looks: &mut Looks, among: &Among<'_>) {
         let before = self.count;
-        self.make_room(looks.count);
-        self.look::<SHIFTED>(&looks.looks[..looks.count], among);
+        let mut room = self.room(looks.count);
+        room.look::<SHIFTED>(&looks.looks[..looks.count], among);
+        let found = room.count;
         looks.count = 0;
+        self.count += found;
         self.tiers.resize(self.count, 0);
-        let (new, found) = (before..self.count, self.count - before);
-        let gaps = [&self.squared[..found], &self.touching[new.clone()]];
-        tiers::find(gaps, among.skin, &mut self.tiers[new]);
+        let gaps = [&self.squared[..found], &self.touching[before..self.count]];
+        tiers::find(gaps, among.skin, &mut self.tiers[before..]);
     }
 
+    /// Makes room for the pairs that so many looks may find.
+    fn room(&mut self, looks: usize) -> Room<'_> {
+        let Self { pairs, touching, squared, turns, count, .. } = self;
+        let most = looks * LANES;
+        if squared.len() < most {
+            squared.resize(most, 0.0);
+        }
+        let end = *count + most;
+        if pairs.len() < end {
+            pairs.resize(end + end / 4, [0; 2]);
+            touching.resize(end + end / 4, 0.0);
+        }
+        let (pairs, touching) = (&mut pairs[*count..end], &mut touching[*count..end]);
+        Room { pairs, touching, squared, turns, count: 0 }
+    }
+}
+
+/// Room for the pairs of some looks, four for each.
+struct Room<'a> {
+    pairs: &'a mut [[u32; 2]],
+    touching: &'a mut [f64],
+    squared: &'a mut [f64],
+    turns: &'a mut Vec<Turns>,
+    /// How many were found.
+    count: usize,
+}
+
+impl Room<'_> {
     fn look<const SHIFTED: bool>(&mut self, looks: &[Look], among: &Among<'_>) {
-        let before = self.count;
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2")
             && std::arch::is_x86_feature_detected!("popcnt")
@@ -156,61 +178,43 @@ impl Found {
             unsafe { avx2::look::<SHIFTED>(self, looks, among) };
             return;
         }
-        for look in looks {
-            self.look_one_by_one::<SHIFTED>(look, before, among);
-        }
+        self.look_one_by_one::<SHIFTED>(looks, among);
     }
 
-    /// Takes the pairs of one look; squares are counted from those before it, and there must be room.
-    fn look_one_by_one<const SHIFTED: bool>(
-        &mut self,
-        look: &Look,
-        before: usize,
-        among: &Among<'_>,
-    ) {
+    fn look_one_by_one<const SHIFTED: bool>(&mut self, looks: &[Look], among: &Among<'_>) {
         let Among { discs, skin, .. } = *among;
-        let [x, y] = discs.position(look.disc as usize);
-        let radius = discs.radii[look.disc as usize];
-        let shift = among.shift(look.turns);
-        for other in look.first..Ord::min(look.end, look.first + LANES as u32) {
-            let [mut other_x, mut other_y] = discs.position(other as usize);
-            if SHIFTED {
-                (other_x, other_y) = (other_x + shift[0], other_y + shift[1]);
-            }
-            let apart = [x - other_x, y - other_y];
-            let squared = apart[0] * apart[0] + apart[1] * apart[1];
-            let touching = radius + discs.radii[other as usize];
-            let reach = touching + skin;
-            // A position that is no number is near nothing.
-            if squared < reach * reach {
-                self.pairs[self.count] = among.counted([look.disc, other]);
-                self.touching[self.count] = touching;
-                self.squared[self.count - before] = squared;
-                self.count += 1;
+        for &Look { ends: [disc, first], stop, turns } in looks {
+            let [x, y] = discs.position(disc as usize);
+            let radius = discs.radii[disc as usize];
+            let shift = among.shift(turns);
+            for other in first..Ord::min(stop, first + LANES as u32) {
+                let [mut other_x, mut other_y] = discs.position(other as usize);
                 if SHIFTED {
-                    self.turns.push(look.turns);
+                    (other_x, other_y) = (other_x + shift[0], other_y + shift[1]);
+                }
+                let apart = [x - other_x, y - other_y];
+                let squared = apart[0] * apart[0] + apart[1] * apart[1];
+                let touching = radius + discs.radii[other as usize];
+                let reach = touching + skin;
+                // A position that is no number is near nothing.
+                if squared < reach * reach {
+                    let [from, others_from] = among.counted_from.map(|disc| disc as u32);
+                    self.pairs[self.count] = [disc - from, other - others_from];
+                    self.touching[self.count] = touching;
+                    self.squared[self.count] = squared;
+                    self.count += 1;
+                    if SHIFTED {
+                        self.turns.push(turns);
+                    }
                 }
             }
-        }
-    }
-
-    /// Makes room for those that so many looks may find.
-    fn make_room(&mut self, looks: usize) {
-        let most = looks * LANES;
-        if self.squared.len() < most {
-            self.squared.resize(most, 0.0);
-        }
-        let most = self.count + most;
-        if self.pairs.len() < most {
-            self.pairs.resize(most + most / 4, [0; 2]);
-            self.touching.resize(most + most / 4, 0.0);
         }
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{Among, Found, LANES, Look};
+    use super::{Among, LANES, Look, Room};
     use std::arch::x86_64::*;
 
     /// For each set of lanes that are near, an order of 32-bit halves that puts these lanes first.
@@ -249,29 +253,60 @@ mod avx2 {
         [_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd)]
     }
 
+    /// For each number of others, the lanes that hold them.
+    const LANES_OF: [u32; LANES + 1] = [0, 1, 3, 7, 15];
+
     #[target_feature(enable = "avx2,popcnt")]
-    pub(super) fn look<const SHIFTED: bool>(found: &mut Found, looks: &[Look], among: &Among<'_>) {
-        let (before, most) = (found.count, looks.len() * LANES);
-        assert!(found.pairs.len() >= before + most, "no room for pairs");
-        assert!(found.touching.len() >= before + most, "no room for their reach");
-        assert!(found.squared.len() >= most, "no room for their distances");
+    pub(super) fn look<const SHIFTED: bool>(
+        room: &mut Room<'_>,
+        looks: &[Look],
+        among: &Among<'_>,
+    ) {
+        let mut rest = looks;
+        while let Some((one, others)) = rest.split_first() {
+            let done = look_at_fours::<SHIFTED>(room, rest, among);
+            if done > 0 {
+                rest = &rest[done..];
+            } else {
+                // The last few discs of all.
+                room.look_one_by_one::<SHIFTED>(std::slice::from_ref(one), among);
+                rest = others;
+            }
+        }
+    }
+
+    /// Looks at fours of discs up to the first look behind which fewer discs stand in memory; returns how many were done.
+    #[inline]
+    #[target_feature(enable = "avx2,popcnt")]
+    fn look_at_fours<const SHIFTED: bool>(
+        room: &mut Room<'_>,
+        looks: &[Look],
+        among: &Among<'_>,
+    ) -> usize {
+        let most = room.count + looks.len() * LANES;
+        assert!(room.pairs.len() >= most, "no room for pairs");
+        assert!(room.touching.len() >= most, "no room for their reach");
+        assert!(room.squared.len() >= most, "no room for their distances");
+        let pairs = room.pairs.as_mut_ptr();
+        let (touchings, squares) = (room.touching.as_mut_ptr(), room.squared.as_mut_ptr());
         let states = &among.discs.states[..];
         // Of one length: looked at once.
         let radii = &among.discs.radii[..states.len()];
         let skin = _mm256_set1_pd(among.skin);
-        let steps = _mm256_set_epi64x(3 << 32, 2 << 32, 1 << 32, 0);
-        let mut count = found.count;
-        for look in looks {
-            let (disc, first) = (look.disc as usize, look.first as usize);
+        let [a, b] = among.counted_from.map(|disc| disc as i32);
+        let counted = _mm256_sub_epi32(
+            _mm256_setr_epi32(0, 0, 0, 1, 0, 2, 0, 3),
+            _mm256_setr_epi32(a, b, a, b, a, b, a, b),
+        );
+        let mut count = room.count;
+        for (number, look) in looks.iter().enumerate() {
+            let [disc, first] = look.ends.map(|disc| disc as usize);
             let others = first..first + LANES;
             let rows = states.get(others.clone()).and_then(|rows| rows.first_chunk());
             let other_radii = radii.get(others).and_then(|radii| radii.first_chunk());
             let (Some(rows), Some(other_radii)) = (rows, other_radii) else {
-                // The last few discs of all.
-                found.count = count;
-                found.look_one_by_one::<SHIFTED>(look, before, among);
-                count = found.count;
-                continue;
+                room.count = count;
+                return number;
             };
             let [mut other_x, mut other_y] = centres(rows);
             if SHIFTED {
@@ -286,32 +321,27 @@ mod avx2 {
             let reach = _mm256_add_pd(touching, skin);
             let near = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
             // Discs behind the last one do not count.
-            let others = Ord::min(look.end - look.first, LANES as u32);
-            let near = _mm256_movemask_pd(near) as u32 & ((1_u32 << others) - 1);
-            // A pair as one number: the disc below, the other above.
-            let [own, other] = among.counted([look.disc, look.first]).map(i64::from);
-            let pairs = _mm256_add_epi64(_mm256_set1_epi64x(other << 32 | own), steps);
-            // SAFETY: there is room for as many pairs as all looks may find.
+            let others = LANES_OF[Ord::min(look.stop - look.ends[1], LANES as u32) as usize];
+            let near = _mm256_movemask_pd(near) as u32 & others;
+            // The disc below, the other above.
+            let ends = u64::from(look.ends[1]) << 32 | u64::from(look.ends[0]);
+            let ends = _mm256_add_epi32(_mm256_set1_epi64x(ends as i64), counted);
+            let (touching, squared) = (_mm256_castpd_si256(touching), _mm256_castpd_si256(squared));
+            // SAFETY: there is room for four pairs of every look.
             unsafe {
                 let order = order_of(near);
-                store(found.pairs.as_mut_ptr().add(count).cast(), pairs, order);
-                store(
-                    found.touching.as_mut_ptr().add(count).cast(),
-                    _mm256_castpd_si256(touching),
-                    order,
-                );
-                store(
-                    found.squared.as_mut_ptr().add(count - before).cast(),
-                    _mm256_castpd_si256(squared),
-                    order,
-                );
+                store(pairs.add(count).cast(), ends, order);
+                store(touchings.add(count).cast(), touching, order);
+                store(squares.add(count).cast(), squared, order);
             }
+            let found = near.count_ones() as usize;
             if SHIFTED {
-                found.turns.extend(std::iter::repeat_n(look.turns, near.count_ones() as usize));
+                room.turns.extend(std::iter::repeat_n(look.turns, found));
             }
-            count += near.count_ones() as usize;
+            count += found;
         }
-        found.count = count;
+        room.count = count;
+        looks.len()
     }
 
     #[inline]
@@ -378,15 +408,14 @@ mod tests {
         let looks = &looks.looks[..looks.count];
         // Twice, as a second column of cells is.
         for _ in 0..2 {
-            wide.make_room(looks.len());
-            wide.look::<SHIFTED>(looks, among);
-            single.make_room(looks.len());
-            let before = single.count;
-            for look in looks {
-                single.look_one_by_one::<SHIFTED>(look, before, among);
-            }
-            let found = wide.count - before;
-            assert_eq!(wide.squared[..found], single.squared[..found]);
+            let (mut wide_room, mut room) = (wide.room(looks.len()), single.room(looks.len()));
+            wide_room.look::<SHIFTED>(looks, among);
+            room.look_one_by_one::<SHIFTED>(looks, among);
+            let found = room.count;
+            assert_eq!(wide_room.count, found);
+            assert_eq!(wide_room.squared[..found], room.squared[..found]);
+            wide.count += found;
+            single.count += found;
         }
         assert_eq!(wide.pairs(), single.pairs());
         assert_eq!(wide.touching(), single.touching());
