@@ -23,6 +23,33 @@ pub(super) struct Cells {
     rows: Vec<Row>,
     /// Where a cell's discs begin in the sorted order; one entry more than cells.
     starts: Vec<u32>,
+    /// The cell of each disc in the sorted order.
+    cells: Vec<u32>,
+}
+
+/// Discs that follow each other in one column of a band, all of whose neighbours stand in the three columns of cells around:
+/// three cells of each lie side by side.
+pub(super) struct Stretch<'a> {
+    /// The cell of each.
+    pub(super) cells: &'a [u32],
+    starts: &'a [u32],
+    /// By how much a cell's number grows from column to column.
+    step: usize,
+}
+
+impl Stretch<'_> {
+    /// Where the discs of a cell's own column end, one cell further up.
+    #[inline]
+    pub(super) fn end_above(&self, cell: u32) -> u32 {
+        self.starts[cell as usize + 2]
+    }
+
+    /// The discs of the three cells beside it in the next column.
+    #[inline]
+    pub(super) fn beside(&self, cell: u32) -> Range<u32> {
+        let beside = cell as usize + self.step;
+        self.starts[beside - 1]..self.starts[beside + 2]
+    }
 }
 
 /// A row of cells.
@@ -50,15 +77,6 @@ pub(super) struct Runs {
     middle: Option<Place>,
 }
 
-impl Runs {
-    /// Whether all discs are among these, and none is shifted.
-    pub(super) fn are_within(&self, discs: &Range<usize>) -> bool {
-        self.runs.iter().all(|run| {
-            run.shift == [0, 0] && run.discs.start >= discs.start && run.discs.end <= discs.end
-        })
-    }
-}
-
 impl Cells {
     /// The grid, and the order that sorts the positions by cell; within a cell the order given is kept. `patch` is the
     /// number of discs that should fill a patch about as high as wide.
@@ -82,8 +100,9 @@ impl Cells {
             let first = (row - above) * count[0] + above;
             Row { first, step: height, is_inside: above > 0 && above + 1 < height }
         });
-        let mut cells =
-            Self { per_metre, count, periodic, band, rows: rows.collect(), starts: Vec::new() };
+        let rows = rows.collect();
+        let (starts, cells) = (Vec::new(), Vec::new());
+        let mut cells = Self { per_metre, count, periodic, band, rows, starts, cells };
         let order = cells.fill(positions);
         (cells, order)
     }
@@ -92,22 +111,51 @@ impl Cells {
     fn fill(&mut self, positions: &[[f64; 4]]) -> Vec<u32> {
         let cell_of = |&[x, y, ..]: &[f64; 4]| self.index(self.place([x, y])) as u32;
         let cells: Vec<u32> = positions.iter().map(cell_of).collect();
-        let mut starts = vec![0_u32; self.count[0] * self.count[1] + 1];
+        // A cell is counted two entries further on: once summed, the entry after its own says where its next disc goes, and
+        // in the end where the cell after it begins.
+        let mut starts = vec![0_u32; self.count[0] * self.count[1] + 2];
         for &cell in &cells {
-            starts[cell as usize + 1] += 1;
+            starts[cell as usize + 2] += 1;
         }
-        for cell in 1..starts.len() {
+        for cell in 2..starts.len() {
             starts[cell] += starts[cell - 1];
         }
-        let mut next = starts.clone();
         let mut order = vec![0; positions.len()];
-        for (disc, &cell) in cells.iter().enumerate() {
-            let place = &mut next[cell as usize];
-            order[*place as usize] = disc as u32;
-            *place += 1;
+        self.cells.resize(positions.len(), 0);
+        for (disc, &cell) in (0..).zip(&cells) {
+            let next = &mut starts[cell as usize + 1];
+            order[*next as usize] = disc;
+            self.cells[*next as usize] = cell;
+            *next += 1;
         }
+        starts.pop();
         self.starts = starts;
         order
+    }
+
+    /// The discs from `disc` to the returned one, those of one cell and of no other block than `own`.
+    pub(super) fn end_of_cell(&self, disc: usize, own: &Range<usize>) -> usize {
+        Ord::min(self.starts[self.cells[disc] as usize + 1] as usize, own.end)
+    }
+
+    /// The longest stretch that begins with a disc and whose neighbours are all among `own`, without any image; `None` where
+    /// the disc's cell is not such a one.
+    pub(super) fn stretch(&self, disc: usize, own: &Range<usize>) -> Option<Stretch<'_>> {
+        let cell = self.cells[disc] as usize;
+        let cells_of_band = self.band * self.count[0];
+        let (band, place) = (cell / cells_of_band, cell % cells_of_band);
+        let height = Ord::min(self.band, self.count[1] - band * self.band);
+        let (column, above) = (place / height, place % height);
+        if column == 0 || column + 1 == self.count[0] || above == 0 || above + 1 == height {
+            return None;
+        }
+        let lowest = cell - above;
+        let around = self.starts[lowest - height]..self.starts[lowest + 2 * height];
+        if (around.start as usize) < own.start || around.end as usize > own.end {
+            return None;
+        }
+        let end = Ord::min(self.starts[lowest + height - 1] as usize, own.end);
+        Some(Stretch { cells: &self.cells[disc..end], starts: &self.starts, step: height })
     }
 
     /// The cell of a point; points outside the box belong to the cells at its edge.

@@ -1,10 +1,11 @@
 //! Who touches whom, one by one: for looking, for the implicit dashpot, and for the words of a fault.
 
 use super::discs::Discs;
-use super::materials::Materials;
-use super::motion;
+use super::materials::{Dashpot, Materials};
 use super::neighbours::{Block, Neighbours};
 use super::walls::PlacedWall;
+use super::{motion, restitution};
+use crate::vector_width::{self, Kernel};
 use serde::{Deserialize, Serialize};
 
 /// The force law of a contact.
@@ -62,6 +63,32 @@ impl ContactLaw {
         pair.damping(self.stiffness, mass)
     }
 
+    /// Damping eta of pairs of discs, N s/m, which are counted from given ones.
+    pub(super) fn dampings(
+        &self,
+        discs: &Discs,
+        counted_from: [usize; 2],
+        [first, second]: [&[u32]; 2],
+        dampings: &mut [f64],
+    ) {
+        match self.materials.only().map(|pair| pair.dashpot) {
+            Some(Dashpot::Damping(damping)) => dampings.fill(damping),
+            Some(Dashpot::Ratio(ratio)) => {
+                let masses = counted_from.map(|from| &discs.masses[from..]);
+                let stiffness = self.stiffness;
+                let ends = [first, second];
+                vector_width::run(Dampings { masses, ends, ratio, stiffness, dampings });
+            }
+            None => {
+                for (damping, (&one, &other)) in dampings.iter_mut().zip(first.iter().zip(second)) {
+                    let [from, others_from] = counted_from;
+                    *damping =
+                        self.damping(discs, from + one as usize, others_from + other as usize);
+                }
+            }
+        }
+    }
+
     /// Damping eta of a disc with a wall, N s/m.
     pub(super) fn wall_damping(&self, discs: &Discs, disc: usize) -> f64 {
         self.materials.with_walls(discs.materials[disc]).damping(self.stiffness, discs.masses[disc])
@@ -87,6 +114,45 @@ impl ContactLaw {
     pub(super) fn has_rolling_friction(&self) -> bool {
         self.materials.have_rolling_friction()
     }
+}
+
+/// Finds the dampings of pairs with one damping ratio.
+struct Dampings<'a> {
+    /// Masses of the discs that pairs name first, and of those that they name second, kg.
+    masses: [&'a [f64]; 2],
+    ends: [&'a [u32]; 2],
+    ratio: f64,
+    stiffness: f64,
+    dampings: &'a mut [f64],
+}
+
+impl Kernel for Dampings<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { masses: [masses, other_masses], ends: [first, second], .. } = self;
+        let damping = |mass: f64, other_mass: f64| {
+            let effective_mass = motion::effective_mass(mass, other_mass);
+            restitution::damping(self.ratio, self.stiffness, effective_mass)
+        };
+        let (fours, last) = self.dampings.as_chunks_mut::<4>();
+        let (first, last_first) = first.as_chunks::<4>();
+        let (second, last_second) = second.as_chunks::<4>();
+        for ((dampings, first), second) in fours.iter_mut().zip(first).zip(second) {
+            let masses = first.map(|disc| masses[disc as usize]);
+            let other_masses = second.map(|disc| other_masses[disc as usize]);
+            *dampings = each(|pair| damping(masses[pair], other_masses[pair]));
+        }
+        for ((value, &one), &other) in last.iter_mut().zip(last_first).zip(last_second) {
+            *value = damping(masses[one as usize], other_masses[other as usize]);
+        }
+    }
+}
+
+#[inline(always)]
+fn each(value: impl Fn(usize) -> f64) -> [f64; 4] {
+    [value(0), value(1), value(2), value(3)]
 }
 
 impl Contact {

@@ -62,16 +62,30 @@ impl Discs {
 
     /// Puts the discs into another order; `order` says for each place who comes there, and may leave discs out.
     pub(super) fn reorder(&mut self, order: &[u32]) {
-        fn sorted<T: Copy>(values: &[T], order: &[u32]) -> Vec<T> {
-            order.iter().map(|&disc| values[disc as usize]).collect()
+        fn sort<T: Copy>(column: &mut Vec<T>, order: &[u32]) {
+            let values = column.as_slice();
+            *column = order.iter().map(|&disc| values[disc as usize]).collect();
         }
-        self.ids = sorted(&self.ids, order);
+        /// A column of one number alone, down to its bits, stays as it is.
+        fn sort_if_needed<T: Copy, Bits: PartialEq>(
+            column: &mut Vec<T>,
+            order: &[u32],
+            bits: impl Fn(T) -> Bits,
+        ) {
+            match column.first().map(|&first| bits(first)) {
+                Some(first) if column.iter().all(|&value| bits(value) == first) => {
+                    column.truncate(order.len());
+                }
+                _ => sort(column, order),
+            }
+        }
+        sort(&mut self.ids, order);
         self.states = order.iter().map(|&disc| self.states[disc as usize]).collect();
-        self.spins = sorted(&self.spins, order);
-        self.radii = sorted(&self.radii, order);
-        self.masses = sorted(&self.masses, order);
-        self.inverse_masses = sorted(&self.inverse_masses, order);
-        self.materials = sorted(&self.materials, order);
+        sort_if_needed(&mut self.spins, order, f64::to_bits);
+        sort_if_needed(&mut self.radii, order, f64::to_bits);
+        sort_if_needed(&mut self.masses, order, f64::to_bits);
+        sort_if_needed(&mut self.inverse_masses, order, f64::to_bits);
+        sort_if_needed(&mut self.materials, order, |material| material);
     }
 
     /// Adds a disc that does not turn.

@@ -1,11 +1,13 @@
 //! Finding the pairs of a block's lists.
 
-use super::cells::{Cells, Run, Runs};
+use super::cells::{Cells, Run, Runs, Stretch};
 use super::discs::Discs;
-use super::found::{Found, Looker};
-use super::neighbours::{Block, Surroundings, WallPair};
-use super::tiers;
+use super::found::{Among, Found, Looks, Turns};
+use super::neighbours::{Block, Pairs, Surroundings, WallPair};
+use super::tiers::{Sorter, TIERS};
 use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::{fmt, mem};
 
 /// Where pairs are looked for.
 pub(super) struct Grid<'a> {
@@ -19,125 +21,192 @@ pub(super) struct Grid<'a> {
 
 /// Memory of the search.
 #[derive(Default)]
-pub(super) struct Finder {
+struct Finder {
     around: Runs,
+    inner: Looks,
+    edges: Looks,
     found: Found,
-    tiers: Vec<u32>,
-    edges: Vec<Edge>,
+    sorter: Sorter,
+    are_near: Vec<bool>,
 }
 
-/// A pair of two blocks, or across a periodic side, that was found.
-struct Edge {
-    tier: u32,
-    /// The block's disc, counted from its first, and the other, counted from the first of all.
-    ends: [u32; 2],
-    /// r_i + r_j, m.
-    touching: f64,
-    /// What is added to the other's centre, m.
-    shift: [f64; 2],
+/// So many looks are taken at once: they stay in the nearest cache.
+const MANY: usize = 256;
+/// Discs that follow each other, of which mostly none is near a wall.
+const GROUP: usize = 16;
+
+/// Memory of searches that nobody makes at present. It is kept from list to list: fresh memory would have to be cleared, and
+/// is not in the cache.
+#[derive(Default)]
+pub(super) struct Finders(Mutex<Vec<Finder>>);
+
+/// Memory of a search, given back when it ends.
+pub(super) struct Search<'a> {
+    finders: &'a Finders,
+    finder: Finder,
+}
+
+impl Finders {
+    fn idle(&self) -> MutexGuard<'_, Vec<Finder>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins a search.
+    pub(super) fn search(&self) -> Search<'_> {
+        let finder = self.idle().pop().unwrap_or_default();
+        Search { finders: self, finder }
+    }
+}
+
+/// A copy of a run finds its own memory.
+impl Clone for Finders {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl fmt::Debug for Finders {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Finders").finish_non_exhaustive()
+    }
+}
+
+impl Drop for Search<'_> {
+    fn drop(&mut self) {
+        self.finders.idle().push(mem::take(&mut self.finder));
+    }
+}
+
+impl Search<'_> {
+    /// Lists the pairs of a block, its edges and its discs near walls anew.
+    pub(super) fn fill(&mut self, block: &mut Block, grid: &Grid<'_>) {
+        self.finder.fill(block, grid);
+    }
 }
 
 impl Finder {
-    /// Lists the pairs of a block, its edges and its discs near walls anew.
-    pub(super) fn fill(&mut self, block: &mut Block, grid: &Grid<'_>) {
-        let Grid { discs, cells, .. } = *grid;
+    fn fill(&mut self, block: &mut Block, grid: &Grid<'_>) {
+        let Grid { discs, skin, around, .. } = *grid;
         let own = block.start..block.start + block.len(discs);
-        self.edges.clear();
-        block.walls.clear();
+        let inner =
+            Among { discs, skin, counted_from: [block.start, block.start], sides: around.sides };
         self.found.clear();
-        self.around = Runs::default();
-        let mut is_inside = false;
-        for disc in own.clone() {
-            let from = Looker { disc, start: own.start };
-            // Discs of one cell follow each other.
-            if cells.around(discs.position(disc), &mut self.around) {
-                is_inside = self.around.are_within(&own);
-            }
-            for number in 0..self.around.runs.len() {
-                let Run { discs: ref run, shift } = self.around.runs[number];
-                let (start, end) = (run.start, run.end);
-                if is_inside || shift == [0, 0] {
-                    // Each inner pair once.
-                    let after = Ord::max(start, disc + 1)..Ord::min(end, own.end);
-                    if !after.is_empty() {
-                        self.found.look(from, after, discs, grid.skin);
-                    }
-                }
-                if !is_inside {
-                    // What stands before and after the block; images stand beside it as a whole.
-                    let own = if shift == [0, 0] { own.clone() } else { end..end };
-                    let (before, behind) =
-                        (start..Ord::min(end, own.start), Ord::max(start, own.end)..end);
-                    self.list_edges(from, before, shift, grid);
-                    self.list_edges(from, behind, shift, grid);
-                }
-            }
-            list_walls(block, disc, grid);
-        }
-        self.hand_over(block, grid);
-        self.hand_over_edges(block, grid);
-    }
-
-    /// Makes the pairs found the block's, with what does not change until the list is built anew.
-    fn hand_over(&mut self, block: &mut Block, grid: &Grid<'_>) {
-        let list = &mut block.inner;
-        tiers::sort(&self.found, grid.skin, &mut self.tiers, list);
-        let ends = list.first.iter().zip(&list.second);
-        for (damping, (&first, &second)) in list.damping.iter_mut().zip(ends) {
-            let [first, second] = [first, second].map(|disc| block.start + disc as usize);
-            *damping = grid.around.law.damping(grid.discs, first, second);
-        }
-    }
-
-    /// Lists a disc's pairs with a run of discs of other blocks, or with images beyond a periodic side.
-    fn list_edges(&mut self, from: Looker, others: Range<usize>, shift: [i8; 2], grid: &Grid<'_>) {
-        if others.is_empty() {
-            return;
-        }
-        let discs = grid.discs;
-        let [x, y] = discs.position(from.disc);
-        let radius = discs.radii[from.disc];
-        let shift = [0, 1].map(|axis: usize| f64::from(shift[axis]) * grid.around.sides[axis]);
-        for other in others {
-            let [other_x, other_y] = discs.position(other);
-            let apart = [x - (other_x + shift[0]), y - (other_y + shift[1])];
-            let squared = apart[0] * apart[0] + apart[1] * apart[1];
-            let touching = radius + discs.radii[other];
-            let reach = touching + grid.skin;
-            if squared < reach * reach {
-                let tier = tiers::tier_of(squared.sqrt() - touching, grid.skin);
-                let ends = [(from.disc - from.start) as u32, other as u32];
-                self.edges.push(Edge { tier, ends, touching, shift });
+        let mut disc = own.start;
+        while disc < own.end {
+            disc = match grid.cells.stretch(disc, &own) {
+                Some(stretch) => self.look_from_stretch(disc, &stretch),
+                None => self.look_from_cell(disc, &own, grid),
+            };
+            if self.inner.len() >= MANY {
+                self.found.take::<false>(&mut self.inner, &inner);
             }
         }
-    }
-
-    /// Makes the edges found the block's, by tier, in the order found within a tier.
-    fn hand_over_edges(&mut self, block: &mut Block, grid: &Grid<'_>) {
-        self.edges.sort_by_key(|edge| edge.tier);
-        let list = &mut block.edges;
-        list.clear();
-        list.ends = tiers::ends_of(self.edges.iter().map(|edge| edge.tier));
-        list.first.extend(self.edges.iter().map(|edge| edge.ends[0]));
-        list.second.extend(self.edges.iter().map(|edge| edge.ends[1]));
-        list.reach.extend(self.edges.iter().map(|edge| edge.touching));
-        list.damping.extend(self.edges.iter().map(|edge| {
-            let [own, other] = edge.ends.map(|disc| disc as usize);
-            grid.around.law.damping(grid.discs, block.start + own, other)
-        }));
+        self.found.take::<false>(&mut self.inner, &inner);
+        let ends = self.sorter.sort(self.found.tiers());
+        self.sorter.deal_to_strands(ends[0]);
+        self.hand_over(&mut block.inner, ends, &inner, around);
+        let edges = Among { counted_from: [block.start, 0], ..inner };
+        self.found.clear();
+        self.found.take::<true>(&mut self.edges, &edges);
+        let ends = self.sorter.sort(self.found.tiers());
+        self.hand_over(&mut block.edges, ends, &edges, around);
         block.shifts.clear();
-        block.shifts.extend(self.edges.iter().map(|edge| edge.shift));
+        let turns = self.found.turns();
+        let shifts = self.sorter.order().iter().map(|&pair| edges.shift(turns[pair as usize]));
+        block.shifts.extend(shifts);
+        self.list_walls(block, own, grid);
+    }
+
+    /// Each disc of a stretch, which begins with one, is compared with those behind it in its own column and with those
+    /// beside it in the next. Returns where the stretch ends.
+    fn look_from_stretch(&mut self, begin: usize, stretch: &Stretch<'_>) -> usize {
+        for (disc, &cell) in (begin as u32..).zip(stretch.cells) {
+            self.inner.add(disc, disc + 1..stretch.end_above(cell), [0, 0]);
+            self.inner.add(disc, stretch.beside(cell), [0, 0]);
+        }
+        begin + stretch.cells.len()
+    }
+
+    /// The same for the rest of a cell that begins with a disc, wherever it is.
+    fn look_from_cell(&mut self, begin: usize, own: &Range<usize>, grid: &Grid<'_>) -> usize {
+        grid.cells.around(grid.discs.position(begin), &mut self.around);
+        let end = grid.cells.end_of_cell(begin, own);
+        let add = |looks: &mut Looks, disc: usize, others: Range<usize>, shift: Turns| {
+            if !others.is_empty() {
+                looks.add(disc as u32, others.start as u32..others.end as u32, shift);
+            }
+        };
+        for disc in begin..end {
+            for Run { discs: run, shift } in &self.around.runs {
+                if *shift != [0, 0] {
+                    // Images stand beside the block as a whole.
+                    add(&mut self.edges, disc, run.clone(), *shift);
+                    continue;
+                }
+                // Each inner pair once.
+                let inner = Ord::max(run.start, disc + 1)..Ord::min(run.end, own.end);
+                add(&mut self.inner, disc, inner, *shift);
+                // What stands before and behind the block.
+                add(&mut self.edges, disc, run.start..Ord::min(run.end, own.start), *shift);
+                add(&mut self.edges, disc, Ord::max(run.start, own.end)..run.end, *shift);
+            }
+        }
+        end
+    }
+
+    /// Makes the pairs found a list, in the order that was found, with what does not change until it is built anew.
+    fn hand_over(
+        &self,
+        list: &mut Pairs,
+        ends: [u32; TIERS],
+        among: &Among<'_>,
+        around: &Surroundings<'_>,
+    ) {
+        let order = self.sorter.order();
+        list.resize(order.len(), ends);
+        let (pairs, touching) = (self.found.pairs(), self.found.touching());
+        let columns = list.first.iter_mut().zip(&mut list.second).zip(&mut list.reach);
+        for (((first, second), reach), &pair) in columns.zip(order) {
+            [*first, *second] = pairs[pair as usize];
+            *reach = touching[pair as usize];
+        }
+        let ends = [&*list.first, &*list.second];
+        around.law.dampings(among.discs, among.counted_from, ends, &mut list.damping);
+    }
+
+    /// Lists the discs near walls: a disc with one wall after the other.
+    fn list_walls(&mut self, block: &mut Block, own: Range<usize>, grid: &Grid<'_>) {
+        let Grid { discs, skin, around, .. } = *grid;
+        block.walls.clear();
+        self.are_near.clear();
+        // Up to a whole group; there are no discs behind the last one.
+        self.are_near.resize(own.len().next_multiple_of(GROUP), false);
+        for wall in around.walls {
+            let are_near = &mut self.are_near;
+            let (states, radii) = (&discs.states[own.clone()], &discs.radii[own.clone()]);
+            wall.shape.mark_near(states, radii, skin, are_near);
+        }
+        // Most discs are far from all walls.
+        let (groups, _) = self.are_near.as_chunks::<GROUP>();
+        let some = groups.iter().enumerate().filter(|&(_, group)| *group != [false; GROUP]);
+        for number in some.flat_map(|(group, _)| group * GROUP..(group + 1) * GROUP) {
+            if self.are_near[number] {
+                list_walls_of(block, own.start + number, grid);
+            }
+        }
     }
 }
 
-fn list_walls(block: &mut Block, disc: usize, grid: &Grid<'_>) {
-    let discs = grid.discs;
-    for (wall, placed) in grid.around.walls.iter().enumerate() {
-        if placed.shape.footing(discs.position(disc)).distance < discs.radii[disc] + grid.skin {
+/// Lists a disc with the walls that it is near.
+fn list_walls_of(block: &mut Block, disc: usize, grid: &Grid<'_>) {
+    let Grid { discs, skin, around, .. } = *grid;
+    let reach = discs.radii[disc] + skin;
+    for (wall, placed) in (0..).zip(around.walls) {
+        if placed.shape.footing(discs.position(disc)).distance < reach {
             block.walls.push(WallPair {
                 disc: (disc - block.start) as u32,
-                wall: wall as u32,
-                damping: grid.around.law.wall_damping(discs, disc),
+                wall,
+                damping: around.law.wall_damping(discs, disc),
                 stretch: [0.0; 2],
             });
         }

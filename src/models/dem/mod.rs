@@ -25,6 +25,7 @@ mod observe;
 #[cfg(test)]
 mod pairs_are_all_there;
 mod parameters;
+mod places;
 mod rain;
 mod recorded;
 mod registers;
@@ -281,6 +282,7 @@ impl Dem {
             walls: &walls,
             displacements: &self.parameters.displacements_at(self.count),
             largest_radius: self.parameters.radius_range.1,
+            finders: &self.workspace.finders,
         };
         self.neighbours.build(&mut self.discs, &around);
     }
@@ -333,16 +335,18 @@ impl Dem {
     /// Puts discs that left through a periodic side back at the other one.
     fn put_back(&mut self) {
         let Parameters { sides, periodic, gravity, .. } = self.parameters;
-        for (state, &mass) in self.discs.states.iter_mut().zip(&self.discs.masses) {
+        let Discs { states, masses, .. } = &mut self.discs;
+        for disc in places::groups_that_left(states, sides, periodic).into_iter().flatten() {
             for axis in (0..2).filter(|&axis| periodic[axis]) {
-                let before = state[axis];
+                let before = states[disc][axis];
                 if before >= 0.0 && before < sides[axis] {
                     continue;
                 }
                 let turns = (before / sides[axis]).floor();
                 if turns != 0.0 {
-                    state[axis] = before - turns * sides[axis];
-                    self.ledger.put_back.add(mass * gravity[axis] * (state[axis] - before));
+                    let after = before - turns * sides[axis];
+                    states[disc][axis] = after;
+                    self.ledger.put_back.add(masses[disc] * gravity[axis] * (after - before));
                 }
             }
         }

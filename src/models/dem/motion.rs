@@ -78,6 +78,7 @@ pub fn spring_slider(
 
 /// Effective mass of a pair, m_eff = m_i m_j / (m_i + m_j), in kg. Against a wall it is the disc's own mass.
 #[must_use]
+#[inline(always)]
 pub fn effective_mass(first: f64, second: f64) -> f64 {
     first * second / (first + second)
 }

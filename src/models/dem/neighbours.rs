@@ -10,7 +10,8 @@
 use super::cells::{Cells, Periodic};
 use super::contacts::ContactLaw;
 use super::discs::Discs;
-use super::finder::{Finder, Grid};
+use super::finder::{Finders, Grid};
+use super::places;
 use super::springs::{Springs, Stretch};
 use super::tiers::{self, TIERS};
 use super::walls::PlacedWall;
@@ -134,6 +135,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) displacements: &'a [[f64; 2]],
     /// Largest radius, m.
     pub(super) largest_radius: f64,
+    /// Memory.
+    pub(super) finders: &'a Finders,
 }
 
 /// The skin's range over the mean radius, and where it begins.
@@ -171,13 +174,7 @@ impl Neighbours {
             return true;
         }
         // The sum of each step's fastest disc is a bound; now the true displacements are needed.
-        let mut largest = 0.0;
-        for (then, now) in self.built_at.iter().zip(&discs.states) {
-            let way = [now[0] - then[0], now[1] - then[1]];
-            let squared = way[0] * way[0] + way[1] * way[1];
-            largest = if squared > largest { squared } else { largest };
-        }
-        self.moved = largest.sqrt();
+        self.moved = places::longest_way(&self.built_at, &discs.states);
         // Closer to the limit, the displacements would be asked for at every step.
         self.moved < 0.9 * limit
     }
@@ -225,13 +222,16 @@ impl Neighbours {
         let skin = self.skin;
         let discs = &*discs;
         let blocks = self.blocks.par_iter_mut().enumerate();
-        blocks.for_each_init(Finder::default, |finder, (number, block)| {
-            block.start = number * BLOCK;
-            finder.fill(block, &Grid { discs, cells: &cells, around, skin });
-            if around.law.has_friction() {
-                springs.hand_on(block, discs, around.law.has_rolling_friction());
-            }
-        });
+        blocks.for_each_init(
+            || around.finders.search(),
+            |search, (number, block)| {
+                block.start = number * BLOCK;
+                search.fill(block, &Grid { discs, cells: &cells, around, skin });
+                if around.law.has_friction() {
+                    springs.hand_on(block, discs, around.law.has_rolling_friction());
+                }
+            },
+        );
         self.built_at.clear();
         self.built_at.extend(discs.states.iter().map(|&[x, y, ..]| [x, y]));
         self.walls_at.clear();
@@ -240,7 +240,7 @@ impl Neighbours {
         self.number += 1;
         let with_springs = self.blocks.iter().map(Block::tiers_with_springs).max().unwrap_or(0);
         self.tiers = Ord::max(tiers::in_reach(0.0, skin), with_springs);
-        self.clearance = clearance(discs, around);
+        self.clearance = places::clearance(&discs.states, around.sides, around.periodic);
         self.age = 0;
     }
 
@@ -261,32 +261,10 @@ impl Neighbours {
     }
 }
 
-/// Distance of the nearest centre to a closed side of the box, m.
-fn clearance(discs: &Discs, around: &Surroundings<'_>) -> f64 {
-    let mut least = f64::INFINITY;
-    for axis in (0..2).filter(|&axis| !around.periodic[axis]) {
-        for state in &discs.states {
-            let (low, high) = (state[axis], around.sides[axis] - state[axis]);
-            least = if low < least { low } else { least };
-            least = if high < least { high } else { least };
-        }
-    }
-    least
-}
-
 impl Pairs {
     /// Number of pairs.
     pub(super) fn len(&self) -> usize {
         self.first.len()
-    }
-
-    pub(super) fn clear(&mut self) {
-        self.first.clear();
-        self.second.clear();
-        self.reach.clear();
-        self.damping.clear();
-        self.stretch.clear();
-        self.rolling_stretch.clear();
     }
 
     /// Stretches of a pair's springs; zero where it has none.
@@ -305,17 +283,21 @@ impl Pairs {
         }
     }
 
-    /// Makes it so many pairs in tiers with these ends; all columns are to be written.
+    /// Makes it so many pairs in tiers with these ends; their ends, reach and damping are to be written, and springs handed on.
     pub(super) fn resize(&mut self, pairs: usize, ends: [u32; TIERS]) {
+        /// What was written before may stay.
         fn sized<T: Copy + Default>(column: &mut Vec<T>, pairs: usize) {
-            column.clear();
-            column.reserve_exact(pairs);
+            if column.capacity() < pairs {
+                *column = Vec::with_capacity(pairs);
+            }
             column.resize(pairs, T::default());
         }
         sized(&mut self.first, pairs);
         sized(&mut self.second, pairs);
         sized(&mut self.reach, pairs);
         sized(&mut self.damping, pairs);
+        self.stretch.clear();
+        self.rolling_stretch.clear();
         self.ends = ends;
     }
 

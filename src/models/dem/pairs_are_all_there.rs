@@ -8,6 +8,7 @@
 //! Tolerance: none, the sets are equal.
 
 use super::discs::Discs;
+use super::finder::Finders;
 use super::neighbours::{Neighbours, Surroundings};
 use super::parameters::Parameters;
 use super::rows::Rows;
@@ -65,6 +66,7 @@ impl Case {
             walls: &[],
             displacements: &[],
             largest_radius: self.radii[1],
+            finders: &Finders::default(),
         };
         self.neighbours.build(&mut self.discs, &around);
     }

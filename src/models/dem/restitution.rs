@@ -60,6 +60,7 @@ fn bisect_clamped(wanted: f64) -> f64 {
 
 /// Damping eta = 2 zeta sqrt(k m_eff), in N s/m.
 #[must_use]
+#[inline(always)]
 pub fn damping(damping_ratio: f64, stiffness: f64, effective_mass: f64) -> f64 {
     2.0 * damping_ratio * (stiffness * effective_mass).sqrt()
 }

@@ -9,6 +9,7 @@
 //! Tolerance: none. Controls: springs of pairs that leave the list are gone; many pairs stand the other way round.
 
 use super::discs::Discs;
+use super::finder::Finders;
 use super::neighbours::{Neighbours, Pairs, Surroundings};
 use super::parameters::Parameters;
 use super::springs::Stretch;
@@ -73,6 +74,7 @@ fn springs_keep_their_stretch_and_sense() {
         walls: &[],
         displacements: &[],
         largest_radius: RADIUS,
+        finders: &Finders::default(),
     };
     let mut place = || generator.uniform_in(0.0, SIDE);
     let mut discs = Discs {

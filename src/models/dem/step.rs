@@ -18,6 +18,7 @@
 use super::contacts::{self, Contact, Partner};
 use super::discs::Discs;
 use super::drift;
+use super::finder::Finders;
 use super::forces::{ContactSums, EdgeForces, Forces, Own, Scene};
 use super::implicit;
 use super::motion;
@@ -42,6 +43,8 @@ pub(super) struct Workspace {
     forces: Vec<Forces>,
     /// Forces with implicit dashpots on the discs of each block; empty with explicit ones.
     solved: Vec<Forces>,
+    /// For building lists between steps.
+    pub(super) finders: Finders,
 }
 
 /// What a step, or the discs of one block in it, did.

@@ -4,8 +4,6 @@
 //! few tiers alone, and at one more whenever the way of the fastest disc has grown by another share of the skin. The wider
 //! the skin, the smaller the part of the list that is looked at: it costs memory, and is built seldom.
 
-use super::found::Found;
-use super::neighbours::Pairs;
 use crate::vector_width::{self, Kernel};
 
 /// Tiers, each of an equal share of the skin; the first holds all that touch as well.
@@ -21,89 +19,25 @@ pub(super) fn in_reach(moved: f64, skin: f64) -> usize {
 
 /// The tier of a gap, in m, in a list with a skin.
 #[inline(always)]
-pub(super) fn tier_of(gap: f64, skin: f64) -> u32 {
-    // Below zero becomes the first.
-    let tier = (gap / skin * TIERS as f64) as u32;
-    if tier < TIERS as u32 { tier } else { TIERS as u32 - 1 }
+fn tier_of(gap: f64, skin: f64) -> u8 {
+    let tier = (gap / skin * TIERS as f64) as i32;
+    // Discs that overlap belong to the first.
+    Ord::clamp(tier, 0, TIERS as i32 - 1) as u8
 }
 
-/// Where each tier ends.
-pub(super) fn ends_of(tiers: impl Iterator<Item = u32>) -> [u32; TIERS] {
-    let mut ends = [0; TIERS];
-    for tier in tiers {
-        ends[tier as usize] += 1;
-    }
-    for tier in 1..TIERS {
-        ends[tier] += ends[tier - 1];
-    }
-    ends
+/// Finds the tiers of pairs by the squares of their distances, m^2, and the distances at which they touch, m.
+pub(super) fn find([squared, touching]: [&[f64]; 2], skin: f64, tiers: &mut [u8]) {
+    vector_width::run(Tiers { squared, touching, skin, tiers });
 }
 
-/// Makes pairs found a block's list, but for their damping: by tier, in the order found within a tier. `tiers` is memory for
-/// the tier of each.
-pub(super) fn sort(found: &Found, skin: f64, tiers: &mut Vec<u32>, list: &mut Pairs) {
-    let count = found.pairs().len();
-    tiers.clear();
-    tiers.resize(count, 0);
-    vector_width::run(Sorting {
-        squared: found.squared(),
-        touching: found.touching(),
-        skin,
-        tiers,
-    });
-    let ends = ends_of(tiers.iter().copied());
-    list.resize(count, ends);
-    let mut next = [0; TIERS];
-    next[1..].copy_from_slice(&ends[..TIERS - 1]);
-    let mut strands = Strands { quarter: ends[0] as usize / 4, strand: 0, number: 0 };
-    let pairs = found.pairs().iter().zip(found.touching()).zip(&*tiers);
-    for ((&[first, second], &touching), &tier) in pairs {
-        let place = if tier == 0 {
-            strands.next_place()
-        } else {
-            let next = &mut next[tier as usize];
-            *next += 1;
-            *next as usize - 1
-        };
-        list.first[place] = first;
-        list.second[place] = second;
-        list.reach[place] = touching;
-    }
-}
-
-/// The first tier's order: the pairs of four quarters in turn. Four at a time have different discs, and a sum of forces is
-/// not waited for where it goes on at once.
-struct Strands {
-    quarter: usize,
-    strand: usize,
-    number: usize,
-}
-
-impl Strands {
-    fn next_place(&mut self) -> usize {
-        while self.number == self.quarter && self.strand < 4 {
-            (self.strand, self.number) = (self.strand + 1, 0);
-        }
-        // What four quarters leave over follows them.
-        let place = if self.strand < 4 {
-            4 * self.number + self.strand
-        } else {
-            4 * self.quarter + self.number
-        };
-        self.number += 1;
-        place
-    }
-}
-
-/// Finds the tiers of pairs.
-struct Sorting<'a> {
+struct Tiers<'a> {
     squared: &'a [f64],
     touching: &'a [f64],
     skin: f64,
-    tiers: &'a mut [u32],
+    tiers: &'a mut [u8],
 }
 
-impl Kernel for Sorting<'_> {
+impl Kernel for Tiers<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -112,5 +46,78 @@ impl Kernel for Sorting<'_> {
         for (tier, (&squared, &touching)) in self.tiers.iter_mut().zip(gaps) {
             *tier = tier_of(squared.sqrt() - touching, self.skin);
         }
+    }
+}
+
+/// Sorts pairs by their tiers; in a tier they keep the order in which they were found.
+#[derive(Default)]
+pub(super) struct Sorter {
+    order: Vec<u32>,
+    strands: Vec<u32>,
+}
+
+/// Parts of a list that are counted and sorted side by side: what is written to a counter is not waited for by the next pair.
+const PARTS: usize = 4;
+
+impl Sorter {
+    /// Finds the order of pairs, and where each tier ends.
+    pub(super) fn sort(&mut self, tiers: &[u8]) -> [u32; TIERS] {
+        let length = tiers.len() / PARTS;
+        let (parts, rest) = tiers.split_at(PARTS * length);
+        let parts: [&[u8]; PARTS] =
+            std::array::from_fn(|part| &parts[part * length..(part + 1) * length]);
+        // Where the next pair of each part and tier goes. What four parts leave over belongs to the last of them.
+        let mut next = [[0_u32; TIERS]; PARTS];
+        for number in 0..length {
+            for (counts, tiers) in next.iter_mut().zip(parts) {
+                counts[usize::from(tiers[number]) % TIERS] += 1;
+            }
+        }
+        for &tier in rest {
+            next[PARTS - 1][usize::from(tier) % TIERS] += 1;
+        }
+        let mut end = 0;
+        let mut begin_next = |count: &mut u32| {
+            end += *count;
+            *count = end - *count;
+            end
+        };
+        let ends = std::array::from_fn(|tier| {
+            next.each_mut().map(|counts| begin_next(&mut counts[tier]))[PARTS - 1]
+        });
+        self.order.resize(tiers.len(), 0);
+        let mut place = |part: usize, number: usize, tier: u8| {
+            let next = &mut next[part][usize::from(tier) % TIERS];
+            self.order[*next as usize] = number as u32;
+            *next += 1;
+        };
+        for number in 0..length {
+            for (part, tiers) in parts.into_iter().enumerate() {
+                place(part, part * length + number, tiers[number]);
+            }
+        }
+        for (number, &tier) in rest.iter().enumerate() {
+            place(PARTS - 1, PARTS * length + number, tier);
+        }
+        ends
+    }
+
+    /// Puts the pairs of the first tier, which ends at `end`, into another order: four quarters in turn, then what they leave
+    /// over. Four at a time have different discs, and a sum of forces is not waited for where it goes on at once.
+    pub(super) fn deal_to_strands(&mut self, end: u32) {
+        let quarter = end as usize / 4;
+        let dealt = &mut self.order[..4 * quarter];
+        self.strands.clear();
+        self.strands.extend_from_slice(dealt);
+        for (strand, numbers) in self.strands.chunks_exact(Ord::max(quarter, 1)).enumerate() {
+            for (places, &number) in dealt.as_chunks_mut::<4>().0.iter_mut().zip(numbers) {
+                places[strand] = number;
+            }
+        }
+    }
+
+    /// For each place, which of the pairs found comes there.
+    pub(super) fn order(&self) -> &[u32] {
+        &self.order
     }
 }

@@ -1,5 +1,6 @@
 //! Walls: their shapes, how they move, and where a disc touches them.
 
+use crate::vector_width::{self, Kernel};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -123,7 +124,19 @@ impl Shape {
         }
     }
 
+    /// Marks those discs whose distance from this wall is less than their radius and a margin, m.
+    pub(super) fn mark_near(
+        &self,
+        states: &[[f64; 4]],
+        radii: &[f64],
+        margin: f64,
+        are_near: &mut [bool],
+    ) {
+        vector_width::run(Nearness { shape: *self, states, radii, margin, are_near });
+    }
+
     /// Where a disc at `centre` stands before this wall.
+    #[inline(always)]
     pub(super) fn footing(&self, [x, y]: [f64; 2]) -> Footing {
         match *self {
             Self::Plane { point, normal } => {
@@ -159,7 +172,29 @@ impl PlacedWall {
     }
 }
 
+/// Finds the discs near a wall.
+struct Nearness<'a> {
+    shape: Shape,
+    states: &'a [[f64; 4]],
+    radii: &'a [f64],
+    margin: f64,
+    are_near: &'a mut [bool],
+}
+
+impl Kernel for Nearness<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let discs = self.states.iter().zip(self.radii);
+        for (is_near, (&[x, y, ..], radius)) in self.are_near.iter_mut().zip(discs) {
+            *is_near |= self.shape.footing([x, y]).distance < radius + self.margin;
+        }
+    }
+}
+
 /// Direction and distance from a point to another.
+#[inline(always)]
 fn away_from(point: [f64; 2], to: [f64; 2]) -> Footing {
     let apart = [to[0] - point[0], to[1] - point[1]];
     let distance = (apart[0] * apart[0] + apart[1] * apart[1]).sqrt();

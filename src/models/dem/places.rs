@@ -1,0 +1,129 @@
+//! Looks at the places of all discs, in wide instructions: they are made when lists are built, or are about to be.
+//!
+//! Maxima and minima do not depend on how many discs are taken at a time. A place that is no number is passed over by them.
+
+use super::cells::Periodic;
+use crate::vector_width::{self, Kernel};
+use std::ops::Range;
+
+/// Discs a group, of which none is looked at again where none has left.
+const GROUP: usize = 64;
+
+#[inline(always)]
+fn each(value: impl Fn(usize) -> f64) -> [f64; 4] {
+    [value(0), value(1), value(2), value(3)]
+}
+
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The longest way of a disc from where it was, m.
+pub(super) fn longest_way(from: &[[f64; 2]], states: &[[f64; 4]]) -> f64 {
+    vector_width::run(LongestWay { from, states }).sqrt()
+}
+
+struct LongestWay<'a> {
+    from: &'a [[f64; 2]],
+    states: &'a [[f64; 4]],
+}
+
+impl Kernel for LongestWay<'_> {
+    /// Its square, m^2.
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        let squared = |then: [f64; 2], now: [f64; 4]| {
+            let way = [now[0] - then[0], now[1] - then[1]];
+            way[0] * way[0] + way[1] * way[1]
+        };
+        let (from, last_from) = self.from.as_chunks::<4>();
+        let (states, last_states) = self.states.as_chunks::<4>();
+        let mut longest = [0.0; 4];
+        for (then, now) in from.iter().zip(states) {
+            let squared = each(|disc| squared(then[disc], now[disc]));
+            longest = each(|disc| larger(squared[disc], longest[disc]));
+        }
+        for (&then, &now) in last_from.iter().zip(last_states) {
+            longest[0] = larger(squared(then, now), longest[0]);
+        }
+        larger(larger(longest[0], longest[1]), larger(longest[2], longest[3]))
+    }
+}
+
+/// Distance of the nearest centre to a closed side of the box, m.
+pub(super) fn clearance(states: &[[f64; 4]], sides: [f64; 2], periodic: Periodic) -> f64 {
+    if periodic == [true, true] {
+        return f64::INFINITY;
+    }
+    let least = vector_width::run(Clearance { states, sides });
+    let closed = (0..2).filter(|&axis| !periodic[axis]);
+    closed.fold(
+        f64::INFINITY,
+        |nearest, axis| {
+            if least[axis] < nearest { least[axis] } else { nearest }
+        },
+    )
+}
+
+struct Clearance<'a> {
+    states: &'a [[f64; 4]],
+    sides: [f64; 2],
+}
+
+impl Kernel for Clearance<'_> {
+    /// The least distance from the sides across each axis, m.
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run(self) -> [f64; 2] {
+        let smaller = |a: f64, b: f64| if a < b { a } else { b };
+        let [width, height] = self.sides;
+        let mut least = [f64::INFINITY; 4];
+        for &[x, y, ..] in self.states {
+            let distances = [x, y, width - x, height - y];
+            least = each(|side| smaller(distances[side], least[side]));
+        }
+        [smaller(least[0], least[2]), smaller(least[1], least[3])]
+    }
+}
+
+/// Discs that stand together in memory, in groups of which some may have left through a periodic side.
+pub(super) fn groups_that_left(
+    states: &[[f64; 4]],
+    sides: [f64; 2],
+    periodic: Periodic,
+) -> Vec<Range<usize>> {
+    let range = |axis: usize| {
+        if periodic[axis] { (0.0, sides[axis]) } else { (f64::NEG_INFINITY, f64::INFINITY) }
+    };
+    let ((left, right), (bottom, top)) = (range(0), range(1));
+    let (low, high) = ([left, bottom], [right, top]);
+    let groups = states.chunks(GROUP).enumerate();
+    groups
+        .filter(|(_, states)| vector_width::run(SomeAreOutside { states, low, high }))
+        .map(|(number, states)| number * GROUP..number * GROUP + states.len())
+        .collect()
+}
+
+struct SomeAreOutside<'a> {
+    states: &'a [[f64; 4]],
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Kernel for SomeAreOutside<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let ([left, bottom], [right, top]) = (self.low, self.high);
+        self.states.iter().fold(false, |some, &[x, y, ..]| {
+            // A place that is no number is outside.
+            let is_inside = (x >= left) & (x < right) & (y >= bottom) & (y < top);
+            some | !is_inside
+        })
+    }
+}
