@@ -59,30 +59,22 @@ struct Drift<'a> {
     time_step: f64,
 }
 
-/// The same as [`Drift`] where nothing acts on most discs: they only move on.
+/// The same as [`Drift`] without gravity, where nothing acts on most discs: these only move on.
 fn fly_free(own: &mut Own<'_>, forces: &mut Forces, time_step: f64) -> Sums {
-    let mut sums = Sums { dashpot_power: [0.0; 4], fastest_squared: [0.0; 4] };
-    let Forces { forces, touched, moved, .. } = forces;
-    moved.clear();
-    for disc in touched.all() {
-        let (state, force) = (&mut own.states[disc], &mut forces[disc]);
-        moved.push((
-            disc as u32,
-            sums.move_one(disc, time_step, *state, own.inverse_masses[disc], *force),
-        ));
-        *force = [0.0; 4];
-        // Until its place is taken, it is the slowest of all.
-        let [x, y, ..] = *state;
-        *state = [x, y, 0.0, 0.0];
+    let half = 0.5 * time_step;
+    // Of even discs, and of odd ones.
+    let mut power = [[0.0; 2]; 2];
+    for disc in forces.touched.all() {
+        let [_, _, vx, vy] = &mut own.states[disc];
+        let [fx, fy, dx, dy] = std::mem::take(&mut forces.forces[disc]);
+        let [ax, ay] = motion::acceleration([0.0; 2], [fx, fy], own.inverse_masses[disc]);
+        let [x, y] = power[disc % 2];
+        power[disc % 2] = [x + dx * (*vx + ax * half), y + dy * (*vy + ay * half)];
+        (*vx, *vy) = (*vx + ax * time_step, *vy + ay * time_step);
     }
-    let fastest = vector_width::run(Flight { states: own.states, time_step });
-    for (top, fastest) in sums.fastest_squared.iter_mut().zip(fastest) {
-        *top = if fastest > *top { fastest } else { *top };
-    }
-    for &(disc, state) in &*moved {
-        own.states[disc as usize] = state;
-    }
-    sums
+    let fastest_squared = vector_width::run(Flight { states: own.states, time_step });
+    let [[x, y], [other_x, other_y]] = power;
+    Sums { dashpot_power: [x, y, other_x, other_y], fastest_squared }
 }
 
 /// Free flight of all discs of a block.
@@ -123,28 +115,6 @@ fn each(value: impl Fn(usize) -> f64) -> Pair {
 }
 
 impl Sums {
-    /// One disc, without gravity; returns its new state.
-    #[inline(always)]
-    fn move_one(
-        &mut self,
-        disc: usize,
-        time_step: f64,
-        [x, y, vx, vy]: [f64; 4],
-        inverse_mass: f64,
-        [fx, fy, dx, dy]: [f64; 4],
-    ) -> [f64; 4] {
-        let half = 0.5 * time_step;
-        let [ax, ay] = motion::acceleration([0.0; 2], [fx, fy], inverse_mass);
-        let [power_x, power_y] = &mut self.dashpot_power.as_chunks_mut::<2>().0[disc % 2];
-        *power_x += dx * (vx + ax * half);
-        *power_y += dy * (vy + ay * half);
-        let (vx, vy) = (vx + ax * time_step, vy + ay * time_step);
-        let [top_x, top_y, ..] = &mut self.fastest_squared;
-        *top_x = if vx * vx > *top_x { vx * vx } else { *top_x };
-        *top_y = if vy * vy > *top_y { vy * vy } else { *top_y };
-        [x + vx * time_step, y + vy * time_step, vx, vy]
-    }
-
     /// Two discs.
     #[inline(always)]
     fn move_on(

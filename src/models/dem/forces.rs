@@ -9,7 +9,7 @@
 use super::contacts::{ContactLaw, Partner};
 use super::discs::Discs;
 use super::lanes::{self, Lanes};
-use super::near::Near;
+use super::near::{self, Good, Near};
 use super::neighbours::{Block, Pairs, Scope};
 use super::rows::Rows;
 use super::rubbing;
@@ -32,8 +32,6 @@ pub(super) struct Forces {
     pub(super) rim_speeds: Vec<f64>,
     /// Discs on which something acts.
     pub(super) touched: Touched,
-    /// Memory of the drift: discs with their new states.
-    pub(super) moved: Vec<(u32, [f64; 4])>,
 }
 
 /// Forces of a block's edges on its own discs.
@@ -44,6 +42,10 @@ pub(super) struct EdgeForces {
     /// What friction does to each; empty without friction.
     rubs: Vec<RimForce>,
     sums: ContactSums,
+    /// Numbers of the near edges; see `near`.
+    near: Vec<u32>,
+    /// What these are good for.
+    good: Good,
 }
 
 /// Tangential force on a rim and the dashpot's share of it, N, and the torque of a rolling spring, N m.
@@ -181,17 +183,32 @@ impl EdgeForces {
 
     fn find_without_friction(&mut self, block: &Block, discs: &Discs, scene: &Scene<'_>) {
         let edges = &block.edges;
-        let looked_at = edges.in_tiers(scene.scope.tiers);
-        let ends = edges.first[..looked_at].iter().zip(&edges.second);
-        let pairs = ends.zip(edges.reach.iter().zip(&edges.damping)).zip(&block.shifts);
-        for (((&own, &other), (&reach, &damping)), &shift) in pairs {
-            let ends = [block.start + own as usize, other as usize];
+        if !self.good.is_for(&scene.scope) {
+            self.good = Good::until_the_horizon(&scene.scope);
+            let (horizon, margin) = near::horizon(&scene.scope);
+            let looked_at = 0..edges.in_tiers(scene.scope.tiers_within(horizon));
+            let is_near = |&edge: &usize| {
+                let [[x, y, ..], [other_x, other_y, ..]] =
+                    block.edge(edge).map(|disc| discs.states[disc]);
+                let apart =
+                    [x - (other_x + block.shifts[edge][0]), y - (other_y + block.shifts[edge][1])];
+                let reach = edges.reach[edge] + margin;
+                apart[0] * apart[0] + apart[1] * apart[1] < reach * reach
+            };
+            self.near.clear();
+            self.near.extend(looked_at.filter(is_near).map(|edge| edge as u32));
+        }
+        for edge in self.near.iter().map(|&edge| edge as usize) {
+            let ends = block.edge(edge);
             let [state, other] = ends.map(|disc| discs.states[disc]);
-            let Some(touch) = Touch::between(state, other, shift, reach) else { continue };
+            let touch = Touch::between(state, other, block.shifts[edge], edges.reach[edge]);
+            let Some(touch) = touch else { continue };
+            let own = edges.first[edge];
             let radii = ends.map(|disc| discs.radii[disc]);
             let partner = Partner::Disc(ends[1] as u32);
             self.sums.deepest.note(touch.overlap, own as usize, radii[0], partner, radii[1]);
-            self.forces.push((own, touch.push(scene.law, damping).along(touch.normal)));
+            let push = touch.push(scene.law, edges.damping[edge]);
+            self.forces.push((own, push.along(touch.normal)));
         }
     }
 }

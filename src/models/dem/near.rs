@@ -19,8 +19,7 @@ use std::arch::x86_64::*;
 /// The near pairs of a block. They are no part of the state.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Near {
-    /// Which list they are from, and which way of the fastest discs since that was built they are good for, m.
-    good: Option<(u64, f64)>,
+    good: Good,
     /// Pairs of the list before this one are not looked through: most of them touch.
     begin: usize,
     /// Numbers in the list.
@@ -66,6 +65,32 @@ pub(super) struct NearPair {
 /// The horizon over the skin.
 const HORIZON: f64 = 1.0 / TIERS as f64;
 
+/// What near pairs are good for; by itself nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Good {
+    /// The number of the list that they are from, and the way of its fastest discs, m, that is too long for them.
+    list_and_way: Option<(u64, f64)>,
+}
+
+impl Good {
+    /// Whether pairs that were near are good for the lists and the ways of a scope.
+    pub(super) fn is_for(&self, scope: &Scope) -> bool {
+        self.list_and_way.is_some_and(|(list, way)| list == scope.list && scope.way < way)
+    }
+
+    /// Pairs that are near now.
+    pub(super) fn until_the_horizon(scope: &Scope) -> Self {
+        Self { list_and_way: Some((scope.list, scope.way + horizon(scope).0)) }
+    }
+}
+
+/// The horizon, and the gap up to which pairs are near, m.
+pub(super) fn horizon(scope: &Scope) -> (f64, f64) {
+    let horizon = HORIZON * scope.skin;
+    // Gaps are rounded in their last digits.
+    (horizon, 2.000_001 * horizon)
+}
+
 impl Near {
     /// Pairs of the list before this one are not among these: most of them touch. A multiple of the lanes.
     pub(super) fn begin(&self) -> usize {
@@ -91,7 +116,7 @@ impl Near {
     pub(super) fn note(&mut self, touching: usize, of: usize) {
         let is_sparse = 2 * touching < of;
         if is_sparse != self.is_sparse {
-            (self.is_sparse, self.good) = (is_sparse, None);
+            (self.is_sparse, self.good) = (is_sparse, Good::default());
         }
     }
 
@@ -99,8 +124,7 @@ impl Near {
     #[inline]
     #[target_feature(enable = "avx2,popcnt")]
     pub(super) fn look(&mut self, pairs: &Pairs, own: &[[f64; 4]], scope: &Scope) {
-        let is_good = |&(list, way): &(u64, f64)| list == scope.list && scope.way < way;
-        if self.good.as_ref().is_none_or(|good| !is_good(good)) {
+        if !self.good.is_for(scope) {
             self.look_far(pairs, own, scope);
         }
         let Columns { firsts, seconds, reaches, beyond } = &self.columns;
@@ -113,7 +137,7 @@ impl Near {
     /// Finds the near pairs anew.
     #[target_feature(enable = "avx2,popcnt")]
     fn look_far(&mut self, pairs: &Pairs, own: &[[f64; 4]], scope: &Scope) {
-        let horizon = HORIZON * scope.skin;
+        let (horizon, margin) = horizon(scope);
         let end = pairs.in_tiers(scope.tiers_within(horizon));
         let first_tier = pairs.in_tiers(1);
         self.begin = if self.is_sparse { 0 } else { first_tier - first_tier % LANES };
@@ -123,8 +147,6 @@ impl Near {
             reaches: pairs.reach[self.begin..end].as_chunks().0,
         };
         assert!((fours.beyond() as usize) < own.len(), "a pair of no disc");
-        // Gaps are rounded in their last digits.
-        let margin = 2.000_001 * horizon;
         // SAFETY: no place is beyond the rows.
         let count = unsafe { list(fours, own, margin, &mut self.touching) };
         self.numbers.clear();
@@ -133,7 +155,7 @@ impl Near {
         // The last of the list, which fill no lanes.
         self.numbers.extend((self.begin + fours.firsts.len() * LANES..end).map(|pair| pair as u32));
         self.columns.take(pairs, &self.numbers);
-        self.good = Some((scope.list, scope.way + horizon));
+        self.good = Good::until_the_horizon(scope);
     }
 }
 

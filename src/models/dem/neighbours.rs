@@ -316,6 +316,11 @@ impl Pairs {
 }
 
 impl Block {
+    /// The two discs of an edge, counted from the first of all.
+    pub(super) fn edge(&self, edge: usize) -> [usize; 2] {
+        [self.start + self.edges.first[edge] as usize, self.edges.second[edge] as usize]
+    }
+
     fn tiers_with_springs(&self) -> usize {
         Ord::max(self.inner.tiers_with_springs(), self.edges.tiers_with_springs())
     }
