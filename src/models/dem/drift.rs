@@ -32,13 +32,13 @@ pub(super) fn kick_and_drift(
             time_step,
         })
     };
-    let [power, fastest] = [sums.dashpot_power, sums.fastest_squared];
+    let Sums { dashpot_power: power, fastest_squared: fastest } = sums;
     let dashpot_power = (power[0] + power[2]) + (power[1] + power[3]);
     let larger = |a: f64, b: f64| if a > b { a } else { b };
     let mut moved = Moved {
         dashpot_power: dashpot_power + turn::turn(own, forces, time_step),
         contacts: forces.sums.clone(),
-        fastest_squared: larger(fastest[0], fastest[2]) + larger(fastest[1], fastest[3]),
+        fastest_squared: larger(fastest[0], fastest[1]),
         outside: None,
     };
     // Where a place is no number, a velocity is none, and the power neither.
@@ -74,7 +74,7 @@ fn fly_free(own: &mut Own<'_>, forces: &mut Forces, time_step: f64) -> Sums {
     }
     let fastest_squared = vector_width::run(Flight { states: own.states, time_step });
     let [[x, y], [other_x, other_y]] = power;
-    Sums { dashpot_power: [x, y, other_x, other_y], fastest_squared }
+    Sums { dashpot_power: [x, y, other_x, other_y], fastest_squared: [fastest_squared, 0.0] }
 }
 
 /// Free flight of all discs of a block.
@@ -84,29 +84,36 @@ struct Flight<'a> {
 }
 
 impl Kernel for Flight<'_> {
-    /// Largest squares of the velocities' components, m^2/s^2, twice 0 before them.
-    type Output = Pair;
+    /// The largest square of a speed, m^2/s^2.
+    type Output = f64;
 
     #[inline(always)]
-    fn run(self) -> Pair {
-        let mut top = [0.0; 4];
+    fn run(self) -> f64 {
+        let mut top = 0.0;
         for state in self.states {
-            let [.., vx, vy] = *state;
-            let v = [vx, vy, 0.0, 0.0];
             let before = *state;
+            let [.., vx, vy] = before;
+            let v = [vx, vy, 0.0, 0.0];
             *state = each(|at| before[at] + v[at] * self.time_step);
-            top = each(|at| if v[at] * v[at] > top[at] { v[at] * v[at] } else { top[at] });
+            let squared = vx * vx + vy * vy;
+            top = if squared > top { squared } else { top };
         }
         top
     }
+}
+
+#[inline(always)]
+fn larger_of_each(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
+    let larger = |one: f64, other: f64| if one > other { one } else { other };
+    [larger(one[0], other[0]), larger(one[1], other[1])]
 }
 
 /// Sums over every other disc, axis by axis: their order does not depend on how many are taken at a time.
 struct Sums {
     /// Power taken by the dashpots, W.
     dashpot_power: Pair,
-    /// Largest squares of the velocities' components after the kick, m^2/s^2.
-    fastest_squared: Pair,
+    /// Largest squares of the speeds after the kick, m^2/s^2.
+    fastest_squared: [f64; 2],
 }
 
 #[inline(always)]
@@ -140,8 +147,8 @@ impl Sums {
         let v = each(|at| before[at] + a[at] * time_step);
         let x = each(|at| places[at] + v[at] * time_step);
         let squared = each(|at| v[at] * v[at]);
-        let top = self.fastest_squared;
-        self.fastest_squared = each(|at| if squared[at] > top[at] { squared[at] } else { top[at] });
+        let squared = [squared[0] + squared[1], squared[2] + squared[3]];
+        self.fastest_squared = larger_of_each(squared, self.fastest_squared);
         *states = [[x[0], x[1], v[0], v[1]], [x[2], x[3], v[2], v[3]]];
     }
 }
@@ -152,7 +159,7 @@ impl Kernel for Drift<'_> {
     #[inline(always)]
     fn run(self) -> Sums {
         let (gravity, time_step) = (self.gravity, self.time_step);
-        let mut sums = Sums { dashpot_power: [0.0; 4], fastest_squared: [0.0; 4] };
+        let mut sums = Sums { dashpot_power: [0.0; 4], fastest_squared: [0.0; 2] };
         let (states, last_state) = self.states.as_chunks_mut::<2>();
         let (inverse_masses, last_mass) = self.inverse_masses.as_chunks::<2>();
         let (forces, last_force) = self.forces.as_chunks_mut::<2>();

@@ -124,7 +124,7 @@ mod avx2 {
     }
 
     /// Fours that are worked on at a time: what is found of them stays in the nearest cache.
-    const BATCH: usize = 32;
+    const BATCH: usize = 16;
 
     /// What contacts are like, four by four: unit normal, and overlap and separating speed, both zero where two are apart.
     struct Meetings([[[f64; LANES]; 4]; BATCH]);
