@@ -337,7 +337,7 @@ fn begin<M: Model>(
 
 fn record_start<M: Model, W: Write>(
     model: M,
-    mut recorder: FrameWriter<W, M::Snapshot>,
+    mut recorder: FrameWriter<W>,
 ) -> Result<Underway<M, W>, RecordError> {
     record_now(&model, &mut recorder)?;
     Ok(Underway { model, recorder, next: 1 })
@@ -345,11 +345,9 @@ fn record_start<M: Model, W: Write>(
 
 fn record_now<M: Model, W: Write>(
     model: &M,
-    recorder: &mut FrameWriter<W, M::Snapshot>,
+    recorder: &mut FrameWriter<W>,
 ) -> Result<(), RecordError> {
-    let mut snapshot = recorder.snapshot();
-    model.capture(&mut snapshot);
-    recorder.write(clock(model), snapshot)
+    recorder.write(clock(model), |frame| model.observe(frame))
 }
 
 fn record_frames<M: Model, W: Write>(

@@ -98,11 +98,6 @@ pub(super) struct Scope {
     pub(super) clearance: f64,
 }
 
-impl Scope {
-    /// All of it.
-    pub(super) const ALL: Self = Self { tiers: TIERS, moved: 0.0, clearance: 0.0 };
-}
-
 /// What the list is built from, besides the discs.
 pub(super) struct Surroundings<'a> {
     pub(super) sides: [f64; 2],
