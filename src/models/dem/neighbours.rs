@@ -189,6 +189,8 @@ impl Neighbours {
             None => self.springs(discs),
         };
         let springs = springs.finder();
+        // Old lists would stand beside the new ones, and new ones in the gaps of the old.
+        self.blocks.clear();
         let reach = 2.0 * around.largest_radius + self.skin;
         let (cells, order) =
             Cells::sort(&discs.states, around.sides, reach, around.periodic, BLOCK);
