@@ -297,10 +297,8 @@ fn look(
             memory.find(&mut block, &own, &edges, scene);
         }
     }
-    let forces = memory.clone();
-    let moved = drift::kick_and_drift(&mut own, &mut memory, block.start, scene, parameters);
     let half = 0.5 * parameters.time_step;
-    let bodies = states.iter().zip(inverse_masses).zip(&forces.forces);
+    let bodies = states.iter().zip(inverse_masses).zip(&memory.forces);
     for (velocity, ((&[_, _, vx, vy], &inverse_mass), &[fx, fy, ..])) in
         seen.velocities.iter_mut().zip(bodies)
     {
@@ -309,14 +307,14 @@ fn look(
     }
     seen.spins.copy_from_slice(spins);
     let bodies = masses.iter().zip(radii);
-    let friction = forces.tangential.iter().zip(&forces.rolling);
+    let friction = memory.tangential.iter().zip(&memory.rolling);
     for ((spin, (&mass, &radius)), (&tangential, &rolling)) in
         seen.spins.iter_mut().zip(bodies).zip(friction)
     {
         let [torque, _] = turn::torque(radius, tangential, rolling);
         *spin += motion::angular_acceleration(torque, mass, radius) * half;
     }
-    moved
+    drift::kick_and_drift(&mut own, &mut memory, block.start, scene, parameters)
 }
 
 /// Turns the velocities of the start, at the positions' time, into those of velocity Verlet's half step before:
