@@ -36,6 +36,11 @@ impl Dem {
                 frame.log(Level::Warning, warning.as_str());
             }
         }
+        if tells_forces {
+            frame.push(&forces);
+        }
+        // Of a large bed they take as much as its rows, which come next.
+        drop(forces);
         frame.reserve_state(self.discs.len() * Self::STATE_COLUMNS.len());
         for disc in self.discs.by_id() {
             let [x, y] = self.within(self.discs.position(disc));
@@ -51,9 +56,6 @@ impl Dem {
         }
         self.push_energy(frame, evaluation);
         self.push_contacts(frame, evaluation);
-        if tells_forces {
-            frame.push(&forces);
-        }
         frame.push(&temperature(&evaluation.velocities));
     }
 
