@@ -23,7 +23,7 @@ pub struct Underway<M: Model, W: Write = RecordingFile> {
     /// The model, somewhere on its way to frame `next`.
     pub model: M,
     /// The recorder, after frame `next - 1`.
-    pub recorder: FrameWriter<W, M::Snapshot>,
+    pub recorder: FrameWriter<W>,
     /// The frame that comes next.
     pub next: u64,
 }

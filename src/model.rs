@@ -2,7 +2,7 @@
 
 use crate::random::Seed;
 use kinetoscope_recording::channels::ChannelDeclaration;
-use kinetoscope_recording::frame::{Frame, Snapshot, StateColumn};
+use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -71,9 +71,6 @@ impl std::error::Error for Fault {}
 pub trait Model: Sized + Serialize + DeserializeOwned {
     /// The table `[model.<NAME>]`.
     type Config;
-    /// What another thread fills a frame from while the model moves on: a frame that is filled at once, or, where filling
-    /// takes long, a copy of what it needs.
-    type Snapshot: Snapshot;
     /// The table's name.
     const NAME: &'static str;
     /// Raised with every change that alters a trajectory's bits; part of the content key.
@@ -113,15 +110,8 @@ pub trait Model: Sized + Serialize + DeserializeOwned {
     /// Time since the start, computed from counts and never accumulated where steps are fixed.
     fn time(&self) -> f64;
 
-    /// Takes down what a frame shows of the target that was reached last, over an empty or a used snapshot.
-    fn capture(&self, snapshot: &mut Self::Snapshot);
-
     /// Fills an empty frame with the state at the target that was reached last.
-    fn observe(&self, frame: &mut Frame) {
-        let mut snapshot = Self::Snapshot::default();
-        self.capture(&mut snapshot);
-        snapshot.fill(frame);
-    }
+    fn observe(&self, frame: &mut Frame);
 
     /// The drawing's fixed part.
     fn scenery(&self) -> Scenery;

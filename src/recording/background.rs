@@ -1,20 +1,22 @@
-//! A recorder on a thread of its own: the model goes on while frames are filled from snapshots, encoded, compressed and
-//! written. They come in the same order, hence the bytes are the same.
+//! A recorder on a thread of its own: the model goes on while frames are encoded, compressed and written. They come in the
+//! same order, hence the bytes are the same.
 
 use crate::error::RecordError;
 use crate::file::RecordingFile;
-use crate::frame::{LogLine, Snapshot};
+use crate::frame::{Frame, LogLine};
 use crate::recorder::{Clock, Outcome, Recorder, RecorderState};
 use std::io::Write;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
-/// Snapshots on their way: one that is written and one that waits.
-const UNDER_WAY: usize = 2;
+/// Frames in memory at most: one that is filled, one that is written, and two that wait while the disk is slow.
+const FRAMES: usize = 4;
+/// What they may take together, bytes. A frame that alone takes more is filled when the last one has been written.
+const FRAMES_BYTES: usize = 32 << 20;
 
 /// What the thread is asked for.
-enum Task<W: Write, S> {
-    Write(Clock, S),
+enum Task<W: Write> {
+    Write(Clock, Frame),
     Remark(LogLine),
     /// Anything that needs the recorder itself, after all that was asked before.
     With(Action<W>),
@@ -23,42 +25,68 @@ enum Task<W: Write, S> {
 type Action<W> = Box<dyn FnOnce(&Recorder<W>) + Send>;
 
 /// Writes one recording beside the caller's work, on a thread of its own.
-pub struct FrameWriter<W: Write, S> {
-    tasks: SyncSender<Task<W, S>>,
-    used: Receiver<S>,
+pub struct FrameWriter<W: Write> {
+    tasks: Sender<Task<W>>,
+    // Frames that have been written, empty.
+    used: Receiver<Frame>,
     // Gone once it has been asked why it ended.
     thread: Option<JoinHandle<Result<Recorder<W>, RecordError>>>,
     frames: u64,
+    // What every frame starts as.
+    blank: Frame,
+    // Frames in memory, and how many there may be.
+    in_memory: usize,
+    at_most: usize,
 }
 
-impl<W: Write + Send + 'static, S: Snapshot> FrameWriter<W, S> {
+impl<W: Write + Send + 'static> FrameWriter<W> {
     /// Gives a recorder a thread of its own.
     #[must_use]
     pub fn start(recorder: Recorder<W>) -> Self {
-        let (tasks, to_do) = sync_channel(UNDER_WAY);
-        // One snapshot more than can be under way: giving one back never waits.
-        let (give_back, used) = sync_channel(UNDER_WAY + 2);
-        let frames = recorder.frames_written();
+        // The frames in memory are a bound for both.
+        let (tasks, to_do) = channel();
+        let (give_back, used) = channel();
+        let (frames, blank) = (recorder.frames_written(), recorder.empty_frame());
         let thread = Some(thread::spawn(move || work(recorder, &to_do, &give_back)));
-        Self { tasks, used, thread, frames }
+        Self { tasks, used, thread, frames, blank, in_memory: 0, at_most: FRAMES }
     }
 }
 
-impl<W: Write, S: Snapshot> FrameWriter<W, S> {
-    /// A snapshot to take the next frame with: one that a frame has been filled from, where there is one.
-    #[must_use]
-    pub fn snapshot(&self) -> S {
-        self.used.try_recv().unwrap_or_default()
-    }
-
-    /// Writes the next frame after all that was handed over before.
+impl<W: Write> FrameWriter<W> {
+    /// Writes the next frame after all that was handed over before. `fill` fills it, from empty; while too many frames wait
+    /// to be written, it is not called yet.
     ///
     /// # Errors
-    /// As [`Recorder::write`], of this frame or of one handed over before.
-    pub fn write(&mut self, clock: Clock, snapshot: S) -> Result<(), RecordError> {
-        self.ask(Task::Write(clock, snapshot))?;
+    /// As [`Recorder::write`], of a frame handed over before.
+    pub fn write(
+        &mut self,
+        clock: Clock,
+        fill: impl FnOnce(&mut Frame),
+    ) -> Result<(), RecordError> {
+        let mut frame = self.empty_frame()?;
+        fill(&mut frame);
+        self.at_most = Ord::clamp(FRAMES_BYTES / Ord::max(frame.bytes(), 1), 1, FRAMES);
+        self.ask(Task::Write(clock, frame))?;
         self.frames += 1;
         Ok(())
+    }
+
+    /// A frame that has been written, or a new one where there may be one more.
+    fn empty_frame(&mut self) -> Result<Frame, RecordError> {
+        loop {
+            if self.in_memory < self.at_most {
+                return Ok(self.used.try_recv().unwrap_or_else(|_| {
+                    self.in_memory += 1;
+                    self.blank.clone()
+                }));
+            }
+            let frame = self.used.recv().map_err(|_| self.failure())?;
+            if self.in_memory == self.at_most {
+                return Ok(frame);
+            }
+            // Frames have grown.
+            self.in_memory -= 1;
+        }
     }
 
     /// As [`Recorder::remark`].
@@ -83,7 +111,7 @@ impl<W: Write, S: Snapshot> FrameWriter<W, S> {
         self.join()?.finish(outcome)
     }
 
-    fn ask(&mut self, task: Task<W, S>) -> Result<(), RecordError> {
+    fn ask(&mut self, task: Task<W>) -> Result<(), RecordError> {
         self.tasks.send(task).map_err(|_| self.failure())
     }
 
@@ -105,13 +133,13 @@ impl<W: Write, S: Snapshot> FrameWriter<W, S> {
     }
 }
 
-impl<S: Snapshot> FrameWriter<RecordingFile, S> {
+impl FrameWriter<RecordingFile> {
     /// As [`Recorder::save_point`], after all frames handed over so far.
     ///
     /// # Errors
     /// A disk that fails, now or before.
     pub fn save_point(&mut self) -> Result<RecorderState, RecordError> {
-        let (answer, answered) = sync_channel(1);
+        let (answer, answered) = channel();
         let task = move |recorder: &Recorder<RecordingFile>| {
             // Nobody listens only where the caller is gone.
             let _ = answer.send(recorder.save_point());
@@ -121,20 +149,18 @@ impl<S: Snapshot> FrameWriter<RecordingFile, S> {
     }
 }
 
-fn work<W: Write, S: Snapshot>(
+fn work<W: Write>(
     mut recorder: Recorder<W>,
-    tasks: &Receiver<Task<W, S>>,
-    give_back: &SyncSender<S>,
+    tasks: &Receiver<Task<W>>,
+    give_back: &Sender<Frame>,
 ) -> Result<Recorder<W>, RecordError> {
-    let mut frame = recorder.empty_frame();
     for task in tasks {
         match task {
-            Task::Write(clock, mut snapshot) => {
-                snapshot.fill(&mut frame);
-                // At once, so that the next frame is taken with it; a full channel means that there are snapshots enough.
-                let _ = give_back.try_send(snapshot);
+            Task::Write(clock, mut frame) => {
                 recorder.write(clock, &mut frame)?;
                 frame.clear();
+                // Nobody takes it where no further frame comes.
+                let _ = give_back.send(frame);
             }
             Task::Remark(line) => recorder.remark(line)?,
             Task::With(action) => action(&recorder),

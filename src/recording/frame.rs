@@ -54,20 +54,6 @@ pub struct EncodedMessage {
     pub payload: Vec<u8>,
 }
 
-/// What a frame is filled from: taken down on the model's thread, filled in on the recorder's while the model moves on.
-/// It is reused from frame to frame.
-pub trait Snapshot: Default + Send + 'static {
-    /// Fills an empty frame. What the snapshot holds may be used up.
-    fn fill(&mut self, frame: &mut Frame);
-}
-
-/// A frame that was filled at once.
-impl Snapshot for Frame {
-    fn fill(&mut self, frame: &mut Frame) {
-        std::mem::swap(self, frame);
-    }
-}
-
 /// The messages of one instant. A model fills it, the recorder writes it; it is reused from frame to frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
@@ -97,6 +83,12 @@ impl Frame {
         self.contacts.clear();
         self.walls.clear();
         self.log.clear();
+    }
+
+    /// Bytes that the state and the messages take.
+    pub(crate) fn bytes(&self) -> usize {
+        let messages = self.messages.iter().map(|message| message.payload.len());
+        size_of_val(self.state()) + messages.sum::<usize>()
     }
 
     /// Makes room for so many values of the state.

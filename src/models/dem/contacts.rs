@@ -1,9 +1,9 @@
 //! Who touches whom, one by one: for looking, for the implicit dashpot, and for the words of a fault.
 
 use super::discs::Discs;
+use super::forces::Scene;
 use super::materials::{Dashpot, Materials};
 use super::neighbours::{Block, Neighbours};
-use super::walls::PlacedWall;
 use super::{motion, restitution};
 use crate::vector_width::{self, Kernel};
 use serde::{Deserialize, Serialize};
@@ -164,14 +164,13 @@ impl Contact {
 /// Finds all contacts with their explicit normal forces, block by block: pairs, edges, walls.
 pub(super) fn find(
     discs: &Discs,
-    law: &ContactLaw,
-    walls: &[PlacedWall],
+    scene: &Scene<'_>,
     neighbours: &Neighbours,
     contacts: &mut Vec<Contact>,
 ) {
     contacts.clear();
     for block in &neighbours.blocks {
-        contacts.extend(of_block(block, discs, law, walls));
+        contacts.extend(of_block(block, discs, scene));
     }
 }
 
@@ -179,15 +178,15 @@ pub(super) fn find(
 pub(super) fn of_block(
     block: &Block,
     discs: &Discs,
-    law: &ContactLaw,
-    walls: &[PlacedWall],
+    scene: &Scene<'_>,
 ) -> impl Iterator<Item = Contact> {
-    let found = pair_contacts(block, discs, law).chain(edge_contacts(block, discs, law));
-    found.chain(wall_contacts(block, discs, law, walls))
+    let found = pair_contacts(block, discs, scene).chain(edge_contacts(block, discs, scene));
+    found.chain(wall_contacts(block, discs, scene))
 }
 
-fn pair_contacts(block: &Block, discs: &Discs, law: &ContactLaw) -> impl Iterator<Item = Contact> {
-    (0..block.inner.len()).filter_map(|pair| {
+fn pair_contacts(block: &Block, discs: &Discs, scene: &Scene<'_>) -> impl Iterator<Item = Contact> {
+    let law = scene.law;
+    (0..block.inner.in_tiers(scene.scope.tiers)).filter_map(move |pair| {
         let first = block.start + block.inner.first[pair] as usize;
         let second = block.start + block.inner.second[pair] as usize;
         let contact =
@@ -197,8 +196,9 @@ fn pair_contacts(block: &Block, discs: &Discs, law: &ContactLaw) -> impl Iterato
 }
 
 /// Edges are listed with both of their discs; here they count once.
-fn edge_contacts(block: &Block, discs: &Discs, law: &ContactLaw) -> impl Iterator<Item = Contact> {
-    (0..block.edges.len()).filter_map(|edge| {
+fn edge_contacts(block: &Block, discs: &Discs, scene: &Scene<'_>) -> impl Iterator<Item = Contact> {
+    let law = scene.law;
+    (0..block.edges.in_tiers(scene.scope.tiers)).filter_map(move |edge| {
         let first = block.start + block.edges.first[edge] as usize;
         let second = block.edges.second[edge] as usize;
         if first > second {
@@ -250,13 +250,9 @@ fn pair_contact(
     })
 }
 
-fn wall_contacts(
-    block: &Block,
-    discs: &Discs,
-    law: &ContactLaw,
-    walls: &[PlacedWall],
-) -> impl Iterator<Item = Contact> {
-    block.walls.iter().filter_map(|pair| {
+fn wall_contacts(block: &Block, discs: &Discs, scene: &Scene<'_>) -> impl Iterator<Item = Contact> {
+    let (law, walls) = (scene.law, scene.walls);
+    block.walls.iter().filter_map(move |pair| {
         let disc = block.start + pair.disc as usize;
         let wall = &walls[pair.wall as usize];
         let footing = wall.shape.footing(discs.position(disc));

@@ -36,7 +36,6 @@ mod rubbing;
 mod rubbing_lanes;
 #[cfg(test)]
 mod rubbing_pairs_by_any_number;
-mod snapshot;
 mod springs;
 #[cfg(test)]
 mod springs_outlive_lists;
@@ -60,13 +59,12 @@ use kinetoscope_recording::channels::{
     ChannelDeclaration, DemContactForces, DemContacts, DemEnergy, DemEnergyShare, DemTemperature,
     DemWalls,
 };
-use kinetoscope_recording::frame::StateColumn;
+use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
 use neighbours::{Neighbours, Scope, Surroundings};
 use parameters::Parameters;
 use rain::Rain;
 use serde::{Deserialize, Serialize};
-pub use snapshot::DemSnapshot;
 use stability::Diagnosis;
 use start::Kinds;
 use step::{BlowUp, Evaluation, Moved, Workspace};
@@ -125,7 +123,6 @@ struct Window {
 
 impl Model for Dem {
     type Config = DemConfig;
-    type Snapshot = DemSnapshot;
     const NAME: &'static str = "dem";
     const PHYSICS_VERSION: u32 = 2;
     const TIME_UNIT: &'static str = "s";
@@ -231,8 +228,8 @@ impl Model for Dem {
         self.count as f64 * self.parameters.time_step
     }
 
-    fn capture(&self, snapshot: &mut DemSnapshot) {
-        snapshot.take(self);
+    fn observe(&self, frame: &mut Frame) {
+        self.fill(frame);
     }
 
     fn scenery(&self) -> Scenery {
@@ -376,18 +373,15 @@ impl Dem {
 
     /// Forces at the present state, found without touching it.
     fn evaluate(&self) -> Evaluation {
-        self.evaluate_with(&self.neighbours, &mut |_| {})
+        self.evaluate_showing(&mut |_| {})
     }
 
-    /// Forces at the present state, with the lists of the run or a copy of them; `on_contact` is shown all contacts.
-    fn evaluate_with(
-        &self,
-        neighbours: &Neighbours,
-        on_contact: &mut dyn FnMut(&Contact),
-    ) -> Evaluation {
+    /// The same; `on_contact` is shown all contacts.
+    fn evaluate_showing(&self, on_contact: &mut dyn FnMut(&Contact)) -> Evaluation {
         let walls = self.parameters.walls_at(self.count);
-        let scene = scene(&self.parameters, &walls, &Window::default(), Scope::ALL, self.use_lanes);
-        Evaluation::of(neighbours, &self.discs, &scene, &self.parameters, on_contact)
+        let scope = self.neighbours.scope();
+        let scene = scene(&self.parameters, &walls, &Window::default(), scope, self.use_lanes);
+        Evaluation::of(&self.neighbours, &self.discs, &scene, &self.parameters, on_contact)
     }
 
     fn energies(&self, evaluation: &Evaluation) -> Energies {

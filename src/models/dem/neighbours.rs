@@ -112,10 +112,6 @@ pub(super) struct Scope {
 }
 
 impl Scope {
-    /// All of it.
-    pub(super) const ALL: Self =
-        Self { tiers: TIERS, moved: 0.0, clearance: 0.0, way: 0.0, list: 0, skin: 0.0 };
-
     /// Tiers that have pairs which may touch before the fastest discs have come a way, in m.
     pub(super) fn tiers_within(&self, way: f64) -> usize {
         if self.tiers == TIERS {
@@ -213,6 +209,8 @@ impl Neighbours {
             None => self.springs(discs),
         };
         let springs = springs.finder();
+        // Old lists would stand beside the new ones, and new ones in the gaps of the old.
+        self.blocks.clear();
         let reach = 2.0 * around.largest_radius + self.skin;
         let (cells, order) =
             Cells::sort(&discs.states, around.sides, reach, around.periodic, BLOCK);

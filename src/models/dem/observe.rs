@@ -2,7 +2,6 @@
 
 use super::Dem;
 use super::contacts::{Contact, Partner};
-use super::neighbours::Neighbours;
 use super::parameters::Parameters;
 use super::step::{Evaluation, Touching};
 use super::walls::Shape;
@@ -19,11 +18,11 @@ const MOST_ARROWS: usize = 100;
 const SPEED_RANGE: f64 = 0.75;
 
 impl Dem {
-    pub(super) fn fill(&self, neighbours: &Neighbours, frame: &mut Frame) {
+    pub(super) fn fill(&self, frame: &mut Frame) {
         let tells_forces = self.parameters.tells_contact_forces;
         let walls = self.parameters.walls_at(self.count);
         let mut forces = DemContactForces::default();
-        let evaluation = &self.evaluate_with(neighbours, &mut |contact| {
+        let evaluation = &self.evaluate_showing(&mut |contact| {
             frame.push_contact(self.line(contact));
             if tells_forces {
                 self.tell_force(contact, &walls, &mut forces);
@@ -37,6 +36,11 @@ impl Dem {
                 frame.log(Level::Warning, warning.as_str());
             }
         }
+        if tells_forces {
+            frame.push(&forces);
+        }
+        // Of a large bed they take as much as its rows, which come next.
+        drop(forces);
         frame.reserve_state(self.discs.len() * Self::STATE_COLUMNS.len());
         for disc in self.discs.by_id() {
             let [x, y] = self.within(self.discs.position(disc));
@@ -52,9 +56,6 @@ impl Dem {
         }
         self.push_energy(frame, evaluation);
         self.push_contacts(frame, evaluation);
-        if tells_forces {
-            frame.push(&forces);
-        }
         frame.push(&temperature(&evaluation.velocities));
     }
 

@@ -60,11 +60,6 @@ impl Rain {
         })
     }
 
-    /// A copy for looking: of the discs to come there may be many.
-    pub(super) fn without_those_to_come(&self) -> Self {
-        Self { waiting: Vec::new(), generator: self.generator.clone(), ..*self }
-    }
-
     /// Whether discs may enter after so many steps.
     pub(super) fn opens_at(&self, count: u64) -> bool {
         !self.waiting.is_empty() && count.is_multiple_of(self.interval)

@@ -40,11 +40,6 @@ impl Rows {
         self.0.clear();
         self.0.resize(rows, Aligned::default());
     }
-
-    /// Becomes a copy of other rows, in the memory that there is.
-    pub(super) fn copy_from(&mut self, other: &Self) {
-        self.0.clone_from(&other.0);
-    }
 }
 
 impl Deref for Rows {

@@ -127,7 +127,9 @@ impl SpringFinder<'_> {
     ) {
         let Pairs { first, second, stretch, rolling_stretch, .. } = pairs;
         stretch.clear();
+        stretch.reserve_exact(first.len());
         rolling_stretch.clear();
+        rolling_stretch.reserve_exact(if has_rolling_friction { first.len() } else { 0 });
         for (&a, &b) in first.iter().zip(&*second) {
             let [a, b] = ids(a, b);
             let (ends, _) = from_smaller_id(a, b, [0.0; 2]);

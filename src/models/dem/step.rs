@@ -188,7 +188,7 @@ fn solved(
         return Vec::new();
     }
     let mut found = Vec::new();
-    contacts::find(discs, scene.law, scene.walls, neighbours, &mut found);
+    contacts::find(discs, scene, neighbours, &mut found);
     implicit::solve_dashpots(discs, parameters, &mut found);
     let mut forces = vec![Forces::default(); neighbours.blocks.len()];
     implicit::forces_of(&found, discs, scene, &mut forces);
@@ -234,17 +234,15 @@ impl Touching {
     }
 }
 
-/// What a look at one block finds.
-#[derive(Default)]
-struct Seen {
-    velocities: Vec<[f64; 2]>,
-    spins: Vec<f64>,
-    moved: Moved,
+/// Where the velocities and spins of a block's discs at the positions' time are written.
+struct Seen<'a> {
+    velocities: &'a mut [[f64; 2]],
+    spins: &'a mut [f64],
 }
 
 impl Evaluation {
-    /// Looks at the state, which stays as it is; block by block, since the run's threads may be busy with the next steps.
-    /// `on_contact` is shown all contacts, in a fixed order.
+    /// Looks at the state, which stays as it is, at many blocks side by side. `on_contact` is shown all contacts, in a fixed
+    /// order.
     pub(super) fn of(
         neighbours: &Neighbours,
         discs: &Discs,
@@ -252,43 +250,46 @@ impl Evaluation {
         parameters: &Parameters,
         on_contact: &mut dyn FnMut(&Contact),
     ) -> Self {
-        let mut all = Self::default();
-        all.velocities.reserve_exact(discs.len());
-        all.spins.reserve_exact(discs.len());
+        let mut all = Self {
+            velocities: vec![[0.0; 2]; discs.len()],
+            spins: vec![0.0; discs.len()],
+            ..Self::default()
+        };
         let solved = solved(neighbours, discs, scene, parameters);
-        for (number, block) in neighbours.blocks.iter().enumerate() {
-            let seen = look(block, discs, solved.get(number), scene, parameters);
-            all.velocities.extend(seen.velocities);
-            all.spins.extend(seen.spins);
-            all.moved.take(&seen.moved);
-        }
+        let seen = all.velocities.par_chunks_mut(BLOCK).zip(all.spins.par_chunks_mut(BLOCK));
+        let blocks = neighbours.blocks.par_iter().zip(seen).enumerate();
+        let looked = blocks.map(|(number, (block, (velocities, spins)))| {
+            let seen = Seen { velocities, spins };
+            look(block, discs, solved.get(number), scene, parameters, seen)
+        });
+        all.moved = Moved::of_all(&looked.collect::<Vec<Moved>>());
         let mut take = |contact: &Contact| {
             all.touching.take(contact, scene.law.stiffness);
             on_contact(contact);
         };
         if scene.law.is_implicit {
             let mut contacts = Vec::new();
-            contacts::find(discs, scene.law, scene.walls, neighbours, &mut contacts);
+            contacts::find(discs, scene, neighbours, &mut contacts);
             implicit::solve_dashpots(discs, parameters, &mut contacts);
             contacts.iter().for_each(take);
         } else {
             for block in &neighbours.blocks {
-                let found = contacts::of_block(block, discs, scene.law, scene.walls);
-                found.for_each(|contact| take(&contact));
+                contacts::of_block(block, discs, scene).for_each(|contact| take(&contact));
             }
         }
         all
     }
 }
 
-/// Moves a copy of a block.
+/// Moves a copy of a block, for what moves it.
 fn look(
     block: &Block,
     discs: &Discs,
     solved: Option<&Forces>,
     scene: &Scene<'_>,
     parameters: &Parameters,
-) -> Seen {
+    seen: Seen<'_>,
+) -> Moved {
     let (mut block, mut edges, mut memory) =
         (block.clone(), EdgeForces::default(), Forces::default());
     let here = block.start..block.start + block.len(discs);
@@ -305,24 +306,24 @@ fn look(
             memory.find(&mut block, &own, &edges, &mut Near::default(), scene);
         }
     }
-    let forces = memory.clone();
-    let moved = drift::kick_and_drift(&mut own, &mut memory, block.start, scene, parameters);
     let half = 0.5 * parameters.time_step;
-    let bodies = states.iter().zip(inverse_masses).zip(&forces.forces);
-    let velocities = bodies.map(|((&[_, _, vx, vy], &inverse_mass), &[fx, fy, ..])| {
+    let bodies = states.iter().zip(inverse_masses).zip(&memory.forces);
+    for (velocity, ((&[_, _, vx, vy], &inverse_mass), &[fx, fy, ..])) in
+        seen.velocities.iter_mut().zip(bodies)
+    {
         let a = motion::acceleration(parameters.gravity, [fx, fy], inverse_mass);
-        [vx + a[0] * half, vy + a[1] * half]
-    });
-    let mut spins = spins.to_vec();
+        *velocity = [vx + a[0] * half, vy + a[1] * half];
+    }
+    seen.spins.copy_from_slice(spins);
     let bodies = masses.iter().zip(radii);
-    let friction = forces.tangential.iter().zip(&forces.rolling);
+    let friction = memory.tangential.iter().zip(&memory.rolling);
     for ((spin, (&mass, &radius)), (&tangential, &rolling)) in
-        spins.iter_mut().zip(bodies).zip(friction)
+        seen.spins.iter_mut().zip(bodies).zip(friction)
     {
         let [torque, _] = turn::torque(radius, tangential, rolling);
         *spin += motion::angular_acceleration(torque, mass, radius) * half;
     }
-    Seen { velocities: velocities.collect(), spins, moved }
+    drift::kick_and_drift(&mut own, &mut memory, block.start, scene, parameters)
 }
 
 /// Turns the velocities of the start, at the positions' time, into those of velocity Verlet's half step before:

@@ -93,7 +93,6 @@ struct Substance {
 
 impl Model for Gas {
     type Config = GasConfig;
-    type Snapshot = Frame;
     const NAME: &'static str = "gas";
     const PHYSICS_VERSION: u32 = 2;
     const TIME_UNIT: &'static str = "s";
@@ -210,7 +209,7 @@ impl Model for Gas {
         }
     }
 
-    fn capture(&self, frame: &mut Frame) {
+    fn observe(&self, frame: &mut Frame) {
         self.fill(frame);
     }
 

@@ -61,7 +61,6 @@ enum Moving {
 
 impl Model for Orbit {
     type Config = OrbitConfig;
-    type Snapshot = Frame;
     const NAME: &'static str = "orbit";
     const PHYSICS_VERSION: u32 = 2;
     const TIME_UNIT: &'static str = "d";
@@ -153,7 +152,7 @@ impl Model for Orbit {
         self.scheme.time_at(self.count())
     }
 
-    fn capture(&self, frame: &mut Frame) {
+    fn observe(&self, frame: &mut Frame) {
         match &self.moving {
             Moving::Planet(planet) => planet.observe(self.time(), frame),
             Moving::Bodies(bodies) => bodies.observe(frame),

@@ -70,7 +70,6 @@ enum RunExtent {
 
 impl Model for Packing {
     type Config = PackingConfig;
-    type Snapshot = Frame;
     const NAME: &'static str = "packing";
     const PHYSICS_VERSION: u32 = 2;
     const TIME_UNIT: &'static str = "";
@@ -158,7 +157,7 @@ impl Model for Packing {
         self.time
     }
 
-    fn capture(&self, frame: &mut Frame) {
+    fn observe(&self, frame: &mut Frame) {
         let arena = self.engine.arena();
         for (disc, (position, velocity)) in self.engine.look().enumerate() {
             let radius = self.engine.radius(disc);
