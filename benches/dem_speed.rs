@@ -38,7 +38,7 @@
 //! 3000; while a bed still moves they part, since it is chaotic.
 //!
 //! In a settled bed the pair loop takes 55 % of the time. A gas spends 35 % in it, of which half compares centres (46
-//! instructions for four pairs, bound by what comes from the second cache), 23 % in kick and drift (likewise), 25 % on building the
+//! instructions for four pairs, bound by what comes from the second cache), 23 % in kick and drift (likewise), 18 % on building the
 //! list.
 
 mod dem_beds;
