@@ -69,14 +69,6 @@ pub(super) struct Run {
     pub(super) shift: [i8; 2],
 }
 
-/// The runs in a 3 x 3 block of cells.
-#[derive(Default)]
-pub(super) struct Runs {
-    pub(super) runs: Vec<Run>,
-    /// The cell in the middle; `None` before the first.
-    middle: Option<Place>,
-}
-
 impl Cells {
     /// The grid, and the order that sorts the positions by cell; within a cell the order given is kept. `patch` is the
     /// number of discs that should fill a patch about as high as wide.
@@ -173,15 +165,10 @@ impl Cells {
         self.rows[row].first + column * self.rows[row].step
     }
 
-    /// Lists the runs of discs in the 3 x 3 block around a point's cell, column by column from the left. False if they were
-    /// listed already.
-    pub(super) fn around(&self, point: [f64; 2], found: &mut Runs) -> bool {
+    /// Lists the runs of discs in the 3 x 3 block around a point's cell, column by column from the left.
+    pub(super) fn around(&self, point: [f64; 2], found: &mut Vec<Run>) {
         let middle = self.place(point);
-        if found.middle == Some(middle) {
-            return false;
-        }
-        found.middle = Some(middle);
-        found.runs.clear();
+        found.clear();
         let [column, row] = middle;
         let Row { first, step, is_inside } = self.rows[row];
         if is_inside && column > 0 && column + 1 < self.count[0] {
@@ -193,20 +180,19 @@ impl Cells {
         } else {
             self.around_edge(middle, found);
         }
-        true
     }
 
     /// Adds a run of cells, the first and the last by their numbers.
     #[inline]
-    fn add(&self, [first, last]: [usize; 2], shift: [i8; 2], found: &mut Runs) {
+    fn add(&self, [first, last]: [usize; 2], shift: [i8; 2], found: &mut Vec<Run>) {
         let discs = self.starts[first] as usize..self.starts[last + 1] as usize;
         if !discs.is_empty() {
-            found.runs.push(Run { discs, shift });
+            found.push(Run { discs, shift });
         }
     }
 
     /// The same for a cell at the edge of the box or of a band.
-    fn around_edge(&self, [column, row]: Place, found: &mut Runs) {
+    fn around_edge(&self, [column, row]: Place, found: &mut Vec<Run>) {
         let first = row.saturating_sub(1);
         let last = Ord::min(row + 1, self.count[1] - 1);
         // Cells of a column lie side by side in memory up to the end of the band.

@@ -1,6 +1,10 @@
 //! Finding the pairs of a block's lists.
+//!
+//! A disc is compared with those behind it in its own column of three cells and with the three cells beside it in the next column;
+//! at the edge of a band, of a block or of the box with what stands around it, piece by piece. Who is compared with whom is
+//! noted first, then all comparisons are made in one loop, then the pairs found are sorted by their tiers.
 
-use super::cells::{Cells, Run, Runs, Stretch};
+use super::cells::{Cells, Run, Stretch};
 use super::discs::Discs;
 use super::found::{Among, Found, Looks, Turns};
 use super::neighbours::{Block, Pairs, Surroundings, WallPair};
@@ -19,14 +23,16 @@ pub(super) struct Grid<'a> {
     pub(super) skin: f64,
 }
 
-/// Memory of the search.
+/// Memory of a search.
 #[derive(Default)]
 struct Finder {
-    around: Runs,
+    around: Vec<Run>,
+    /// Comparisons with discs of the block, and with others or images.
     inner: Looks,
     edges: Looks,
     found: Found,
     sorter: Sorter,
+    /// Which of the block's discs are near a wall.
     are_near: Vec<bool>,
 }
 
@@ -35,12 +41,12 @@ const MANY: usize = 256;
 /// Discs that follow each other, of which mostly none is near a wall.
 const GROUP: usize = 16;
 
-/// Memory of searches that nobody makes at present. It is kept from list to list: fresh memory would have to be cleared, and
+/// Memory of searches that are over. It is kept from list to list: fresh memory would have to be cleared, and
 /// is not in the cache.
 #[derive(Default)]
 pub(super) struct Finders(Mutex<Vec<Finder>>);
 
-/// Memory of a search, given back when it ends.
+/// A search: its memory is given back when it ends.
 pub(super) struct Search<'a> {
     finders: &'a Finders,
     finder: Finder,
@@ -137,7 +143,7 @@ impl Finder {
             }
         };
         for disc in begin..end {
-            for Run { discs: run, shift } in &self.around.runs {
+            for Run { discs: run, shift } in &self.around {
                 if *shift != [0, 0] {
                     // Images stand beside the block as a whole.
                     add(&mut self.edges, disc, run.clone(), *shift);

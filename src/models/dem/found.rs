@@ -2,9 +2,10 @@
 //! products and comparisons as one by one, so the same list (a test compares them).
 //!
 //! What the unsafe code keeps to:
-//! - Loads and stores of whole `[f64; 4]` and `[[u32; 2]; 4]` through their own references: in bounds, and unaligned by
-//!   instruction.
-//! - The call of a function compiled for AVX2, made only where `is_x86_feature_detected!` has found it.
+//! - Loads of whole `[f64; 4]` and `[u32; 8]` through their own references: in bounds, and unaligned by instruction.
+//! - Stores of four pairs from a place on, of which those count that are near. A look moves the place on by four at most, and
+//!   before the loop it is made sure that there is room for four pairs of every look.
+//! - The call of a function compiled for AVX2 and POPCNT, made only where `is_x86_feature_detected!` has found them.
 
 #![allow(unsafe_code)]
 
@@ -13,7 +14,7 @@ use super::tiers;
 use std::ops::Range;
 
 /// Discs at a time.
-pub(super) const LANES: usize = 4;
+const LANES: usize = 4;
 
 /// By how many box lengths along each axis a disc is shifted to stand beside the one that looks.
 pub(super) type Turns = [i8; 2];
@@ -70,7 +71,7 @@ impl Looks {
         self.count
     }
 
-    /// A disc is compared with others, of which there may be none.
+    /// A disc is compared with others, of which there may be none: a range that begins behind its end is a mistake.
     #[inline]
     pub(super) fn add(&mut self, disc: u32, others: Range<u32>, turns: Turns) {
         let Range { start, end: stop } = others;
@@ -105,6 +106,7 @@ impl Among<'_> {
 }
 
 impl Found {
+    /// Forgets all pairs.
     pub(super) fn clear(&mut self) {
         self.count = 0;
         self.turns.clear();

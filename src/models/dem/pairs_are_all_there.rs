@@ -38,6 +38,7 @@ impl Case {
         periodic: [bool; 2],
         radii: [f64; 2],
         generator: &mut Generator,
+        finders: &Finders,
     ) -> Self {
         let mut state =
             || [generator.uniform_in(0.0, sides[0]), generator.uniform_in(0.0, sides[1]), 0.0, 0.0];
@@ -54,11 +55,11 @@ impl Case {
         };
         let neighbours = Neighbours::new(0.5 * (radii[0] + radii[1]));
         let mut case = Self { sides, periodic, radii, discs, neighbours };
-        case.build();
+        case.build(finders);
         case
     }
 
-    fn build(&mut self) {
+    fn build(&mut self, finders: &Finders) {
         let around = Surroundings {
             sides: self.sides,
             periodic: self.periodic,
@@ -66,7 +67,7 @@ impl Case {
             walls: &[],
             displacements: &[],
             largest_radius: self.radii[1],
-            finders: &Finders::default(),
+            finders,
         };
         self.neighbours.build(&mut self.discs, &around);
     }
@@ -123,19 +124,21 @@ impl Case {
 
 fn cases() -> Vec<Case> {
     let mut generator = Seed { seed: 3, replicate: 0 }.stream(Stream::Positions);
+    // What is kept of one search must not show in the next.
+    let finders = Finders::default();
     let mut cases = Vec::new();
     for (sides, radii) in
         [([10.0, 10.0], [0.05, 0.05]), ([40.0, 3.0], [0.02, 0.2]), ([2.0, 30.0], [0.05, 0.3])]
     {
         for periodic in [[false, false], [true, false], [false, true], [true, true]] {
             for count in [1, 2, 30, 300] {
-                cases.push(Case::new(count, sides, periodic, radii, &mut generator));
+                cases.push(Case::new(count, sides, periodic, radii, &mut generator, &finders));
             }
         }
     }
     // Several blocks and bands.
     for periodic in [[false, false], [true, true]] {
-        cases.push(Case::new(6000, [12.0, 12.0], periodic, [0.05, 0.05], &mut generator));
+        cases.push(Case::new(6000, [12.0, 12.0], periodic, [0.05, 0.05], &mut generator, &finders));
     }
     cases
 }

@@ -127,3 +127,50 @@ impl Kernel for SomeAreOutside<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Places evenly spread, by the multiples of irrational numbers (Weyl 1916); one is no number.
+    fn states(count: u32) -> Vec<[f64; 4]> {
+        let part = |number: u32, root: f64| (f64::from(number) * root.sqrt()).fract();
+        let state = |number| [part(number, 2.0), 2.0 * part(number, 3.0), 7.0, 8.0];
+        let mut states: Vec<[f64; 4]> = (0..count).map(state).collect();
+        states[5][0] = f64::NAN;
+        states
+    }
+
+    #[test]
+    fn extremes_are_those_of_all_places_that_are_numbers() {
+        for count in 130..140 {
+            let states = states(count);
+            let from = vec![[0.25, 0.5]; states.len()];
+            let numbers = || states.iter().filter(|state| !state[0].is_nan());
+            let way = |state: &[f64; 4]| {
+                let way = [state[0] - 0.25, state[1] - 0.5];
+                (way[0] * way[0] + way[1] * way[1]).sqrt()
+            };
+            let longest = numbers().map(way).fold(0.0, larger);
+            assert_eq!(longest_way(&from, &states), longest);
+            let least = numbers()
+                .flat_map(|&[x, ..]| [x, 1.0 - x])
+                .fold(1.0, |a: f64, b| if b < a { b } else { a });
+            assert_eq!(clearance(&states, [1.0, 2.0], [false, true]), least);
+        }
+        assert_eq!(clearance(&states(9), [1.0, 2.0], [true, true]), f64::INFINITY);
+    }
+
+    #[test]
+    fn groups_of_those_that_left_are_found() {
+        let mut states = states(200);
+        let group = |from: usize| from..Ord::min(from + GROUP, 200);
+        // What is no number is looked at as well.
+        assert_eq!(groups_that_left(&states, [1.0, 2.0], [true, true]), [group(0)]);
+        states[70][1] = 2.0;
+        states[199][0] = -1e-9;
+        let both = groups_that_left(&states, [1.0, 2.0], [true, true]);
+        assert_eq!(both, [group(0), group(64), group(192)]);
+        assert_eq!(groups_that_left(&states, [1.0, 2.0], [false, true]), [group(0), group(64)]);
+    }
+}

@@ -1,6 +1,6 @@
 //! The discs at the start: how large, how heavy, where and how fast.
 
-use super::cells::{Cells, Runs};
+use super::cells::Cells;
 use super::discs::{Disc, Discs};
 use super::parameters::{Parameters, mass_of};
 use super::recorded;
@@ -246,10 +246,10 @@ fn first_overlap(
     let reach = 2.0 * parameters.radius_range.1;
     let count = positions.len();
     let (cells, order) = Cells::sort(&states, parameters.sides, reach, parameters.periodic, count);
-    let mut found = Runs::default();
+    let mut found = Vec::new();
     for disc in 0..count {
         cells.around(positions[disc], &mut found);
-        for run in &found.runs {
+        for run in &found {
             for &other in &order[run.discs.clone()] {
                 let other = other as usize;
                 let across = |axis: usize| {

@@ -203,3 +203,32 @@ fn away_from(point: [f64; 2], to: [f64; 2]) -> Footing {
         if distance > 0.0 { [apart[0] / distance, apart[1] / distance] } else { [0.0, 1.0] };
     Footing { normal, distance }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn discs_are_marked_near_by_their_footing() {
+        let shapes = [
+            Shape::Plane { point: [0.0, 3.0], normal: [0.6, -0.8] },
+            Shape::Segment { from: [2.0, 2.0], to: [7.0, 5.0] },
+            Shape::Drum { centre: [5.0, 5.0], radius: 5.0 },
+        ];
+        let part = |number: u32, root: f64| (f64::from(number) * root.sqrt()).fract();
+        let states: Vec<[f64; 4]> = (0..203)
+            .map(|number| [10.0 * part(number, 2.0), 10.0 * part(number, 3.0), 0.0, 0.0])
+            .collect();
+        let radii: Vec<f64> = (0..203).map(|number| part(number, 5.0)).collect();
+        for shape in shapes {
+            let mut are_near = vec![false; 203];
+            shape.mark_near(&states, &radii, 0.5, &mut are_near);
+            let is_near = |(&[x, y, ..], radius): (&[f64; 4], &f64)| {
+                shape.footing([x, y]).distance < radius + 0.5
+            };
+            let wanted: Vec<bool> = states.iter().zip(&radii).map(is_near).collect();
+            assert_eq!(are_near, wanted);
+            assert!(are_near.contains(&true) && are_near.contains(&false));
+        }
+    }
+}
