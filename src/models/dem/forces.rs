@@ -9,7 +9,7 @@
 use super::contacts::{ContactLaw, Partner};
 use super::discs::Discs;
 use super::lanes::{self, Lanes};
-use super::near::{self, Good, Near};
+use super::near::{self, Good, Near, Touching};
 use super::neighbours::{Block, Pairs, Scope};
 use super::rows::Rows;
 use super::rubbing;
@@ -32,6 +32,8 @@ pub(super) struct Forces {
     pub(super) rim_speeds: Vec<f64>,
     /// Discs on which something acts.
     pub(super) touched: Touched,
+    /// Memory of the lanes.
+    touching: Touching,
 }
 
 /// Forces of a block's edges on its own discs.
@@ -243,9 +245,10 @@ impl Forces {
             let pairs = &block.inner;
             let (forces, deepest) = (&mut self.forces, &mut self.sums.deepest);
             let lanes = Lanes { pairs, scope: &scene.scope, own: states, radii, law };
-            if scene.use_lanes && lanes::inner_pairs(&lanes, near, forces, deepest) {
+            let touching = &mut self.touching;
+            if scene.use_lanes && lanes::inner_pairs(&lanes, (near, touching), forces, deepest) {
                 if near.begin() == 0 {
-                    self.touched.note_all(near.touching().map(|pair| pair.ends));
+                    self.touched.note_all(near.those(touching).map(|pair| pair.ends));
                 }
             } else {
                 let end = pairs.in_tiers(scene.scope.tiers);

@@ -10,7 +10,7 @@
 
 use super::contacts::ContactLaw;
 use super::forces::Deepest;
-use super::near::Near;
+use super::near::{Near, Touching};
 use super::neighbours::{Pairs, Scope};
 
 /// Pairs at a time.
@@ -29,7 +29,7 @@ pub(super) struct Lanes<'a> {
 /// Adds the forces of all pairs that touch; false where the machine has no AVX2, and nothing was done.
 pub(super) fn inner_pairs(
     lanes: &Lanes<'_>,
-    near: &mut Near,
+    near: (&mut Near, &mut Touching),
     forces: &mut [[f64; 4]],
     deepest: &mut Deepest,
 ) -> bool {
@@ -45,7 +45,7 @@ pub(super) fn inner_pairs(
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{Deepest, LANES, Lanes, Near};
+    use super::{Deepest, LANES, Lanes, Near, Touching};
     use crate::models::dem::near::NearPair;
     use crate::models::dem::registers::avx2::transposed;
     use std::arch::x86_64::*;
@@ -172,12 +172,13 @@ mod avx2 {
     #[target_feature(enable = "avx2,popcnt")]
     pub(super) fn inner_pairs(
         lanes: &Lanes<'_>,
-        near: &mut Near,
+        near: (&mut Near, &mut Touching),
         forces: &mut [[f64; 4]],
         deepest: &mut Deepest,
     ) {
         let Lanes { pairs, scope, own, .. } = *lanes;
-        near.look(pairs, own, scope);
+        let (near, touching) = near;
+        near.look(pairs, own, scope, touching);
         let dense = ..near.begin();
         let dense = Columns {
             firsts: pairs.first[dense].as_chunks().0,
@@ -196,7 +197,7 @@ mod avx2 {
                 count += meet(lanes, batch, &mut meetings, deepest);
                 push(lanes, batch, &meetings, forces);
             }
-            for pair in near.touching() {
+            for pair in near.those(touching) {
                 gathered.take(pair, pairs.damping[pair.number as usize]);
                 count += usize::from((pair.number as usize) < pairs.in_tiers(1));
                 if gathered.is_full() {

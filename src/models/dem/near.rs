@@ -10,11 +10,14 @@
 //! - Functions compiled for AVX2 and POPCNT, called by others that are compiled for them.
 
 #![allow(unsafe_code)]
+#![cfg_attr(
+    not(target_arch = "x86_64"),
+    allow(dead_code, reason = "only AVX2 has use for near pairs")
+)]
 
 use super::lanes::LANES;
 use super::neighbours::{Pairs, Scope};
 use super::tiers::TIERS;
-use std::arch::x86_64::*;
 
 /// The near pairs of a block. They are no part of the state.
 #[derive(Clone, Debug, Default)]
@@ -26,11 +29,16 @@ pub(super) struct Near {
     numbers: Vec<u32>,
     /// Places of their discs in the block and r_i + r_j, m, in fours; filled up with a disc and itself.
     columns: Columns,
-    /// Which of these touch now, and room behind them.
-    touching: Vec<u32>,
-    count: usize,
     /// Whether so few pairs of the list's first tier touch that it is looked through as well.
     is_sparse: bool,
+}
+
+/// Which of the near pairs of a block touch: memory that blocks share.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Touching {
+    /// By their order among the near ones, and room behind them.
+    places: Vec<u32>,
+    count: usize,
 }
 
 /// Columns of fours of pairs.
@@ -98,11 +106,11 @@ impl Near {
     }
 
     /// Those that touch, in the list's order.
-    pub(super) fn touching(&self) -> impl Iterator<Item = NearPair> {
+    pub(super) fn those(&self, touching: &Touching) -> impl Iterator<Item = NearPair> {
         let Columns { firsts, seconds, reaches, .. } = &self.columns;
         let (firsts, seconds) = (firsts.as_flattened(), seconds.as_flattened());
         let reaches = reaches.as_flattened();
-        self.touching[..self.count].iter().map(move |&at| {
+        touching.places[..touching.count].iter().map(move |&at| {
             let at = at as usize;
             NearPair {
                 number: self.numbers[at],
@@ -119,56 +127,28 @@ impl Near {
             (self.is_sparse, self.good) = (is_sparse, Good::default());
         }
     }
+}
 
-    /// Finds out which pairs touch, by x, y in m, vx, vy in m/s of the block's discs; `first_tier` is where that ends.
-    #[inline]
-    #[target_feature(enable = "avx2,popcnt")]
-    pub(super) fn look(&mut self, pairs: &Pairs, own: &[[f64; 4]], scope: &Scope) {
-        if !self.good.is_for(scope) {
-            self.look_far(pairs, own, scope);
-        }
-        let Columns { firsts, seconds, reaches, beyond } = &self.columns;
-        assert!((*beyond as usize) < own.len(), "a pair of no disc");
-        let fours = Fours { firsts, seconds, reaches };
-        // SAFETY: no place is beyond the rows.
-        self.count = unsafe { list(fours, own, 0.0, &mut self.touching) };
-    }
-
-    /// Finds the near pairs anew.
-    #[target_feature(enable = "avx2,popcnt")]
-    fn look_far(&mut self, pairs: &Pairs, own: &[[f64; 4]], scope: &Scope) {
-        let (horizon, margin) = horizon(scope);
-        let end = pairs.in_tiers(scope.tiers_within(horizon));
-        let first_tier = pairs.in_tiers(1);
-        self.begin = if self.is_sparse { 0 } else { first_tier - first_tier % LANES };
-        let fours = Fours {
-            firsts: pairs.first[self.begin..end].as_chunks().0,
-            seconds: pairs.second[self.begin..end].as_chunks().0,
-            reaches: pairs.reach[self.begin..end].as_chunks().0,
-        };
-        assert!((fours.beyond() as usize) < own.len(), "a pair of no disc");
-        // SAFETY: no place is beyond the rows.
-        let count = unsafe { list(fours, own, margin, &mut self.touching) };
-        self.numbers.clear();
-        self.numbers
-            .extend(self.touching[..count].iter().map(|&number| number + self.begin as u32));
-        // The last of the list, which fill no lanes.
-        self.numbers.extend((self.begin + fours.firsts.len() * LANES..end).map(|pair| pair as u32));
-        self.columns.take(pairs, &self.numbers);
-        self.good = Good::until_the_horizon(scope);
+/// Room for as many, and an eighth more: there are others each time, and large beds have no room to spare.
+fn make_room<T>(column: &mut Vec<T>, values: usize) {
+    if column.capacity() < values {
+        // What it held need not be moved.
+        *column = Vec::with_capacity(values + values / 8);
     }
 }
 
 impl Columns {
     /// Copies pairs of a list.
     fn take(&mut self, pairs: &Pairs, numbers: &[u32]) {
+        fn sized<T: Copy + Default>(column: &mut Vec<T>, fours: usize) {
+            column.clear();
+            make_room(column, fours);
+            column.resize(fours, T::default());
+        }
         let fours = numbers.len().div_ceil(LANES);
-        self.firsts.clear();
-        self.firsts.resize(fours, [0; LANES]);
-        self.seconds.clear();
-        self.seconds.resize(fours, [0; LANES]);
-        self.reaches.clear();
-        self.reaches.resize(fours, [0.0; LANES]);
+        sized(&mut self.firsts, fours);
+        sized(&mut self.seconds, fours);
+        sized(&mut self.reaches, fours);
         let ends = self.firsts.as_flattened_mut().iter_mut().zip(self.seconds.as_flattened_mut());
         let columns = ends.zip(self.reaches.as_flattened_mut());
         for (((first, second), reach), &number) in columns.zip(numbers) {
@@ -190,95 +170,156 @@ impl Fours<'_> {
     }
 }
 
-/// Lists the numbers of those pairs whose gaps are smaller than a margin, m, and returns how many there are. All places must
-/// be those of rows.
-#[inline]
-#[target_feature(enable = "avx2,popcnt")]
-unsafe fn list(fours: Fours<'_>, own: &[[f64; 4]], margin: f64, into: &mut Vec<u32>) -> usize {
-    // Eight are written at a time, wherever the last that counts stands.
-    let room = (fours.firsts.len() + 2) * LANES;
-    if into.len() < room {
-        into.resize(2 * room, 0);
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use super::{Columns, Fours, Good, LANES, Near, Touching, horizon, make_room};
+    use crate::models::dem::neighbours::{Pairs, Scope};
+    use std::arch::x86_64::*;
+
+    impl Near {
+        /// Finds out which pairs touch, by x, y in m, vx, vy in m/s of the block's discs.
+        #[inline]
+        #[target_feature(enable = "avx2,popcnt")]
+        pub(in crate::models::dem) fn look(
+            &mut self,
+            pairs: &Pairs,
+            own: &[[f64; 4]],
+            scope: &Scope,
+            touching: &mut Touching,
+        ) {
+            if !self.good.is_for(scope) {
+                self.look_far(pairs, own, scope, touching);
+            }
+            let Columns { firsts, seconds, reaches, beyond } = &self.columns;
+            assert!((*beyond as usize) < own.len(), "a pair of no disc");
+            let fours = Fours { firsts, seconds, reaches };
+            // SAFETY: no place is beyond the rows.
+            unsafe { list(fours, own, 0.0, touching) };
+        }
+
+        /// Finds the near pairs anew.
+        #[target_feature(enable = "avx2,popcnt")]
+        fn look_far(
+            &mut self,
+            pairs: &Pairs,
+            own: &[[f64; 4]],
+            scope: &Scope,
+            found: &mut Touching,
+        ) {
+            let (horizon, margin) = horizon(scope);
+            let end = pairs.in_tiers(scope.tiers_within(horizon));
+            let first_tier = pairs.in_tiers(1);
+            self.begin = if self.is_sparse { 0 } else { first_tier - first_tier % LANES };
+            let fours = Fours {
+                firsts: pairs.first[self.begin..end].as_chunks().0,
+                seconds: pairs.second[self.begin..end].as_chunks().0,
+                reaches: pairs.reach[self.begin..end].as_chunks().0,
+            };
+            assert!((fours.beyond() as usize) < own.len(), "a pair of no disc");
+            // SAFETY: no place is beyond the rows.
+            unsafe { list(fours, own, margin, found) };
+            // The last of the list fill no lanes.
+            let last = self.begin + fours.firsts.len() * LANES..end;
+            self.numbers.clear();
+            make_room(&mut self.numbers, found.count + last.len());
+            let found = &found.places[..found.count];
+            self.numbers.extend(found.iter().map(|&place| place + self.begin as u32));
+            self.numbers.extend(last.map(|pair| pair as u32));
+            self.columns.take(pairs, &self.numbers);
+            self.good = Good::until_the_horizon(scope);
+        }
     }
-    let mut count = 0;
-    let mut numbers = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    let margin = _mm256_set1_pd(margin);
-    let ends = fours.firsts.iter().zip(fours.seconds);
-    let mut fours = ends.zip(fours.reaches);
-    while let Some(((first, second), reach)) = fours.next() {
-        // SAFETY: the caller's promise.
-        let mut set = unsafe { who_is_near([first, second], reach, margin, own) };
-        if let Some(((first, second), reach)) = fours.next() {
+
+    /// Lists the places of those pairs whose gaps are smaller than a margin, m. All places of discs must be those of rows.
+    #[inline]
+    #[target_feature(enable = "avx2,popcnt")]
+    unsafe fn list(fours: Fours<'_>, own: &[[f64; 4]], margin: f64, into: &mut Touching) {
+        // Eight are written at a time, wherever the last that counts stands.
+        let room = (fours.firsts.len() + 2) * LANES;
+        if into.places.len() < room {
+            into.places.resize(2 * room, 0);
+        }
+        let mut count = 0;
+        let mut numbers = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+        let margin = _mm256_set1_pd(margin);
+        let ends = fours.firsts.iter().zip(fours.seconds);
+        let mut fours = ends.zip(fours.reaches);
+        while let Some(((first, second), reach)) = fours.next() {
             // SAFETY: the caller's promise.
-            set |= unsafe { who_is_near([first, second], reach, margin, own) } << LANES;
-        }
-        // All are written before it is known who of them counts: there is no branch to guess.
-        let Some(place) = into.get_mut(count..).and_then(|rest| rest.first_chunk_mut()) else {
-            break;
-        };
-        place_first(numbers, set as usize, place);
-        numbers = _mm256_add_epi32(numbers, _mm256_set1_epi32(2 * LANES as i32));
-        count += set.count_ones() as usize;
-    }
-    count
-}
-
-/// Which of four pairs have gaps smaller than a margin, a bit each. All places must be those of rows.
-#[inline]
-#[target_feature(enable = "avx2")]
-unsafe fn who_is_near(
-    [first, second]: [&[u32; LANES]; 2],
-    reach: &[f64; LANES],
-    margin: __m256d,
-    own: &[[f64; 4]],
-) -> u32 {
-    let centres = |lane: usize, other: usize| {
-        let of = |ends: &[u32; LANES]| {
-            // SAFETY: the caller's promise; four f64 lie behind each reference.
-            unsafe {
-                let low = own.get_unchecked(ends[lane] as usize);
-                let high = own.get_unchecked(ends[other] as usize);
-                let (low, high) = (_mm_loadu_pd(low.as_ptr()), _mm_loadu_pd(high.as_ptr()));
-                _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
+            let mut set = unsafe { who_is_near([first, second], reach, margin, own) };
+            if let Some(((first, second), reach)) = fours.next() {
+                // SAFETY: the caller's promise.
+                set |= unsafe { who_is_near([first, second], reach, margin, own) } << LANES;
             }
+            // All are written before it is known who of them counts: there is no branch to guess.
+            let Some(place) = into.places.get_mut(count..).and_then(|rest| rest.first_chunk_mut())
+            else {
+                break;
+            };
+            place_first(numbers, set as usize, place);
+            numbers = _mm256_add_epi32(numbers, _mm256_set1_epi32(2 * LANES as i32));
+            count += set.count_ones() as usize;
+        }
+        into.count = count;
+    }
+
+    /// Which of four pairs have gaps smaller than a margin, a bit each. All places must be those of rows.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    unsafe fn who_is_near(
+        [first, second]: [&[u32; LANES]; 2],
+        reach: &[f64; LANES],
+        margin: __m256d,
+        own: &[[f64; 4]],
+    ) -> u32 {
+        let centres = |lane: usize, other: usize| {
+            let of = |ends: &[u32; LANES]| {
+                // SAFETY: the caller's promise; four f64 lie behind each reference.
+                unsafe {
+                    let low = own.get_unchecked(ends[lane] as usize);
+                    let high = own.get_unchecked(ends[other] as usize);
+                    let (low, high) = (_mm_loadu_pd(low.as_ptr()), _mm_loadu_pd(high.as_ptr()));
+                    _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
+                }
+            };
+            _mm256_sub_pd(of(first), of(second))
         };
-        _mm256_sub_pd(of(first), of(second))
+        let (even, odd) = (centres(0, 2), centres(1, 3));
+        let (x, y) = (_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd));
+        // SAFETY: four f64 lie behind the reference.
+        let reach = _mm256_add_pd(unsafe { _mm256_loadu_pd(reach.as_ptr()) }, margin);
+        let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
+        let is_near = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
+        _mm256_movemask_pd(is_near) as u32
+    }
+
+    /// For each set of eight that count, an order that puts these first.
+    static COUNTING_FIRST: [[u8; 2 * LANES]; 256] = {
+        let mut orders = [[0; 2 * LANES]; 256];
+        let mut set = 0;
+        while set < 256 {
+            let (mut lane, mut place) = (0, 0);
+            while lane < 2 * LANES {
+                if set >> lane & 1 == 1 {
+                    orders[set][place] = lane as u8;
+                    place += 1;
+                }
+                lane += 1;
+            }
+            set += 1;
+        }
+        orders
     };
-    let (even, odd) = (centres(0, 2), centres(1, 3));
-    let (x, y) = (_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd));
-    // SAFETY: four f64 lie behind the reference.
-    let reach = _mm256_add_pd(unsafe { _mm256_loadu_pd(reach.as_ptr()) }, margin);
-    let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
-    let is_near = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
-    _mm256_movemask_pd(is_near) as u32
-}
 
-/// For each set of eight that count, an order that puts these first.
-static COUNTING_FIRST: [[u8; 2 * LANES]; 256] = {
-    let mut orders = [[0; 2 * LANES]; 256];
-    let mut set = 0;
-    while set < 256 {
-        let (mut lane, mut place) = (0, 0);
-        while lane < 2 * LANES {
-            if set >> lane & 1 == 1 {
-                orders[set][place] = lane as u8;
-                place += 1;
-            }
-            lane += 1;
+    /// Writes eight numbers with those first that count.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn place_first(numbers: __m256i, set: usize, into: &mut [u32; 2 * LANES]) {
+        // SAFETY: eight u8 and eight u32 lie behind the references.
+        unsafe {
+            let order = _mm_loadl_epi64(COUNTING_FIRST[set].as_ptr().cast());
+            let sorted = _mm256_permutevar8x32_epi32(numbers, _mm256_cvtepu8_epi32(order));
+            _mm256_storeu_si256(into.as_mut_ptr().cast(), sorted);
         }
-        set += 1;
-    }
-    orders
-};
-
-/// Writes eight numbers with those first that count.
-#[inline]
-#[target_feature(enable = "avx2")]
-fn place_first(numbers: __m256i, set: usize, into: &mut [u32; 2 * LANES]) {
-    // SAFETY: eight u8 and eight u32 lie behind the references.
-    unsafe {
-        let order = _mm_loadl_epi64(COUNTING_FIRST[set].as_ptr().cast());
-        let sorted = _mm256_permutevar8x32_epi32(numbers, _mm256_cvtepu8_epi32(order));
-        _mm256_storeu_si256(into.as_mut_ptr().cast(), sorted);
     }
 }
