@@ -248,7 +248,8 @@ impl Forces {
             let touching = &mut self.touching;
             if scene.use_lanes && lanes::inner_pairs(&lanes, (near, touching), forces, deepest) {
                 if near.begin() == 0 {
-                    self.touched.note_all(near.those(touching).map(|pair| pair.ends));
+                    let ends = |pair: usize| [pairs.first[pair], pairs.second[pair]];
+                    self.touched.note_all(near.those(touching).map(ends));
                 }
             } else {
                 let end = pairs.in_tiers(scene.scope.tiers);

@@ -46,7 +46,6 @@ pub(super) fn inner_pairs(
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{Deepest, LANES, Lanes, Near, Touching};
-    use crate::models::dem::near::NearPair;
     use crate::models::dem::registers::avx2::transposed;
     use std::arch::x86_64::*;
 
@@ -140,11 +139,11 @@ mod avx2 {
     }
 
     impl Gathered {
-        fn take(&mut self, pair: NearPair, damping: f64) {
+        fn take(&mut self, ends: [u32; 2], [reach, damping]: [f64; 2]) {
             let at = self.count;
-            self.firsts.as_flattened_mut()[at] = pair.ends[0];
-            self.seconds.as_flattened_mut()[at] = pair.ends[1];
-            self.reaches.as_flattened_mut()[at] = pair.reach;
+            self.firsts.as_flattened_mut()[at] = ends[0];
+            self.seconds.as_flattened_mut()[at] = ends[1];
+            self.reaches.as_flattened_mut()[at] = reach;
             self.dampings.as_flattened_mut()[at] = damping;
             self.count += 1;
         }
@@ -157,7 +156,7 @@ mod avx2 {
         fn give(&mut self) -> Columns<'_> {
             let fours = self.count.div_ceil(LANES);
             while self.count < fours * LANES {
-                self.take(NearPair { number: 0, ends: [0; 2], reach: 0.0 }, 0.0);
+                self.take([0; 2], [0.0; 2]);
             }
             self.count = 0;
             Columns {
@@ -186,7 +185,7 @@ mod avx2 {
             reaches: pairs.reach[dense].as_chunks().0,
             dampings: pairs.damping[dense].as_chunks().0,
         };
-        // Also a list out of a damaged checkpoint must not reach beyond. The near pairs have been checked.
+        // Also a list out of a damaged checkpoint must not reach beyond.
         assert!(dense.beyond() < own.len() && own.len() == forces.len(), "a pair of no disc");
         let mut meetings = Meetings([[[0.0; LANES]; 4]; BATCH]);
         let mut gathered = Gathered::default();
@@ -198,8 +197,10 @@ mod avx2 {
                 push(lanes, batch, &meetings, forces);
             }
             for pair in near.those(touching) {
-                gathered.take(pair, pairs.damping[pair.number as usize]);
-                count += usize::from((pair.number as usize) < pairs.in_tiers(1));
+                let ends = [pairs.first[pair], pairs.second[pair]];
+                assert!((Ord::max(ends[0], ends[1]) as usize) < own.len(), "a pair of no disc");
+                gathered.take(ends, [pairs.reach[pair], pairs.damping[pair]]);
+                count += usize::from(pair < pairs.in_tiers(1));
                 if gathered.is_full() {
                     let batch = gathered.give();
                     meet(lanes, batch, &mut meetings, deepest);

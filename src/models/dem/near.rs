@@ -18,6 +18,7 @@
 use super::lanes::LANES;
 use super::neighbours::{Pairs, Scope};
 use super::tiers::TIERS;
+use std::ops::Range;
 
 /// The near pairs of a block. They are no part of the state.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +26,8 @@ pub(super) struct Near {
     good: Good,
     /// Pairs of the list before this one are not looked through: most of them touch.
     begin: usize,
+    /// Where the list ends if so many are near that all from there on are looked through instead of copied.
+    end_of_all: Option<usize>,
     /// Numbers in the list.
     numbers: Vec<u32>,
     /// Places of their discs in the block and r_i + r_j, m, in fours; filled up with a disc and itself.
@@ -59,16 +62,8 @@ struct Fours<'a> {
     reaches: &'a [[f64; LANES]],
 }
 
-/// One of the near pairs.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct NearPair {
-    /// Its number in the list.
-    pub(super) number: u32,
-    /// Places of its discs.
-    pub(super) ends: [u32; 2],
-    /// r_i + r_j, m.
-    pub(super) reach: f64,
-}
+/// Near pairs are copied up to so many a disc: large beds have no room for more.
+const MOST_A_DISC: f64 = 0.6;
 
 /// The horizon over the skin.
 const HORIZON: f64 = 1.0 / TIERS as f64;
@@ -105,18 +100,12 @@ impl Near {
         self.begin
     }
 
-    /// Those that touch, in the list's order.
-    pub(super) fn those(&self, touching: &Touching) -> impl Iterator<Item = NearPair> {
-        let Columns { firsts, seconds, reaches, .. } = &self.columns;
-        let (firsts, seconds) = (firsts.as_flattened(), seconds.as_flattened());
-        let reaches = reaches.as_flattened();
-        touching.places[..touching.count].iter().map(move |&at| {
-            let at = at as usize;
-            NearPair {
-                number: self.numbers[at],
-                ends: [firsts[at], seconds[at]],
-                reach: reaches[at],
-            }
+    /// Numbers in the list of those that touch, in its order; with up to three more at its end.
+    pub(super) fn those(&self, touching: &Touching) -> impl Iterator<Item = usize> {
+        let places = touching.places[..touching.count].iter().map(|&place| place as usize);
+        places.map(|place| match self.end_of_all {
+            Some(_) => self.begin + place,
+            None => self.numbers[place] as usize,
         })
     }
 
@@ -160,7 +149,18 @@ impl Columns {
     }
 }
 
-impl Fours<'_> {
+impl<'a> Fours<'a> {
+    /// Pairs of a list, and the last of them, which fill no lanes.
+    fn of(pairs: &'a Pairs, range: Range<usize>) -> (Self, Range<usize>) {
+        let last = range.end - range.len() % LANES..range.end;
+        let fours = Self {
+            firsts: pairs.first[range.clone()].as_chunks().0,
+            seconds: pairs.second[range.clone()].as_chunks().0,
+            reaches: pairs.reach[range].as_chunks().0,
+        };
+        (fours, last)
+    }
+
     /// The largest place.
     fn beyond(&self) -> u32 {
         let largest = |of: &[[u32; LANES]]| {
@@ -172,7 +172,7 @@ impl Fours<'_> {
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{Columns, Fours, Good, LANES, Near, Touching, horizon, make_room};
+    use super::{Columns, Fours, Good, LANES, MOST_A_DISC, Near, Touching, horizon, make_room};
     use crate::models::dem::neighbours::{Pairs, Scope};
     use std::arch::x86_64::*;
 
@@ -190,11 +190,21 @@ mod avx2 {
             if !self.good.is_for(scope) {
                 self.look_far(pairs, own, scope, touching);
             }
-            let Columns { firsts, seconds, reaches, beyond } = &self.columns;
-            assert!((*beyond as usize) < own.len(), "a pair of no disc");
-            let fours = Fours { firsts, seconds, reaches };
+            let Columns { firsts, seconds, reaches, .. } = &self.columns;
+            let (fours, last) = match self.end_of_all {
+                Some(end) => Fours::of(pairs, self.begin..end),
+                None => (Fours { firsts, seconds, reaches }, 0..0),
+            };
+            let beyond =
+                if self.end_of_all.is_some() { fours.beyond() } else { self.columns.beyond };
+            assert!((beyond as usize) < own.len(), "a pair of no disc");
             // SAFETY: no place is beyond the rows.
             unsafe { list(fours, own, 0.0, touching) };
+            for pair in last {
+                // There is room behind those that count.
+                touching.places[touching.count] = (pair - self.begin) as u32;
+                touching.count += 1;
+            }
         }
 
         /// Finds the near pairs anew.
@@ -210,23 +220,21 @@ mod avx2 {
             let end = pairs.in_tiers(scope.tiers_within(horizon));
             let first_tier = pairs.in_tiers(1);
             self.begin = if self.is_sparse { 0 } else { first_tier - first_tier % LANES };
-            let fours = Fours {
-                firsts: pairs.first[self.begin..end].as_chunks().0,
-                seconds: pairs.second[self.begin..end].as_chunks().0,
-                reaches: pairs.reach[self.begin..end].as_chunks().0,
-            };
+            let (fours, last) = Fours::of(pairs, self.begin..end);
             assert!((fours.beyond() as usize) < own.len(), "a pair of no disc");
             // SAFETY: no place is beyond the rows.
             unsafe { list(fours, own, margin, found) };
-            // The last of the list fill no lanes.
-            let last = self.begin + fours.firsts.len() * LANES..end;
+            self.good = Good::until_the_horizon(scope);
             self.numbers.clear();
+            self.end_of_all = (found.count as f64 > MOST_A_DISC * own.len() as f64).then_some(end);
+            if self.end_of_all.is_some() {
+                return;
+            }
             make_room(&mut self.numbers, found.count + last.len());
             let found = &found.places[..found.count];
             self.numbers.extend(found.iter().map(|&place| place + self.begin as u32));
             self.numbers.extend(last.map(|pair| pair as u32));
             self.columns.take(pairs, &self.numbers);
-            self.good = Good::until_the_horizon(scope);
         }
     }
 
