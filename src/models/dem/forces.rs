@@ -183,35 +183,48 @@ impl EdgeForces {
         }
     }
 
+    /// Looks at the near edges alone; at all in reach where pairs are taken one by one, so that the bits of both can be compared.
     fn find_without_friction(&mut self, block: &Block, discs: &Discs, scene: &Scene<'_>) {
-        let edges = &block.edges;
+        if !scene.use_lanes {
+            let all = 0..block.edges.in_tiers(scene.scope.tiers);
+            all.for_each(|edge| self.push(edge, block, discs, scene));
+            return;
+        }
         if !self.good.is_for(&scene.scope) {
             self.good = Good::until_the_horizon(&scene.scope);
-            let (horizon, margin) = near::horizon(&scene.scope);
-            let looked_at = 0..edges.in_tiers(scene.scope.tiers_within(horizon));
-            let is_near = |&edge: &usize| {
-                let [[x, y, ..], [other_x, other_y, ..]] =
-                    block.edge(edge).map(|disc| discs.states[disc]);
-                let apart =
-                    [x - (other_x + block.shifts[edge][0]), y - (other_y + block.shifts[edge][1])];
-                let reach = edges.reach[edge] + margin;
-                apart[0] * apart[0] + apart[1] * apart[1] < reach * reach
-            };
-            self.near.clear();
-            self.near.extend(looked_at.filter(is_near).map(|edge| edge as u32));
+            self.list_near(block, discs, &scene.scope);
         }
-        for edge in self.near.iter().map(|&edge| edge as usize) {
-            let ends = block.edge(edge);
-            let [state, other] = ends.map(|disc| discs.states[disc]);
-            let touch = Touch::between(state, other, block.shifts[edge], edges.reach[edge]);
-            let Some(touch) = touch else { continue };
-            let own = edges.first[edge];
-            let radii = ends.map(|disc| discs.radii[disc]);
-            let partner = Partner::Disc(ends[1] as u32);
-            self.sums.deepest.note(touch.overlap, own as usize, radii[0], partner, radii[1]);
-            let push = touch.push(scene.law, edges.damping[edge]);
-            self.forces.push((own, push.along(touch.normal)));
-        }
+        let near = std::mem::take(&mut self.near);
+        near.iter().for_each(|&edge| self.push(edge as usize, block, discs, scene));
+        self.near = near;
+    }
+
+    /// Lists the edges that may touch before the horizon.
+    fn list_near(&mut self, block: &Block, discs: &Discs, scope: &Scope) {
+        let (horizon, margin) = near::horizon(scope);
+        let looked_at = 0..block.edges.in_tiers(scope.tiers_within(horizon));
+        let is_near = |&edge: &usize| {
+            let ends = block.edge(edge).map(|disc| discs.states[disc]);
+            let reach = block.edges.reach[edge] + margin;
+            Touch::between(ends[0], ends[1], block.shifts[edge], reach).is_some()
+        };
+        self.near.clear();
+        self.near.extend(looked_at.filter(is_near).map(|edge| edge as u32));
+    }
+
+    /// Adds the force of an edge that touches, without friction.
+    #[inline]
+    fn push(&mut self, edge: usize, block: &Block, discs: &Discs, scene: &Scene<'_>) {
+        let (edges, ends) = (&block.edges, block.edge(edge));
+        let [state, other] = ends.map(|disc| discs.states[disc]);
+        let touch = Touch::between(state, other, block.shifts[edge], edges.reach[edge]);
+        let Some(touch) = touch else { return };
+        let own = edges.first[edge];
+        let radii = ends.map(|disc| discs.radii[disc]);
+        let partner = Partner::Disc(ends[1] as u32);
+        self.sums.deepest.note(touch.overlap, own as usize, radii[0], partner, radii[1]);
+        let push = touch.push(scene.law, edges.damping[edge]);
+        self.forces.push((own, push.along(touch.normal)));
     }
 }
 

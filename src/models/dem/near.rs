@@ -26,7 +26,7 @@ pub(super) struct Near {
     good: Good,
     /// Pairs of the list before this one are not looked through: most of them touch.
     begin: usize,
-    /// Where the list ends if so many are near that all from there on are looked through instead of copied.
+    /// Where the list ends if near pairs are not copied: all from `begin` on are looked through.
     end_of_all: Option<usize>,
     /// Numbers in the list.
     numbers: Vec<u32>,
@@ -61,9 +61,6 @@ struct Fours<'a> {
     seconds: &'a [[u32; LANES]],
     reaches: &'a [[f64; LANES]],
 }
-
-/// Near pairs are copied up to so many a disc: large beds have no room for more.
-const MOST_A_DISC: f64 = 0.6;
 
 /// The horizon over the skin.
 const HORIZON: f64 = 1.0 / TIERS as f64;
@@ -118,7 +115,7 @@ impl Near {
     }
 }
 
-/// Room for as many, and an eighth more: there are others each time, and large beds have no room to spare.
+/// Room for as many, and an eighth more: there are others each time.
 fn make_room<T>(column: &mut Vec<T>, values: usize) {
     if column.capacity() < values {
         // What it held need not be moved.
@@ -172,7 +169,7 @@ impl<'a> Fours<'a> {
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{Columns, Fours, Good, LANES, MOST_A_DISC, Near, Touching, horizon, make_room};
+    use super::{Columns, Fours, Good, LANES, Near, Touching, horizon, make_room};
     use crate::models::dem::neighbours::{Pairs, Scope};
     use std::arch::x86_64::*;
 
@@ -222,14 +219,14 @@ mod avx2 {
             self.begin = if self.is_sparse { 0 } else { first_tier - first_tier % LANES };
             let (fours, last) = Fours::of(pairs, self.begin..end);
             assert!((fours.beyond() as usize) < own.len(), "a pair of no disc");
-            // SAFETY: no place is beyond the rows.
-            unsafe { list(fours, own, margin, found) };
             self.good = Good::until_the_horizon(scope);
             self.numbers.clear();
-            self.end_of_all = (found.count as f64 > MOST_A_DISC * own.len() as f64).then_some(end);
-            if self.end_of_all.is_some() {
+            self.end_of_all = scope.spares_memory.then_some(end);
+            if scope.spares_memory {
                 return;
             }
+            // SAFETY: no place is beyond the rows.
+            unsafe { list(fours, own, margin, found) };
             make_room(&mut self.numbers, found.count + last.len());
             let found = &found.places[..found.count];
             self.numbers.extend(found.iter().map(|&place| place + self.begin as u32));
@@ -245,7 +242,7 @@ mod avx2 {
         // Eight are written at a time, wherever the last that counts stands.
         let room = (fours.firsts.len() + 2) * LANES;
         if into.places.len() < room {
-            into.places.resize(2 * room, 0);
+            into.places.resize(room, 0);
         }
         let mut count = 0;
         let mut numbers = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
