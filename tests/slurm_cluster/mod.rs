@@ -84,11 +84,22 @@ impl Cluster {
         self.controller = daemon("slurmctld", &["-D"], self.folder.path());
     }
 
-    /// What an operator does: a node that Slurm has drained, since a requeued task was not yet gone from it, is taken back.
+    /// What an operator does: a node that Slurm has drained, since a requeued task was not yet gone from it, is taken back, and
+    /// tasks that it holds back are released.
     pub(crate) fn resume_node(&self) {
         let host = host();
         let node = format!("NodeName={host}");
         let _ = self.command("scontrol").args(["update", &node, "State=RESUME"]).output();
+        // A task whose launch met its requeue is held back by Slurm until somebody releases it.
+        let pending = self.command("squeue").args(["-h", "-t", "PD", "-o", "%i|%r"]).output();
+        let pending = pending.map(|said| said.stdout).unwrap_or_default();
+        for line in String::from_utf8_lossy(&pending).lines() {
+            if let Some((job, reason)) = line.split_once('|')
+                && reason.contains("held")
+            {
+                let _ = self.command("scontrol").args(["release", job]).output();
+            }
+        }
     }
 
     /// Numbers of the jobs that run now.
