@@ -36,9 +36,10 @@
 //!   build); two runs of discs noted at once (1.02 of a build, not worth its lines);
 //! - groups of pairs with friction that meet first and rub afterwards (1.00 while their energies were still summed in memory).
 //!
-//! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, median of 3 pairs on an idle machine: settled 8.6
-//! at 10^4 and 10.0 at 10^5; collapse 6.9, gas 4.8; with friction (gran/hooke/history) 6.1 at 10^4. Two threads over one: settled 1.97 at
-//! 10^5, with friction 1.70. The kinetic energies of a bed at rest are 5e-13 apart after 10^4 steps, those of the gas 2.6e-7 after
+//! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, medians of 2 to 5 pairs: settled 12.1 at 10^4 (10.0
+//! at 10^5 before the two passes); collapse 8.7; gas 8.4 to 9.1 at 10^4 and 11.8 at 10^5; with friction (gran/hooke/history) 6.6 at 10^4. Two
+//! threads over one, before that: settled 1.97 at 10^5, with friction 1.70.
+//! The kinetic energies of a bed at rest are 5e-13 apart after 10^4 steps, those of the gas 2.6e-7 after
 //! 3000; while a bed still moves they part, since it is chaotic.
 //!
 //! In a settled bed the pair loop takes 60 % of the time. A gas spends 24 % in free flight (two cycles a disc, bound by the second
