@@ -89,17 +89,30 @@ impl Kernel for Flight<'_> {
 
     #[inline(always)]
     fn run(self) -> f64 {
+        let time_step = self.time_step;
+        let mut tops = [0.0; 4];
+        let (fours, last) = self.states.as_chunks_mut::<4>();
+        for four in fours {
+            let squared = four.each_mut().map(|state| fly(state, time_step));
+            tops = each(|at| if squared[at] > tops[at] { squared[at] } else { tops[at] });
+        }
         let mut top = 0.0;
-        for state in self.states {
-            let before = *state;
-            let [.., vx, vy] = before;
-            let v = [vx, vy, 0.0, 0.0];
-            *state = each(|at| before[at] + v[at] * self.time_step);
-            let squared = vx * vx + vy * vy;
+        let rest = last.iter_mut().map(|state| fly(state, time_step));
+        for squared in rest.chain(tops) {
             top = if squared > top { squared } else { top };
         }
         top
     }
+}
+
+/// Moves a disc on at its velocity, and returns the square of its speed, m^2/s^2.
+///
+/// The velocity is not written: a row of 32 bytes that is written whole took 1.7 as long.
+#[inline(always)]
+fn fly(state: &mut [f64; 4], time_step: f64) -> f64 {
+    let [x, y, vx, vy] = *state;
+    (state[0], state[1]) = (x + vx * time_step, y + vy * time_step);
+    vx * vx + vy * vy
 }
 
 #[inline(always)]
