@@ -8,7 +8,7 @@
 
 use super::contacts::{ContactLaw, Partner};
 use super::discs::Discs;
-use super::lanes::{self, Lanes};
+use super::lanes::{self, Lanes, Memory};
 use super::near::{self, Good, Near, Touching};
 use super::neighbours::{Block, Pairs, Scope};
 use super::rows::Rows;
@@ -258,13 +258,8 @@ impl Forces {
             let pairs = &block.inner;
             let (forces, deepest) = (&mut self.forces, &mut self.sums.deepest);
             let lanes = Lanes { pairs, scope: &scene.scope, own: states, radii, law };
-            let touching = &mut self.touching;
-            if scene.use_lanes && lanes::inner_pairs(&lanes, (near, touching), forces, deepest) {
-                if near.begin() == 0 {
-                    let ends = |pair: usize| [pairs.first[pair], pairs.second[pair]];
-                    self.touched.note_all(near.those(touching).map(ends));
-                }
-            } else {
+            let memory = Memory { near, touching: &mut self.touching, touched: &mut self.touched };
+            if !scene.use_lanes || !lanes::inner_pairs(&lanes, memory, forces, deepest) {
                 let end = pairs.in_tiers(scene.scope.tiers);
                 inner_pairs(pairs, end, states, radii, law, forces, deepest);
             }

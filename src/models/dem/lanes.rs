@@ -12,6 +12,7 @@ use super::contacts::ContactLaw;
 use super::forces::Deepest;
 use super::near::{Near, Touching};
 use super::neighbours::{Pairs, Scope};
+use super::touched::Touched;
 
 /// Pairs at a time.
 pub(super) const LANES: usize = 4;
@@ -26,10 +27,18 @@ pub(super) struct Lanes<'a> {
     pub(super) law: &'a ContactLaw,
 }
 
+/// What is known of a block's pairs from one step to the next, and memory that blocks share.
+pub(super) struct Memory<'a> {
+    pub(super) near: &'a mut Near,
+    pub(super) touching: &'a mut Touching,
+    /// Is shown the discs of all pairs that touch, or not completed.
+    pub(super) touched: &'a mut Touched,
+}
+
 /// Adds the forces of all pairs that touch; false where the machine has no AVX2, and nothing was done.
 pub(super) fn inner_pairs(
     lanes: &Lanes<'_>,
-    near: (&mut Near, &mut Touching),
+    memory: Memory<'_>,
     forces: &mut [[f64; 4]],
     deepest: &mut Deepest,
 ) -> bool {
@@ -37,7 +46,7 @@ pub(super) fn inner_pairs(
     if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("popcnt")
     {
         // SAFETY: the machine has AVX2 and POPCNT.
-        unsafe { avx2::inner_pairs(lanes, near, forces, deepest) };
+        unsafe { avx2::inner_pairs(lanes, memory, forces, deepest) };
         return true;
     }
     false
@@ -45,7 +54,7 @@ pub(super) fn inner_pairs(
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{Deepest, LANES, Lanes, Near, Touching};
+    use super::{Deepest, LANES, Lanes, Memory};
     use crate::models::dem::registers::avx2::transposed;
     use std::arch::x86_64::*;
 
@@ -171,12 +180,12 @@ mod avx2 {
     #[target_feature(enable = "avx2,popcnt")]
     pub(super) fn inner_pairs(
         lanes: &Lanes<'_>,
-        near: (&mut Near, &mut Touching),
+        memory: Memory<'_>,
         forces: &mut [[f64; 4]],
         deepest: &mut Deepest,
     ) {
         let Lanes { pairs, scope, own, .. } = *lanes;
-        let (near, touching) = near;
+        let Memory { near, touching, touched } = memory;
         near.look(pairs, own, scope, touching);
         let dense = ..near.begin();
         let dense = Columns {
@@ -199,6 +208,8 @@ mod avx2 {
             for pair in near.those(touching) {
                 let ends = [pairs.first[pair], pairs.second[pair]];
                 assert!((Ord::max(ends[0], ends[1]) as usize) < own.len(), "a pair of no disc");
+                touched.note(ends[0]);
+                touched.note(ends[1]);
                 gathered.take(ends, [pairs.reach[pair], pairs.damping[pair]]);
                 count += usize::from(pair < pairs.in_tiers(1));
                 if gathered.is_full() {
@@ -210,6 +221,9 @@ mod avx2 {
             let batch = gathered.give();
             meet(lanes, batch, &mut meetings, deepest);
             push(lanes, batch, &meetings, forces);
+        }
+        if near.begin() == 0 {
+            touched.complete();
         }
         near.note(count, pairs.in_tiers(1));
     }

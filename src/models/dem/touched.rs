@@ -24,12 +24,8 @@ impl Touched {
         *self = Self::default();
     }
 
-    /// Notes both discs of pairs, which are all that touch.
-    pub(super) fn note_all(&mut self, touching: impl Iterator<Item = [u32; 2]>) {
-        for [first, second] in touching {
-            self.note(first);
-            self.note(second);
-        }
+    /// Takes note that all who are touched by discs of the block have been noted.
+    pub(super) fn complete(&mut self) {
         self.is_complete = true;
     }
 
