@@ -13,6 +13,12 @@ pub trait Kernel {
     fn run(self) -> Self::Output;
 }
 
+/// Four numbers, each by its place: what the compiler keeps in one register, or in two.
+#[inline(always)]
+pub fn each(value: impl Fn(usize) -> f64) -> [f64; 4] {
+    [value(0), value(1), value(2), value(3)]
+}
+
 /// Runs a kernel with the widest instructions that this machine has.
 pub fn run<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]

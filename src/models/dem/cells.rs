@@ -73,7 +73,7 @@ impl Cells {
     /// The grid, and the order that sorts the positions by cell; within a cell the order given is kept. `patch` is the
     /// number of discs that should fill a patch about as high as wide.
     pub(super) fn sort(
-        positions: &[[f64; 4]],
+        positions: &[[f64; 2]],
         sides: [f64; 2],
         reach: f64,
         periodic: Periodic,
@@ -100,8 +100,8 @@ impl Cells {
     }
 
     /// Counts the discs of each cell, and returns their order.
-    fn fill(&mut self, positions: &[[f64; 4]]) -> Vec<u32> {
-        let cell_of = |&[x, y, ..]: &[f64; 4]| self.index(self.place([x, y])) as u32;
+    fn fill(&mut self, positions: &[[f64; 2]]) -> Vec<u32> {
+        let cell_of = |&position: &[f64; 2]| self.index(self.place(position)) as u32;
         let cells: Vec<u32> = positions.iter().map(cell_of).collect();
         // A cell is counted two entries further on: once summed, the entry after its own says where its next disc goes, and
         // in the end where the cell after it begins.

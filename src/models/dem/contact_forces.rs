@@ -49,7 +49,7 @@ impl Dem {
         let disc = contact.disc as usize;
         let (radius, material) = (discs.radii[disc], discs.materials[disc]);
         let other = self.other_side(contact, walls);
-        let [vx, vy] = discs.velocity(disc);
+        let [vx, vy] = discs.velocities[disc];
         let touch = Touch {
             normal: contact.normal,
             overlap: contact.overlap,
@@ -77,7 +77,7 @@ impl Dem {
             Partner::Disc(partner) => {
                 let other = partner as usize;
                 OtherSide {
-                    velocity: self.discs.velocity(other),
+                    velocity: self.discs.velocities[other],
                     surface_speed: self.discs.radii[other] * self.discs.spins[other],
                 }
             }

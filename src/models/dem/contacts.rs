@@ -5,7 +5,7 @@ use super::forces::Scene;
 use super::materials::{Dashpot, Materials};
 use super::neighbours::{Block, Neighbours};
 use super::{motion, restitution};
-use crate::vector_width::{self, Kernel};
+use crate::vector_width::{self, Kernel, each};
 use serde::{Deserialize, Serialize};
 
 /// The force law of a contact.
@@ -150,11 +150,6 @@ impl Kernel for Dampings<'_> {
     }
 }
 
-#[inline(always)]
-fn each(value: impl Fn(usize) -> f64) -> [f64; 4] {
-    [value(0), value(1), value(2), value(3)]
-}
-
 impl Contact {
     fn stretched_as(self, stretch: Option<&f64>) -> Self {
         Self { stretch: stretch.copied().unwrap_or_default(), ..self }
@@ -222,8 +217,8 @@ fn pair_contact(
     shift: [f64; 2],
     damping: f64,
 ) -> Option<Contact> {
-    let [x, y, vx, vy] = discs.states[disc];
-    let [other_x, other_y, other_vx, other_vy] = discs.states[partner];
+    let [[x, y], [other_x, other_y]] = [disc, partner].map(|disc| discs.positions[disc]);
+    let [[vx, vy], [other_vx, other_vy]] = [disc, partner].map(|disc| discs.velocities[disc]);
     let apart = [x - (other_x + shift[0]), y - (other_y + shift[1])];
     let (radius, other_radius) = (discs.radii[disc], discs.radii[partner]);
     let reach = radius + other_radius;
@@ -255,12 +250,12 @@ fn wall_contacts(block: &Block, discs: &Discs, scene: &Scene<'_>) -> impl Iterat
     block.walls.iter().filter_map(move |pair| {
         let disc = block.start + pair.disc as usize;
         let wall = &walls[pair.wall as usize];
-        let footing = wall.shape.footing(discs.position(disc));
+        let footing = wall.shape.footing(discs.positions[disc]);
         let (radius, normal) = (discs.radii[disc], footing.normal);
         if footing.distance >= radius {
             return None;
         }
-        let [vx, vy] = discs.velocity(disc);
+        let [vx, vy] = discs.velocities[disc];
         let [wall_vx, wall_vy] = wall.surface_velocity(wall.step_velocity, normal);
         let separating_speed = (vx - wall_vx) * normal[0] + (vy - wall_vy) * normal[1];
         let overlap = radius - footing.distance;

@@ -2,7 +2,6 @@
 
 use super::forces::Own;
 use super::neighbours::BLOCK;
-use super::rows::Rows;
 use serde::{Deserialize, Serialize};
 
 /// The discs, column by column, all of one length and in one order. `ids` says who stands where.
@@ -10,8 +9,10 @@ use serde::{Deserialize, Serialize};
 pub(super) struct Discs {
     /// A disc's number, from 0.
     pub(super) ids: Vec<u32>,
-    /// Centre and the integrator's velocity, half a step behind the centre: x, y in m, vx, vy in m/s.
-    pub(super) states: Rows,
+    /// Centres, m.
+    pub(super) positions: Vec<[f64; 2]>,
+    /// The integrator's velocities, half a step behind the centres, m/s. Most looks at discs need no velocity.
+    pub(super) velocities: Vec<[f64; 2]>,
     /// The integrator's angular velocities, half a step behind, rad/s.
     pub(super) spins: Vec<f64>,
     /// Radii, m.
@@ -45,19 +46,7 @@ const NOWHERE: u32 = u32::MAX;
 impl Discs {
     /// Number of discs.
     pub(super) fn len(&self) -> usize {
-        self.states.len()
-    }
-
-    /// Centre of a disc, m.
-    pub(super) fn position(&self, disc: usize) -> [f64; 2] {
-        let [x, y, ..] = self.states[disc];
-        [x, y]
-    }
-
-    /// The integrator's velocity of a disc, m/s.
-    pub(super) fn velocity(&self, disc: usize) -> [f64; 2] {
-        let [.., vx, vy] = self.states[disc];
-        [vx, vy]
+        self.positions.len()
     }
 
     /// Puts the discs into another order; `order` says for each place who comes there, and may leave discs out.
@@ -80,7 +69,8 @@ impl Discs {
             }
         }
         sort(&mut self.ids, order);
-        self.states = order.iter().map(|&disc| self.states[disc as usize]).collect();
+        sort(&mut self.positions, order);
+        sort(&mut self.velocities, order);
         sort_if_needed(&mut self.spins, order, f64::to_bits);
         sort_if_needed(&mut self.radii, order, f64::to_bits);
         sort_if_needed(&mut self.masses, order, f64::to_bits);
@@ -90,9 +80,9 @@ impl Discs {
 
     /// Adds a disc that does not turn.
     pub(super) fn push(&mut self, disc: &Disc) {
-        let ([x, y], [vx, vy]) = (disc.position, disc.velocity);
         self.ids.push(disc.id);
-        self.states.push([x, y, vx, vy]);
+        self.positions.push(disc.position);
+        self.velocities.push(disc.velocity);
         self.spins.push(0.0);
         self.radii.push(disc.radius);
         self.masses.push(disc.mass);
@@ -102,23 +92,21 @@ impl Discs {
 
     /// All discs as one block.
     pub(super) fn own(&mut self) -> Own<'_> {
-        let Self { states, spins, radii, masses, inverse_masses, materials, .. } = self;
-        Own { states, spins, radii, masses, inverse_masses, materials }
+        let Self { positions, velocities, spins, radii, masses, inverse_masses, materials, .. } =
+            self;
+        Own { positions, velocities, spins, radii, masses, inverse_masses, materials }
     }
 
     /// The discs of each block.
     pub(super) fn blocks(&mut self) -> Vec<Own<'_>> {
-        let moving = self.states.chunks_mut(BLOCK).zip(self.spins.chunks_mut(BLOCK));
+        let states = self.positions.chunks_mut(BLOCK).zip(self.velocities.chunks_mut(BLOCK));
+        let moving = states.zip(self.spins.chunks_mut(BLOCK));
         let masses = self.masses.chunks(BLOCK).zip(self.inverse_masses.chunks(BLOCK));
         let bodies = self.radii.chunks(BLOCK).zip(masses).zip(self.materials.chunks(BLOCK));
-        let own = |((states, spins), ((radii, (masses, inverse_masses)), materials))| Own {
-            states,
-            spins,
-            radii,
-            masses,
-            inverse_masses,
-            materials,
-        };
+        let own =
+            |(((positions, velocities), spins), ((radii, (masses, inverse_masses)), materials))| {
+                Own { positions, velocities, spins, radii, masses, inverse_masses, materials }
+            };
         moving.zip(bodies).map(own).collect()
     }
 

@@ -5,7 +5,7 @@ use super::motion;
 use super::parameters::Parameters;
 use super::step::Moved;
 use super::turn;
-use crate::vector_width::{self, Kernel};
+use crate::vector_width::{self, Kernel, each};
 
 /// Numbers of two discs, x and y of the first, then of the second.
 type Pair = [f64; 4];
@@ -20,12 +20,13 @@ pub(super) fn kick_and_drift(
     parameters: &Parameters,
 ) -> Moved {
     let Parameters { gravity, time_step, .. } = *parameters;
-    let flies_free = gravity == [0.0; 2] && forces.touched.are_few(own.states.len());
+    let flies_free = gravity == [0.0; 2] && forces.touched.are_few(own.positions.len());
     let sums = if flies_free {
         fly_free(own, forces, time_step)
     } else {
         vector_width::run(Drift {
-            states: own.states,
+            positions: own.positions,
+            velocities: own.velocities,
             inverse_masses: own.inverse_masses,
             forces: &mut forces.forces,
             gravity,
@@ -44,7 +45,7 @@ pub(super) fn kick_and_drift(
     // Where a place is no number, a velocity is none, and the power neither.
     let bound = scene.scope.moved + moved.longest_way(time_step);
     if bound >= scene.scope.clearance || dashpot_power.is_nan() {
-        let left = own.states.iter().position(|&[x, y, ..]| !parameters.is_inside([x, y]));
+        let left = own.positions.iter().position(|&position| !parameters.is_inside(position));
         moved.outside = left.map(|disc| start + disc);
     }
     moved
@@ -52,7 +53,8 @@ pub(super) fn kick_and_drift(
 
 /// The loop over a block.
 struct Drift<'a> {
-    states: &'a mut [[f64; 4]],
+    positions: &'a mut [[f64; 2]],
+    velocities: &'a mut [[f64; 2]],
     inverse_masses: &'a [f64],
     forces: &'a mut [[f64; 4]],
     gravity: [f64; 2],
@@ -65,54 +67,55 @@ fn fly_free(own: &mut Own<'_>, forces: &mut Forces, time_step: f64) -> Sums {
     // Of even discs, and of odd ones.
     let mut power = [[0.0; 2]; 2];
     for disc in forces.touched.all() {
-        let [_, _, vx, vy] = &mut own.states[disc];
+        let [vx, vy] = &mut own.velocities[disc];
         let [fx, fy, dx, dy] = std::mem::take(&mut forces.forces[disc]);
         let [ax, ay] = motion::acceleration([0.0; 2], [fx, fy], own.inverse_masses[disc]);
         let [x, y] = power[disc % 2];
         power[disc % 2] = [x + dx * (*vx + ax * half), y + dy * (*vy + ay * half)];
         (*vx, *vy) = (*vx + ax * time_step, *vy + ay * time_step);
     }
-    let fastest_squared = vector_width::run(Flight { states: own.states, time_step });
+    let fastest_squared = vector_width::run(Flight {
+        positions: own.positions,
+        velocities: own.velocities,
+        time_step,
+    });
     let [[x, y], [other_x, other_y]] = power;
-    Sums { dashpot_power: [x, y, other_x, other_y], fastest_squared: [fastest_squared, 0.0] }
+    Sums { dashpot_power: [x, y, other_x, other_y], fastest_squared }
 }
 
 /// Free flight of all discs of a block.
 struct Flight<'a> {
-    states: &'a mut [[f64; 4]],
+    positions: &'a mut [[f64; 2]],
+    velocities: &'a [[f64; 2]],
     time_step: f64,
 }
 
 impl Kernel for Flight<'_> {
-    /// The largest square of a speed, m^2/s^2.
-    type Output = f64;
+    /// The largest squares of speeds of even discs, and of odd ones, m^2/s^2.
+    type Output = [f64; 2];
 
     #[inline(always)]
-    fn run(self) -> f64 {
-        let time_step = self.time_step;
-        let mut tops = [0.0; 4];
-        let (fours, last) = self.states.as_chunks_mut::<4>();
-        for four in fours {
-            let squared = four.each_mut().map(|state| fly(state, time_step));
-            tops = each(|at| if squared[at] > tops[at] { squared[at] } else { tops[at] });
+    fn run(self) -> [f64; 2] {
+        let Self { positions, velocities, time_step } = self;
+        let (fours, last) = positions.as_chunks_mut::<4>();
+        let (velocities, last_velocities) = velocities.as_chunks::<4>();
+        let mut tops = [[0.0; 2]; 2];
+        for (positions, velocities) in fours.iter_mut().zip(velocities) {
+            let pairs = positions.as_flattened_mut().as_chunks_mut::<4>().0.iter_mut();
+            let velocities = velocities.as_flattened().as_chunks::<4>().0;
+            for ((x, v), top) in pairs.zip(velocities).zip(&mut tops) {
+                *x = each(|at| x[at] + v[at] * time_step);
+                let squared = each(|at| v[at] * v[at]);
+                *top = larger_of_each([squared[0] + squared[1], squared[2] + squared[3]], *top);
+            }
         }
-        let mut top = 0.0;
-        let rest = last.iter_mut().map(|state| fly(state, time_step));
-        for squared in rest.chain(tops) {
-            top = if squared > top { squared } else { top };
+        let mut top = larger_of_each(tops[0], tops[1]);
+        for ([x, y], [vx, vy]) in last.iter_mut().zip(last_velocities) {
+            (*x, *y) = (*x + vx * time_step, *y + vy * time_step);
+            top = larger_of_each([vx * vx + vy * vy, 0.0], top);
         }
         top
     }
-}
-
-/// Moves a disc on at its velocity, and returns the square of its speed, m^2/s^2.
-///
-/// The velocity is not written: a row of 32 bytes that is written whole took 1.7 as long.
-#[inline(always)]
-fn fly(state: &mut [f64; 4], time_step: f64) -> f64 {
-    let [x, y, vx, vy] = *state;
-    (state[0], state[1]) = (x + vx * time_step, y + vy * time_step);
-    vx * vx + vy * vy
 }
 
 #[inline(always)]
@@ -129,11 +132,6 @@ struct Sums {
     fastest_squared: [f64; 2],
 }
 
-#[inline(always)]
-fn each(value: impl Fn(usize) -> f64) -> Pair {
-    [value(0), value(1), value(2), value(3)]
-}
-
 impl Sums {
     /// Two discs.
     #[inline(always)]
@@ -141,12 +139,14 @@ impl Sums {
         &mut self,
         gravity: [f64; 2],
         time_step: f64,
-        states: &mut [[f64; 4]; 2],
+        positions: &mut [[f64; 2]; 2],
+        velocities: &mut [[f64; 2]; 2],
         inverse_masses: [f64; 2],
         forces: &mut [[f64; 4]; 2],
     ) {
         let half = 0.5 * time_step;
-        let [[x, y, vx, vy], [other_x, other_y, other_vx, other_vy]] = *states;
+        let [[x, y], [other_x, other_y]] = *positions;
+        let [[vx, vy], [other_vx, other_vy]] = *velocities;
         let (places, before) = ([x, y, other_x, other_y], [vx, vy, other_vx, other_vy]);
         let [[fx, fy, dx, dy], [other_fx, other_fy, other_dx, other_dy]] = *forces;
         *forces = [[0.0; 4]; 2];
@@ -162,7 +162,8 @@ impl Sums {
         let squared = each(|at| v[at] * v[at]);
         let squared = [squared[0] + squared[1], squared[2] + squared[3]];
         self.fastest_squared = larger_of_each(squared, self.fastest_squared);
-        *states = [[x[0], x[1], v[0], v[1]], [x[2], x[3], v[2], v[3]]];
+        *positions = [[x[0], x[1]], [x[2], x[3]]];
+        *velocities = [[v[0], v[1]], [v[2], v[3]]];
     }
 }
 
@@ -173,19 +174,25 @@ impl Kernel for Drift<'_> {
     fn run(self) -> Sums {
         let (gravity, time_step) = (self.gravity, self.time_step);
         let mut sums = Sums { dashpot_power: [0.0; 4], fastest_squared: [0.0; 2] };
-        let (states, last_state) = self.states.as_chunks_mut::<2>();
+        let (positions, last_position) = self.positions.as_chunks_mut::<2>();
+        let (velocities, last_velocity) = self.velocities.as_chunks_mut::<2>();
         let (inverse_masses, last_mass) = self.inverse_masses.as_chunks::<2>();
         let (forces, last_force) = self.forces.as_chunks_mut::<2>();
-        for ((states, &inverse), forces) in states.iter_mut().zip(inverse_masses).zip(forces) {
-            sums.move_on(gravity, time_step, states, inverse, forces);
+        let states = positions.iter_mut().zip(velocities);
+        for (((positions, velocities), &inverse), forces) in states.zip(inverse_masses).zip(forces)
+        {
+            sums.move_on(gravity, time_step, positions, velocities, inverse, forces);
         }
-        if let ([state], [inverse], [force]) = (last_state, last_mass, last_force) {
+        if let ([position], [velocity], [inverse], [force]) =
+            (last_position, last_velocity, last_mass, last_force)
+        {
             // The last disc, with a copy that takes no power.
             let [fx, fy, ..] = *force;
-            let mut states = [*state, *state];
+            let (mut positions, mut velocities) = ([*position; 2], [*velocity; 2]);
             let mut forces = [*force, [fx, fy, 0.0, 0.0]];
-            sums.move_on(gravity, time_step, &mut states, [*inverse, *inverse], &mut forces);
-            (*state, *force) = (states[0], forces[0]);
+            let inverse = [*inverse; 2];
+            sums.move_on(gravity, time_step, &mut positions, &mut velocities, inverse, &mut forces);
+            (*position, *velocity, *force) = (positions[0], velocities[0], forces[0]);
         }
         sums
     }

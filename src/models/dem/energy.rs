@@ -31,7 +31,7 @@ impl Energies {
         let mut kinetic = CompensatedSum::default();
         let mut gravitational = CompensatedSum::default();
         for disc in 0..discs.len() {
-            let ([x, y], [vx, vy]) = (discs.position(disc), evaluation.velocities[disc]);
+            let ([x, y], [vx, vy]) = (discs.positions[disc], evaluation.velocities[disc]);
             let (mass, spin) = (discs.masses[disc], evaluation.spins[disc]);
             kinetic.add(0.5 * mass * (vx * vx + vy * vy));
             if spin != 0.0 {

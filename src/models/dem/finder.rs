@@ -135,7 +135,7 @@ impl Finder {
 
     /// The same for the rest of a cell that begins with a disc, wherever it is.
     fn look_from_cell(&mut self, begin: usize, own: &Range<usize>, grid: &Grid<'_>) -> usize {
-        grid.cells.around(grid.discs.position(begin), &mut self.around);
+        grid.cells.around(grid.discs.positions[begin], &mut self.around);
         let end = grid.cells.end_of_cell(begin, own);
         let add = |looks: &mut Looks, disc: usize, others: Range<usize>, shift: Turns| {
             if !others.is_empty() {
@@ -189,8 +189,8 @@ impl Finder {
         self.are_near.resize(own.len().next_multiple_of(GROUP), false);
         for wall in around.walls {
             let are_near = &mut self.are_near;
-            let (states, radii) = (&discs.states[own.clone()], &discs.radii[own.clone()]);
-            wall.shape.mark_near(states, radii, skin, are_near);
+            let (positions, radii) = (&discs.positions[own.clone()], &discs.radii[own.clone()]);
+            wall.shape.mark_near(positions, radii, skin, are_near);
         }
         // Most discs are far from all walls.
         let (groups, _) = self.are_near.as_chunks::<GROUP>();
@@ -208,7 +208,7 @@ fn list_walls_of(block: &mut Block, disc: usize, grid: &Grid<'_>) {
     let Grid { discs, skin, around, .. } = *grid;
     let reach = discs.radii[disc] + skin;
     for (wall, placed) in (0..).zip(around.walls) {
-        if placed.shape.footing(discs.position(disc)).distance < reach {
+        if placed.shape.footing(discs.positions[disc]).distance < reach {
             block.walls.push(WallPair {
                 disc: (disc - block.start) as u32,
                 wall,

@@ -129,8 +129,10 @@ pub(super) struct Scene<'a> {
 
 /// The discs of a block, column by column.
 pub(super) struct Own<'a> {
-    /// x, y in m, vx, vy in m/s.
-    pub(super) states: &'a mut [[f64; 4]],
+    /// Centres, m.
+    pub(super) positions: &'a mut [[f64; 2]],
+    /// The integrator's velocities, m/s.
+    pub(super) velocities: &'a mut [[f64; 2]],
     /// Angular velocities, rad/s.
     pub(super) spins: &'a mut [f64],
     /// Radii, m.
@@ -157,8 +159,7 @@ impl EdgeForces {
             let own = block.edges.first[edge];
             let ends = [block.start + own as usize, block.edges.second[edge] as usize];
             let damping = block.edges.damping[edge];
-            let [state, other] = ends.map(|disc| discs.states[disc]);
-            let touch = Touch::between(state, other, block.shifts[edge], block.edges.reach[edge]);
+            let touch = Touch::between(discs, ends, block.shifts[edge], block.edges.reach[edge]);
             let Some(touch) = touch else {
                 let mut stretch = block.edges.stretch_of(edge);
                 self.sums.let_go(&mut stretch, scene.law, 0.5);
@@ -204,9 +205,8 @@ impl EdgeForces {
         let (horizon, margin) = near::horizon(scope);
         let looked_at = 0..block.edges.in_tiers(scope.tiers_within(horizon));
         let is_near = |&edge: &usize| {
-            let ends = block.edge(edge).map(|disc| discs.states[disc]);
             let reach = block.edges.reach[edge] + margin;
-            Touch::between(ends[0], ends[1], block.shifts[edge], reach).is_some()
+            Touch::between(discs, block.edge(edge), block.shifts[edge], reach).is_some()
         };
         self.near.clear();
         self.near.extend(looked_at.filter(is_near).map(|edge| edge as u32));
@@ -216,8 +216,7 @@ impl EdgeForces {
     #[inline]
     fn push(&mut self, edge: usize, block: &Block, discs: &Discs, scene: &Scene<'_>) {
         let (edges, ends) = (&block.edges, block.edge(edge));
-        let [state, other] = ends.map(|disc| discs.states[disc]);
-        let touch = Touch::between(state, other, block.shifts[edge], edges.reach[edge]);
+        let touch = Touch::between(discs, ends, block.shifts[edge], edges.reach[edge]);
         let Some(touch) = touch else { return };
         let own = edges.first[edge];
         let radii = ends.map(|disc| discs.radii[disc]);
@@ -238,7 +237,7 @@ impl Forces {
         near: &mut Near,
         scene: &Scene<'_>,
     ) {
-        let count = own.states.len();
+        let count = own.positions.len();
         // The drift has left them at zero.
         if self.forces.len() != count {
             self.forces.clear_to(count);
@@ -254,14 +253,13 @@ impl Forces {
         } else {
             self.tangential.clear();
             self.rolling.clear();
-            let (states, radii, law) = (&*own.states, own.radii, scene.law);
-            let pairs = &block.inner;
+            let (pairs, law) = (&block.inner, scene.law);
             let (forces, deepest) = (&mut self.forces, &mut self.sums.deepest);
-            let lanes = Lanes { pairs, scope: &scene.scope, own: states, radii, law };
+            let lanes = Lanes { pairs, scope: &scene.scope, own, law };
             let memory = Memory { near, touching: &mut self.touching, touched: &mut self.touched };
             if !scene.use_lanes || !lanes::inner_pairs(&lanes, memory, forces, deepest) {
                 let end = pairs.in_tiers(scene.scope.tiers);
-                inner_pairs(pairs, end, states, radii, law, forces, deepest);
+                inner_pairs(pairs, end, own, law, forces, deepest);
             }
         }
         for &(disc, force) in &edges.forces {
@@ -288,8 +286,8 @@ impl Forces {
             let disc = pair.disc as usize;
             let wall = &scene.walls[pair.wall as usize];
             let radius = own.radii[disc];
-            let [x, y, vx, vy] = own.states[disc];
-            let footing = wall.shape.footing([x, y]);
+            let [vx, vy] = own.velocities[disc];
+            let footing = wall.shape.footing(own.positions[disc]);
             if footing.distance >= radius {
                 self.sums.let_go(&mut pair.stretch, scene.law, 1.0);
                 continue;
@@ -332,8 +330,7 @@ impl Forces {
 fn inner_pairs(
     pairs: &Pairs,
     end: usize,
-    own: &[[f64; 4]],
-    radii: &[f64],
+    own: &Own<'_>,
     law: &ContactLaw,
     forces: &mut [[f64; 4]],
     deepest: &mut Deepest,
@@ -342,14 +339,14 @@ fn inner_pairs(
     let constants = pairs.reach[..end].iter().zip(&pairs.damping[..end]);
     for ((&first, &second), (&reach, &damping)) in ends.zip(constants) {
         let (a, b) = (first as usize, second as usize);
-        let (state, other) = (own[a], own[b]);
-        let apart = [state[0] - other[0], state[1] - other[1]];
+        let ([x, y], [other_x, other_y]) = (own.positions[a], own.positions[b]);
+        let apart = [x - other_x, y - other_y];
         let squared = apart[0] * apart[0] + apart[1] * apart[1];
         if squared < reach * reach {
-            let velocity = [state[2] - other[2], state[3] - other[3]];
-            let touch = Touch::of(apart, squared, reach, velocity);
+            let ([vx, vy], [other_vx, other_vy]) = (own.velocities[a], own.velocities[b]);
+            let touch = Touch::of(apart, squared, reach, [vx - other_vx, vy - other_vy]);
             if touch.overlap > deepest.bound() {
-                deepest.note_pair(touch.overlap, [a, b], radii);
+                deepest.note_pair(touch.overlap, [a, b], own.radii);
             }
             let push = touch.push(law, damping).along(touch.normal);
             add(&mut forces[a], push);

@@ -186,11 +186,11 @@ impl Room<'_> {
     fn look_one_by_one<const SHIFTED: bool>(&mut self, looks: &[Look], among: &Among<'_>) {
         let Among { discs, skin, .. } = *among;
         for &Look { ends: [disc, first], stop, turns } in looks {
-            let [x, y] = discs.position(disc as usize);
+            let [x, y] = discs.positions[disc as usize];
             let radius = discs.radii[disc as usize];
             let shift = among.shift(turns);
             for other in first..Ord::min(stop, first + LANES as u32) {
-                let [mut other_x, mut other_y] = discs.position(other as usize);
+                let [mut other_x, mut other_y] = discs.positions[other as usize];
                 if SHIFTED {
                     (other_x, other_y) = (other_x + shift[0], other_y + shift[1]);
                 }
@@ -217,6 +217,7 @@ impl Room<'_> {
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{Among, LANES, Look, Room};
+    use crate::models::dem::fours::those_first;
     use std::arch::x86_64::*;
 
     /// For each set of lanes that are near, an order of 32-bit halves that puts these lanes first.
@@ -224,14 +225,11 @@ mod avx2 {
         let mut orders = [[0; 8]; 16];
         let mut set = 0;
         while set < 16 {
-            let (mut lane, mut place) = (0, 0);
-            while lane < 4 {
-                if set >> lane & 1 == 1 {
-                    orders[set][2 * place] = 2 * lane;
-                    orders[set][2 * place + 1] = 2 * lane + 1;
-                    place += 1;
-                }
-                lane += 1;
+            let lanes = those_first(set);
+            let mut half = 0;
+            while half < 8 {
+                orders[set][half] = 2 * lanes[half / 2] as u32 + half as u32 % 2;
+                half += 1;
             }
             set += 1;
         }
@@ -245,13 +243,13 @@ mod avx2 {
         unsafe { _mm256_loadu_pd(values.as_ptr()) }
     }
 
-    /// The x of four rows, and their y.
+    /// The x of four centres, and their y.
     #[inline]
     #[target_feature(enable = "avx2")]
-    fn centres(rows: &[[f64; 4]; LANES]) -> [__m256d; 2] {
-        let [a, b, c, d] = [load(&rows[0]), load(&rows[1]), load(&rows[2]), load(&rows[3])];
-        let (even, odd) =
-            (_mm256_permute2f128_pd::<0x20>(a, c), _mm256_permute2f128_pd::<0x20>(b, d));
+    fn columns(&[a, b, c, d]: &[[f64; 2]; LANES]) -> [__m256d; 2] {
+        let (low, high) = (load(&[a[0], a[1], b[0], b[1]]), load(&[c[0], c[1], d[0], d[1]]));
+        let even = _mm256_permute2f128_pd::<0x20>(low, high);
+        let odd = _mm256_permute2f128_pd::<0x31>(low, high);
         [_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd)]
     }
 
@@ -291,9 +289,9 @@ mod avx2 {
         assert!(room.squared.len() >= most, "no room for their distances");
         let pairs = room.pairs.as_mut_ptr();
         let (touchings, squares) = (room.touching.as_mut_ptr(), room.squared.as_mut_ptr());
-        let states = &among.discs.states[..];
+        let positions = &among.discs.positions[..];
         // Of one length: looked at once.
-        let radii = &among.discs.radii[..states.len()];
+        let radii = &among.discs.radii[..positions.len()];
         let skin = _mm256_set1_pd(among.skin);
         let [a, b] = among.counted_from.map(|disc| disc as i32);
         let counted = _mm256_sub_epi32(
@@ -304,19 +302,19 @@ mod avx2 {
         for (number, look) in looks.iter().enumerate() {
             let [disc, first] = look.ends.map(|disc| disc as usize);
             let others = first..first + LANES;
-            let rows = states.get(others.clone()).and_then(|rows| rows.first_chunk());
+            let centres = positions.get(others.clone()).and_then(|centres| centres.first_chunk());
             let other_radii = radii.get(others).and_then(|radii| radii.first_chunk());
-            let (Some(rows), Some(other_radii)) = (rows, other_radii) else {
+            let (Some(centres), Some(other_radii)) = (centres, other_radii) else {
                 room.count = count;
                 return number;
             };
-            let [mut other_x, mut other_y] = centres(rows);
+            let [mut other_x, mut other_y] = columns(centres);
             if SHIFTED {
                 let [shift_x, shift_y] = among.shift(look.turns).map(|part| _mm256_set1_pd(part));
                 other_x = _mm256_add_pd(other_x, shift_x);
                 other_y = _mm256_add_pd(other_y, shift_y);
             }
-            let [x, y, ..] = states[disc].map(|value| _mm256_set1_pd(value));
+            let [x, y] = positions[disc].map(|value| _mm256_set1_pd(value));
             let (x, y) = (_mm256_sub_pd(x, other_x), _mm256_sub_pd(y, other_y));
             let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
             let touching = _mm256_add_pd(_mm256_set1_pd(radii[disc]), load(other_radii));

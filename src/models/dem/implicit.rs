@@ -26,7 +26,7 @@ pub(super) fn solve_dashpots(discs: &Discs, parameters: &Parameters, contacts: &
     let Parameters { gravity, ref law, time_step, .. } = *parameters;
     // The velocities at the step's end, as far as they are known: by gravity and the springs, then by the dashpots too.
     // So a bed at rest is solved at once.
-    let values = (0..discs.len()).map(|disc| discs.velocity(disc)).collect();
+    let values = (0..discs.len()).map(|disc| discs.velocities[disc]).collect();
     let mut end = Velocities { values, discs, time_step };
     for v in &mut end.values {
         *v = [v[0] + gravity[0] * time_step, v[1] + gravity[1] * time_step];

@@ -3,27 +3,22 @@
 //!
 //! What the unsafe code keeps to:
 //! - Loads and stores of a whole `[f64; 4]` through its own reference: in bounds, and unaligned by instruction.
-//! - Rows of states and forces by a pair's places, unchecked pair by pair: all places are checked before the loop.
+//! - Discs and rows of forces by a pair's places, unchecked pair by pair: all places are checked before the loop.
 //! - The call of a function compiled for AVX2 and POPCNT, made only where `is_x86_feature_detected!` has found them.
 
 #![allow(unsafe_code)]
 
 use super::contacts::ContactLaw;
-use super::forces::Deepest;
+use super::forces::{Deepest, Own};
 use super::near::{Near, Touching};
 use super::neighbours::{Pairs, Scope};
 use super::touched::Touched;
-
-/// Pairs at a time.
-pub(super) const LANES: usize = 4;
 
 /// What the lanes take their pairs from.
 pub(super) struct Lanes<'a> {
     pub(super) pairs: &'a Pairs,
     pub(super) scope: &'a Scope,
-    /// x, y in m, vx, vy in m/s of the block's discs, and their radii, m.
-    pub(super) own: &'a [[f64; 4]],
-    pub(super) radii: &'a [f64],
+    pub(super) own: &'a Own<'a>,
     pub(super) law: &'a ContactLaw,
 }
 
@@ -54,7 +49,8 @@ pub(super) fn inner_pairs(
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{Deepest, LANES, Lanes, Memory};
+    use super::{Deepest, Lanes, Memory, Own};
+    use crate::models::dem::fours::{Fours, LANES, differences};
     use crate::models::dem::registers::avx2::transposed;
     use std::arch::x86_64::*;
 
@@ -72,63 +68,24 @@ mod avx2 {
         unsafe { _mm256_storeu_pd(into.as_mut_ptr(), values) }
     }
 
-    /// Pairs, four by four.
+    /// Pairs, four by four, and eta of each, N s/m.
     #[derive(Clone, Copy)]
-    struct Columns<'a> {
-        firsts: &'a [[u32; LANES]],
-        seconds: &'a [[u32; LANES]],
-        reaches: &'a [[f64; LANES]],
+    struct Damped<'a> {
+        fours: Fours<'a>,
         dampings: &'a [[f64; LANES]],
     }
 
-    /// Four pairs.
-    struct Four<'a> {
-        first: &'a [u32; LANES],
-        second: &'a [u32; LANES],
-        reach: &'a [f64; LANES],
-        damping: &'a [f64; LANES],
-    }
-
-    impl<'a> Columns<'a> {
-        fn all(self) -> impl Iterator<Item = Four<'a>> {
-            let ends = self.firsts.iter().zip(self.seconds);
-            let constants = self.reaches.iter().zip(self.dampings);
-            ends.zip(constants).map(|((first, second), (reach, damping))| Four {
-                first,
-                second,
-                reach,
-                damping,
-            })
-        }
-
+    impl Damped<'_> {
         /// The same pairs, no more at a time than fit a batch.
         fn batches(self) -> impl Iterator<Item = Self> {
-            let ends = self.firsts.chunks(BATCH).zip(self.seconds.chunks(BATCH));
-            let constants = self.reaches.chunks(BATCH).zip(self.dampings.chunks(BATCH));
+            let Fours { firsts, seconds, reaches } = self.fours;
+            let ends = firsts.chunks(BATCH).zip(seconds.chunks(BATCH));
+            let constants = reaches.chunks(BATCH).zip(self.dampings.chunks(BATCH));
             ends.zip(constants).map(|((firsts, seconds), (reaches, dampings))| Self {
-                firsts,
-                seconds,
-                reaches,
+                fours: Fours { firsts, seconds, reaches },
                 dampings,
             })
         }
-
-        /// The largest place.
-        fn beyond(&self) -> usize {
-            let largest = |of: &[[u32; LANES]]| {
-                of.as_flattened().iter().fold(0, |most, &place| Ord::max(most, place))
-            };
-            Ord::max(largest(self.firsts), largest(self.seconds)) as usize
-        }
-    }
-
-    /// Row `a` less row `b`, which must both be there.
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    unsafe fn difference(rows: &[[f64; 4]], a: u32, b: u32) -> __m256d {
-        // SAFETY: the caller's promise.
-        let (a, b) = unsafe { (rows.get_unchecked(a as usize), rows.get_unchecked(b as usize)) };
-        _mm256_sub_pd(load(a), load(b))
     }
 
     /// Fours that are worked on at a time: what is found of them stays in the nearest cache.
@@ -162,16 +119,18 @@ mod avx2 {
         }
 
         /// Hands its pairs over; the last four is filled up with pairs of a disc and itself, which do not touch.
-        fn give(&mut self) -> Columns<'_> {
+        fn give(&mut self) -> Damped<'_> {
             let fours = self.count.div_ceil(LANES);
             while self.count < fours * LANES {
                 self.take([0; 2], [0.0; 2]);
             }
             self.count = 0;
-            Columns {
-                firsts: &self.firsts[..fours],
-                seconds: &self.seconds[..fours],
-                reaches: &self.reaches[..fours],
+            Damped {
+                fours: Fours {
+                    firsts: &self.firsts[..fours],
+                    seconds: &self.seconds[..fours],
+                    reaches: &self.reaches[..fours],
+                },
                 dampings: &self.dampings[..fours],
             }
         }
@@ -186,16 +145,13 @@ mod avx2 {
     ) {
         let Lanes { pairs, scope, own, .. } = *lanes;
         let Memory { near, touching, touched } = memory;
-        near.look(pairs, own, scope, touching);
-        let dense = ..near.begin();
-        let dense = Columns {
-            firsts: pairs.first[dense].as_chunks().0,
-            seconds: pairs.second[dense].as_chunks().0,
-            reaches: pairs.reach[dense].as_chunks().0,
-            dampings: pairs.damping[dense].as_chunks().0,
-        };
+        near.look(pairs, own.positions, scope, touching);
+        let dampings = pairs.damping[..near.begin()].as_chunks().0;
+        let dense = Damped { fours: Fours::of(pairs, 0..near.begin()).0, dampings };
+        let discs = own.positions.len();
+        assert!(own.velocities.len() == discs && forces.len() == discs, "columns of other lengths");
         // Also a list out of a damaged checkpoint must not reach beyond.
-        assert!(dense.beyond() < own.len() && own.len() == forces.len(), "a pair of no disc");
+        assert!(dense.fours.beyond() < discs, "a pair of no disc");
         let mut meetings = Meetings([[[0.0; LANES]; 4]; BATCH]);
         let mut gathered = Gathered::default();
         let mut count = 0;
@@ -207,7 +163,7 @@ mod avx2 {
             }
             for pair in near.those(touching) {
                 let ends = [pairs.first[pair], pairs.second[pair]];
-                assert!((Ord::max(ends[0], ends[1]) as usize) < own.len(), "a pair of no disc");
+                assert!((Ord::max(ends[0], ends[1]) as usize) < discs, "a pair of no disc");
                 touched.note(ends[0]);
                 touched.note(ends[1]);
                 gathered.take(ends, [pairs.reach[pair], pairs.damping[pair]]);
@@ -235,26 +191,22 @@ mod avx2 {
     #[target_feature(enable = "avx2")]
     unsafe fn meet(
         lanes: &Lanes<'_>,
-        batch: Columns<'_>,
+        batch: Damped<'_>,
         meetings: &mut Meetings,
         deepest: &mut Deepest,
     ) -> usize {
-        let own = lanes.own;
+        let Own { positions, velocities, radii, .. } = lanes.own;
+        let Fours { firsts, seconds, reaches } = batch.fours;
         let mut count = _mm256_setzero_si256();
         let smallest = _mm256_set1_pd(f64::MIN_POSITIVE);
         let one = _mm256_set1_pd(1.0);
         let mut bound = _mm256_set1_pd(deepest.bound());
-        for (Four { first, second, reach, .. }, meeting) in batch.all().zip(&mut meetings.0) {
+        let ends = firsts.iter().zip(seconds);
+        for (((first, second), reach), meeting) in ends.zip(reaches).zip(&mut meetings.0) {
+            let ends = [first, second];
             // SAFETY: the caller's promise.
-            let rows = unsafe {
-                [
-                    difference(own, first[0], second[0]),
-                    difference(own, first[1], second[1]),
-                    difference(own, first[2], second[2]),
-                    difference(own, first[3], second[3]),
-                ]
-            };
-            let [x, y, vx, vy] = transposed(rows);
+            let ([x, y], [vx, vy]) =
+                unsafe { (differences(positions, ends), differences(velocities, ends)) };
             let reach = load(reach);
             let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
             let touch = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
@@ -273,7 +225,7 @@ mod avx2 {
             if deep != 0 {
                 for lane in (0..LANES).filter(|lane| deep >> lane & 1 == 1) {
                     let ends = [first[lane] as usize, second[lane] as usize];
-                    deepest.note_pair(meeting[2][lane], ends, lanes.radii);
+                    deepest.note_pair(meeting[2][lane], ends, radii);
                 }
                 bound = _mm256_set1_pd(deepest.bound());
             }
@@ -289,13 +241,14 @@ mod avx2 {
     #[target_feature(enable = "avx2")]
     unsafe fn push(
         lanes: &Lanes<'_>,
-        batch: Columns<'_>,
+        batch: Damped<'_>,
         meetings: &Meetings,
         forces: &mut [[f64; 4]],
     ) {
         let stiffness = _mm256_set1_pd(lanes.law.stiffness);
         let floor = _mm256_set1_pd(lanes.law.least_force());
-        for (Four { first, second, damping, .. }, meeting) in batch.all().zip(&meetings.0) {
+        let ends = batch.fours.firsts.iter().zip(batch.fours.seconds);
+        for (((first, second), damping), meeting) in ends.zip(batch.dampings).zip(&meetings.0) {
             let [nx, ny, overlap, speed] = meeting.each_ref().map(|column| load(column));
             let spring = _mm256_mul_pd(stiffness, overlap);
             let force = _mm256_sub_pd(spring, _mm256_mul_pd(load(damping), speed));

@@ -16,6 +16,7 @@ mod energy;
 mod finder;
 mod forces;
 mod found;
+mod fours;
 mod implicit;
 mod lanes;
 mod materials;
@@ -166,7 +167,7 @@ impl Model for Dem {
         let mut discs = start::discs(config, &parameters, seed, &kinds)?;
         let rain = Rain::new(config, &parameters, seed, kinds.rain(config, &parameters));
         let facts = report::facts(config, &parameters, &diagnosis, &discs);
-        let initial_top_speed = discs.states.iter().fold(0.0, |top, [_, _, vx, vy]| {
+        let initial_top_speed = discs.velocities.iter().fold(0.0, |top, [vx, vy]| {
             let speed = (vx * vx + vy * vy).sqrt();
             if speed > top { speed } else { top }
         });
@@ -288,7 +289,7 @@ impl Dem {
     fn remove_discs(&mut self) {
         let Some(outlet) = self.parameters.outlet_below else { return };
         let stays: Vec<u32> = (0..self.discs.len() as u32)
-            .filter(|&disc| self.discs.states[disc as usize][1] >= outlet)
+            .filter(|&disc| self.discs.positions[disc as usize][1] >= outlet)
             .collect();
         let leaving = self.discs.len() - stays.len();
         if leaving == 0 {
@@ -332,17 +333,17 @@ impl Dem {
     /// Puts discs that left through a periodic side back at the other one.
     fn put_back(&mut self) {
         let Parameters { sides, periodic, gravity, .. } = self.parameters;
-        let Discs { states, masses, .. } = &mut self.discs;
-        for disc in places::groups_that_left(states, sides, periodic).into_iter().flatten() {
+        let Discs { positions, masses, .. } = &mut self.discs;
+        for disc in places::groups_that_left(positions, sides, periodic).into_iter().flatten() {
             for axis in (0..2).filter(|&axis| periodic[axis]) {
-                let before = states[disc][axis];
+                let before = positions[disc][axis];
                 if before >= 0.0 && before < sides[axis] {
                     continue;
                 }
                 let turns = (before / sides[axis]).floor();
                 if turns != 0.0 {
                     let after = before - turns * sides[axis];
-                    states[disc][axis] = after;
+                    positions[disc][axis] = after;
                     self.ledger.put_back.add(masses[disc] * gravity[axis] * (after - before));
                 }
             }

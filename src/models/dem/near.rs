@@ -15,10 +15,9 @@
     allow(dead_code, reason = "only AVX2 has use for near pairs")
 )]
 
-use super::lanes::LANES;
+use super::fours::{Fours, LANES};
 use super::neighbours::{Pairs, Scope};
 use super::tiers::TIERS;
-use std::ops::Range;
 
 /// The near pairs of a block. They are no part of the state.
 #[derive(Clone, Debug, Default)]
@@ -51,15 +50,7 @@ struct Columns {
     seconds: Vec<[u32; LANES]>,
     reaches: Vec<[f64; LANES]>,
     /// The largest place.
-    beyond: u32,
-}
-
-/// Pairs four by four.
-#[derive(Clone, Copy)]
-struct Fours<'a> {
-    firsts: &'a [[u32; LANES]],
-    seconds: &'a [[u32; LANES]],
-    reaches: &'a [[f64; LANES]],
+    beyond: usize,
 }
 
 /// The horizon over the skin.
@@ -146,46 +137,26 @@ impl Columns {
     }
 }
 
-impl<'a> Fours<'a> {
-    /// Pairs of a list, and the last of them, which fill no lanes.
-    fn of(pairs: &'a Pairs, range: Range<usize>) -> (Self, Range<usize>) {
-        let last = range.end - range.len() % LANES..range.end;
-        let fours = Self {
-            firsts: pairs.first[range.clone()].as_chunks().0,
-            seconds: pairs.second[range.clone()].as_chunks().0,
-            reaches: pairs.reach[range].as_chunks().0,
-        };
-        (fours, last)
-    }
-
-    /// The largest place.
-    fn beyond(&self) -> u32 {
-        let largest = |of: &[[u32; LANES]]| {
-            of.as_flattened().iter().fold(0, |most, &place| Ord::max(most, place))
-        };
-        Ord::max(largest(self.firsts), largest(self.seconds))
-    }
-}
-
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{Columns, Fours, Good, LANES, Near, Touching, horizon, make_room};
+    use crate::models::dem::fours::{differences, those_first};
     use crate::models::dem::neighbours::{Pairs, Scope};
     use std::arch::x86_64::*;
 
     impl Near {
-        /// Finds out which pairs touch, by x, y in m, vx, vy in m/s of the block's discs.
+        /// Finds out which pairs touch, by the positions, m, of the block's discs.
         #[inline]
         #[target_feature(enable = "avx2,popcnt")]
         pub(in crate::models::dem) fn look(
             &mut self,
             pairs: &Pairs,
-            own: &[[f64; 4]],
+            positions: &[[f64; 2]],
             scope: &Scope,
             touching: &mut Touching,
         ) {
             if !self.good.is_for(scope) {
-                self.look_far(pairs, own, scope, touching);
+                self.look_far(pairs, positions, scope, touching);
             }
             let Columns { firsts, seconds, reaches, .. } = &self.columns;
             let (fours, last) = match self.end_of_all {
@@ -194,9 +165,9 @@ mod avx2 {
             };
             let beyond =
                 if self.end_of_all.is_some() { fours.beyond() } else { self.columns.beyond };
-            assert!((beyond as usize) < own.len(), "a pair of no disc");
+            assert!(beyond < positions.len(), "a pair of no disc");
             // SAFETY: no place is beyond the rows.
-            unsafe { list(fours, own, 0.0, touching) };
+            unsafe { list(fours, positions, 0.0, touching) };
             for pair in last {
                 // There is room behind those that count.
                 touching.places[touching.count] = (pair - self.begin) as u32;
@@ -209,7 +180,7 @@ mod avx2 {
         fn look_far(
             &mut self,
             pairs: &Pairs,
-            own: &[[f64; 4]],
+            positions: &[[f64; 2]],
             scope: &Scope,
             found: &mut Touching,
         ) {
@@ -218,7 +189,7 @@ mod avx2 {
             let first_tier = pairs.in_tiers(1);
             self.begin = if self.is_sparse { 0 } else { first_tier - first_tier % LANES };
             let (fours, last) = Fours::of(pairs, self.begin..end);
-            assert!((fours.beyond() as usize) < own.len(), "a pair of no disc");
+            assert!(fours.beyond() < positions.len(), "a pair of no disc");
             self.good = Good::until_the_horizon(scope);
             self.numbers.clear();
             self.end_of_all = scope.spares_memory.then_some(end);
@@ -226,7 +197,7 @@ mod avx2 {
                 return;
             }
             // SAFETY: no place is beyond the rows.
-            unsafe { list(fours, own, margin, found) };
+            unsafe { list(fours, positions, margin, found) };
             make_room(&mut self.numbers, found.count + last.len());
             let found = &found.places[..found.count];
             self.numbers.extend(found.iter().map(|&place| place + self.begin as u32));
@@ -235,10 +206,10 @@ mod avx2 {
         }
     }
 
-    /// Lists the places of those pairs whose gaps are smaller than a margin, m. All places of discs must be those of rows.
+    /// Lists the places of those pairs whose gaps are smaller than a margin, m. All places of discs must be those of positions.
     #[inline]
     #[target_feature(enable = "avx2,popcnt")]
-    unsafe fn list(fours: Fours<'_>, own: &[[f64; 4]], margin: f64, into: &mut Touching) {
+    unsafe fn list(fours: Fours<'_>, positions: &[[f64; 2]], margin: f64, into: &mut Touching) {
         // Eight are written at a time, wherever the last that counts stands.
         let room = (fours.firsts.len() + 2) * LANES;
         if into.places.len() < room {
@@ -251,10 +222,10 @@ mod avx2 {
         let mut fours = ends.zip(fours.reaches);
         while let Some(((first, second), reach)) = fours.next() {
             // SAFETY: the caller's promise.
-            let mut set = unsafe { who_is_near([first, second], reach, margin, own) };
+            let mut set = unsafe { who_is_near([first, second], reach, margin, positions) };
             if let Some(((first, second), reach)) = fours.next() {
                 // SAFETY: the caller's promise.
-                set |= unsafe { who_is_near([first, second], reach, margin, own) } << LANES;
+                set |= unsafe { who_is_near([first, second], reach, margin, positions) } << LANES;
             }
             // All are written before it is known who of them counts: there is no branch to guess.
             let Some(place) = into.places.get_mut(count..).and_then(|rest| rest.first_chunk_mut())
@@ -268,29 +239,17 @@ mod avx2 {
         into.count = count;
     }
 
-    /// Which of four pairs have gaps smaller than a margin, a bit each. All places must be those of rows.
+    /// Which of four pairs have gaps smaller than a margin, a bit each. All places must be those of positions.
     #[inline]
     #[target_feature(enable = "avx2")]
     unsafe fn who_is_near(
-        [first, second]: [&[u32; LANES]; 2],
+        ends: [&[u32; LANES]; 2],
         reach: &[f64; LANES],
         margin: __m256d,
-        own: &[[f64; 4]],
+        positions: &[[f64; 2]],
     ) -> u32 {
-        let centres = |lane: usize, other: usize| {
-            let of = |ends: &[u32; LANES]| {
-                // SAFETY: the caller's promise; four f64 lie behind each reference.
-                unsafe {
-                    let low = own.get_unchecked(ends[lane] as usize);
-                    let high = own.get_unchecked(ends[other] as usize);
-                    let (low, high) = (_mm_loadu_pd(low.as_ptr()), _mm_loadu_pd(high.as_ptr()));
-                    _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
-                }
-            };
-            _mm256_sub_pd(of(first), of(second))
-        };
-        let (even, odd) = (centres(0, 2), centres(1, 3));
-        let (x, y) = (_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd));
+        // SAFETY: the caller's promise.
+        let [x, y] = unsafe { differences(positions, ends) };
         // SAFETY: four f64 lie behind the reference.
         let reach = _mm256_add_pd(unsafe { _mm256_loadu_pd(reach.as_ptr()) }, margin);
         let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
@@ -303,14 +262,7 @@ mod avx2 {
         let mut orders = [[0; 2 * LANES]; 256];
         let mut set = 0;
         while set < 256 {
-            let (mut lane, mut place) = (0, 0);
-            while lane < 2 * LANES {
-                if set >> lane & 1 == 1 {
-                    orders[set][place] = lane as u8;
-                    place += 1;
-                }
-                lane += 1;
-            }
+            orders[set] = those_first(set);
             set += 1;
         }
         orders

@@ -176,7 +176,7 @@ impl Neighbours {
             return true;
         }
         // The sum of each step's fastest disc is a bound; now the true displacements are needed.
-        self.moved = places::longest_way(&self.built_at, &discs.states);
+        self.moved = places::longest_way(&self.built_at, &discs.positions);
         // Closer to the limit, the displacements would be asked for at every step.
         self.moved < 0.9 * limit
     }
@@ -219,7 +219,7 @@ impl Neighbours {
         self.blocks.clear();
         let reach = 2.0 * around.largest_radius + self.skin;
         let (cells, order) =
-            Cells::sort(&discs.states, around.sides, reach, around.periodic, BLOCK);
+            Cells::sort(&discs.positions, around.sides, reach, around.periodic, BLOCK);
         discs.reorder(&order);
         let count = discs.len().div_ceil(BLOCK);
         self.blocks.resize_with(count, Block::default);
@@ -237,14 +237,14 @@ impl Neighbours {
             },
         );
         self.built_at.clear();
-        self.built_at.extend(discs.states.iter().map(|&[x, y, ..]| [x, y]));
+        self.built_at.extend_from_slice(&discs.positions);
         self.walls_at.clear();
         self.walls_at.extend_from_slice(around.displacements);
         (self.moved, self.way) = (0.0, 0.0);
         self.number += 1;
         let with_springs = self.blocks.iter().map(Block::tiers_with_springs).max().unwrap_or(0);
         self.tiers = Ord::max(tiers::in_reach(0.0, skin), with_springs);
-        self.clearance = places::clearance(&discs.states, around.sides, around.periodic);
+        self.clearance = places::clearance(&discs.positions, around.sides, around.periodic);
         self.age = 0;
     }
 

@@ -43,9 +43,9 @@ impl Dem {
         drop(forces);
         frame.reserve_state(self.discs.len() * Self::STATE_COLUMNS.len());
         for disc in self.discs.by_id() {
-            let [x, y] = self.within(self.discs.position(disc));
+            let [x, y] = self.within(self.discs.positions[disc]);
             let [vx, vy] = evaluation.velocities[disc];
-            let [vx_step, vy_step] = self.discs.velocity(disc);
+            let [vx_step, vy_step] = self.discs.velocities[disc];
             let (radius, spin) = (self.discs.radii[disc], evaluation.spins[disc]);
             let id = f64::from(self.discs.ids[disc]);
             let mass = self.discs.masses[disc];
@@ -130,7 +130,7 @@ impl Dem {
     /// From the disc's centre to the partner's (or its image beyond a periodic side), or to the foot on the wall.
     pub(super) fn line(&self, contact: &Contact) -> ContactLine {
         let disc = contact.disc as usize;
-        let from = self.within(self.discs.position(disc));
+        let from = self.within(self.discs.positions[disc]);
         let reach = match contact.partner {
             Partner::Disc(partner) => self.discs.radii[disc] + self.discs.radii[partner as usize],
             Partner::Wall(_) => self.discs.radii[disc],

@@ -11,7 +11,6 @@ use super::discs::Discs;
 use super::finder::Finders;
 use super::neighbours::{Neighbours, Surroundings};
 use super::parameters::Parameters;
-use super::rows::Rows;
 use super::tiers::TIERS;
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::DemConfig;
@@ -40,13 +39,14 @@ impl Case {
         generator: &mut Generator,
         finders: &Finders,
     ) -> Self {
-        let mut state =
-            || [generator.uniform_in(0.0, sides[0]), generator.uniform_in(0.0, sides[1]), 0.0, 0.0];
-        let states: Rows = (0..count).map(|_| state()).collect();
-        let length = states.len();
+        let mut place =
+            || [generator.uniform_in(0.0, sides[0]), generator.uniform_in(0.0, sides[1])];
+        let positions: Vec<[f64; 2]> = (0..count).map(|_| place()).collect();
+        let length = positions.len();
         let discs = Discs {
             ids: (0..count).collect(),
-            states,
+            positions,
+            velocities: vec![[0.0; 2]; length],
             spins: vec![0.0; length],
             radii: (0..count).map(|_| generator.uniform_in(radii[0], radii[1])).collect(),
             masses: vec![1.0; length],
@@ -108,8 +108,8 @@ impl Case {
         let turns = |axis: usize| if self.periodic[axis] { -1..=1 } else { 0..=0 };
         for turn in turns(0).flat_map(|x| turns(1).map(move |y| [x, y])) {
             let shift = [0, 1].map(|axis: usize| f64::from(turn[axis]) * self.sides[axis]);
-            for (a, &[x, y, ..]) in self.discs.states.iter().enumerate() {
-                for (b, &[other_x, other_y, ..]) in self.discs.states.iter().enumerate() {
+            for (a, &[x, y]) in self.discs.positions.iter().enumerate() {
+                for (b, &[other_x, other_y]) in self.discs.positions.iter().enumerate() {
                     let apart = [x - (other_x + shift[0]), y - (other_y + shift[1])];
                     let reach = self.discs.radii[a] + self.discs.radii[b] + margin;
                     if a != b && apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
@@ -162,7 +162,7 @@ fn the_list_holds_all_that_touch_until_it_says_no() {
     for mut case in cases().into_iter().filter(|case| case.discs.len() == 300) {
         let (listed, _) = case.listed();
         let limit = 0.5 * 0.9 * case.skin();
-        for [x, y, ..] in &mut case.discs.states {
+        for [x, y] in &mut case.discs.positions {
             let angle = generator.uniform_in(0.0, std::f64::consts::TAU);
             *x += 0.999 * limit * libm::cos(angle);
             *y += 0.999 * limit * libm::sin(angle);
@@ -172,7 +172,7 @@ fn the_list_holds_all_that_touch_until_it_says_no() {
         assert!(case.neighbours.is_good_after(way, &case.discs, &[]));
         assert!(case.all(0.0).is_subset(&listed), "a pair that touches is not listed");
         // Control: one disc beyond the limit.
-        case.discs.states[7][0] += 2.0 * limit;
+        case.discs.positions[7][0] += 2.0 * limit;
         assert!(!case.neighbours.is_good_after(way, &case.discs, &[]));
     }
 }
@@ -184,7 +184,7 @@ fn the_tiers_in_scope_hold_all_that_touch() {
     for mut case in cases().into_iter().filter(|case| case.discs.len() == 300) {
         // Two discs that approach use up a gap of six tenths of the skin.
         let way = 0.3 * case.skin();
-        for [x, y, ..] in &mut case.discs.states {
+        for [x, y] in &mut case.discs.positions {
             let angle = generator.uniform_in(0.0, std::f64::consts::TAU);
             *x += 0.999 * way * libm::cos(angle);
             *y += 0.999 * way * libm::sin(angle);

@@ -126,7 +126,7 @@ impl Rain {
             };
             near(0) && near(1)
         };
-        let all = (0..discs.len()).map(|disc| (discs.position(disc), discs.radii[disc]));
+        let all = (0..discs.len()).map(|disc| (discs.positions[disc], discs.radii[disc]));
         all.filter(|&(at, _)| is_near(at)).collect()
     }
 }

@@ -33,8 +33,8 @@ pub(super) trait Machine<const N: usize>: Copy {
     /// A number a lane, out of memory.
     fn load(self, values: &[f64; N]) -> Self::Lanes;
 
-    /// Rows `first` minus rows `second`, by columns.
-    fn differences(self, rows: &[[f64; 4]], ends: [&[u32; N]; 2]) -> [Self::Lanes; 4];
+    /// Vectors `first` minus vectors `second`, along x and along y.
+    fn differences(self, vectors: &[[f64; 2]], ends: [&[u32; N]; 2]) -> [Self::Lanes; 2];
 }
 
 /// A register. Each lane holds a number.
@@ -117,6 +117,19 @@ macro_rules! operators {
 #[cfg(target_arch = "x86_64")]
 mod rows {
     use std::arch::x86_64::*;
+
+    /// Two rows in one register.
+    ///
+    /// # Safety
+    /// The machine has AVX.
+    #[inline(always)]
+    pub(super) unsafe fn two(low: &[f64; 2], high: &[f64; 2]) -> __m256d {
+        // SAFETY: the caller knows the machine; two f64 lie behind each reference.
+        unsafe {
+            let (low, high) = (_mm_loadu_pd(low.as_ptr()), _mm_loadu_pd(high.as_ptr()));
+            _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
+        }
+    }
 
     /// Adds rows to sums at `first`, and takes them off those at `second`.
     ///
@@ -224,15 +237,23 @@ pub(super) mod avx2 {
         }
 
         #[inline(always)]
-        fn differences(self, rows: &[[f64; 4]], [first, second]: [&[u32; 4]; 2]) -> [Four; 4] {
-            let mut apart = [self.all(0.0).0; 4];
-            for lane in 0..4 {
-                let (one, other) = (first[lane] as usize, second[lane] as usize);
-                apart[lane] = (self.load(&rows[one]) - self.load(&rows[other])).0;
-            }
+        fn differences(self, vectors: &[[f64; 2]], ends: [&[u32; 4]; 2]) -> [Four; 2] {
+            let even =
+                (self.every_other(vectors, ends[0], 0) - self.every_other(vectors, ends[1], 0)).0;
+            let odd =
+                (self.every_other(vectors, ends[0], 1) - self.every_other(vectors, ends[1], 1)).0;
             // SAFETY: the machine is proof of AVX2.
-            let [x, y, z, w] = unsafe { transposed(apart) };
-            [Four(x), Four(y), Four(z), Four(w)]
+            unsafe { [Four(_mm256_unpacklo_pd(even, odd)), Four(_mm256_unpackhi_pd(even, odd))] }
+        }
+    }
+
+    impl Avx2 {
+        /// Every other of some vectors, from one of the first two on.
+        #[inline(always)]
+        fn every_other(self, vectors: &[[f64; 2]], ends: &[u32; 4], from: usize) -> Four {
+            let (low, high) = (ends[from] as usize, ends[from + 2] as usize);
+            // SAFETY: the machine is proof of AVX2.
+            Four(unsafe { rows::two(&vectors[low], &vectors[high]) })
         }
     }
 
@@ -384,28 +405,26 @@ mod avx512 {
         }
 
         #[inline(always)]
-        fn differences(self, rows: &[[f64; 4]], [first, second]: [&[u32; 8]; 2]) -> [Eight; 4] {
-            let mut apart = [self.all(0.0).0; 4];
-            for lane in 0..4 {
-                let one = self.two(&rows[first[lane] as usize], &rows[first[lane + 4] as usize]);
-                let other =
-                    self.two(&rows[second[lane] as usize], &rows[second[lane + 4] as usize]);
-                apart[lane] = (one - other).0;
-            }
+        fn differences(self, vectors: &[[f64; 2]], ends: [&[u32; 8]; 2]) -> [Eight; 2] {
+            let even =
+                (self.every_other(vectors, ends[0], 0) - self.every_other(vectors, ends[1], 0)).0;
+            let odd =
+                (self.every_other(vectors, ends[0], 1) - self.every_other(vectors, ends[1], 1)).0;
             // SAFETY: the machine is proof of AVX-512.
-            let [x, y, z, w] = unsafe { transposed(apart) };
-            [Eight(x), Eight(y), Eight(z), Eight(w)]
+            unsafe { [Eight(_mm512_unpacklo_pd(even, odd)), Eight(_mm512_unpackhi_pd(even, odd))] }
         }
     }
 
     impl Avx512 {
-        /// Two rows in one register.
+        /// Every other of some vectors, from one of the first two on.
         #[inline(always)]
-        fn two(self, low: &[f64; 4], high: &[f64; 4]) -> Eight {
-            // SAFETY: the machine is proof of AVX-512, and four f64 lie behind each reference.
+        fn every_other(self, vectors: &[[f64; 2]], ends: &[u32; 8], from: usize) -> Eight {
+            let (a, b) = (ends[from] as usize, ends[from + 2] as usize);
+            let (c, d) = (ends[from + 4] as usize, ends[from + 6] as usize);
+            // SAFETY: the machine is proof of AVX-512.
             Eight(unsafe {
-                let low = _mm512_castpd256_pd512(_mm256_loadu_pd(low.as_ptr()));
-                _mm512_insertf64x4::<1>(low, _mm256_loadu_pd(high.as_ptr()))
+                let low = _mm512_castpd256_pd512(rows::two(&vectors[a], &vectors[b]));
+                _mm512_insertf64x4::<1>(low, rows::two(&vectors[c], &vectors[d]))
             })
         }
     }

@@ -15,8 +15,10 @@ pub(super) const SUM_LANES: usize = 8;
 
 /// Discs of a block, as their pairs see them.
 pub(super) struct Sight<'a> {
-    /// x, y in m, vx, vy in m/s.
-    pub(super) states: &'a [[f64; 4]],
+    /// Centres, m.
+    pub(super) positions: &'a [[f64; 2]],
+    /// Velocities, m/s.
+    pub(super) velocities: &'a [[f64; 2]],
     /// Speeds r w of the rims, m/s.
     pub(super) rim_speeds: &'a [f64],
     /// Angular velocities, rad/s.
@@ -64,7 +66,8 @@ pub(super) fn inner_pairs(
 ) {
     turn::find_rim_speeds(&mut forces.rim_speeds, own.radii, own.spins);
     let sight = Sight {
-        states: own.states,
+        positions: own.positions,
+        velocities: own.velocities,
         rim_speeds: &forces.rim_speeds,
         spins: own.spins,
         radii: own.radii,
@@ -106,12 +109,13 @@ fn pair_by_pair(pairs: &mut Pairs, from: usize, sight: &Sight<'_>, totals: &mut 
         ends.zip(constants).take(sight.end).skip(from)
     {
         let (ends, lane) = ([a as usize, b as usize], number % SUM_LANES);
-        let [state, other] = ends.map(|disc| sight.states[disc]);
+        let [[x, y], [other_x, other_y]] = ends.map(|disc| sight.positions[disc]);
         let mut stretch = [*sliding, if rolls { rolling_stretch[number] } else { 0.0 }];
-        let apart = [state[0] - other[0], state[1] - other[1]];
+        let apart = [x - other_x, y - other_y];
         let squared = apart[0] * apart[0] + apart[1] * apart[1];
         if squared < reach * reach {
-            let velocity = [state[2] - other[2], state[3] - other[3]];
+            let [[vx, vy], [other_vx, other_vy]] = ends.map(|disc| sight.velocities[disc]);
+            let velocity = [vx - other_vx, vy - other_vy];
             let spins = ends.map(|disc| sight.spins[disc]);
             let radii = ends.map(|disc| sight.radii[disc]);
             let touch = Touch::of(apart, squared, reach, velocity).turning(spins, radii);

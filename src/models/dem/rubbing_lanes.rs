@@ -258,13 +258,16 @@ fn meet<const ROLLS: bool, const N: usize, M: Machine<N>>(
     }
     let reach = machine.load(&groups.reach[group]);
     let ends = [&groups.first[group], &groups.second[group]];
-    let [x, y, vx, vy] = machine.differences(sight.states, ends);
+    let [x, y] = machine.differences(sight.positions, ends);
     let squared = x * x + y * y;
     let touch = squared.is_less(reach * reach);
     if touch.bits() | law.zero.is_less(held).bits() == 0 {
         return None;
     }
-    Some(Meeting { group, touch, pair: law.approach([x, y], [vx, vy], squared, reach) })
+    // One length, so that an index is checked once.
+    let velocities = &sight.velocities[..sight.positions.len()];
+    let velocity = machine.differences(velocities, ends);
+    Some(Meeting { group, touch, pair: law.approach([x, y], velocity, squared, reach) })
 }
 
 /// Forces of a group's pairs; their springs move on by a step.

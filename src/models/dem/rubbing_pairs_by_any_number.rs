@@ -20,7 +20,8 @@ const RADIUS: f64 = 5e-4;
 
 struct Crowd {
     law: ContactLaw,
-    states: Vec<[f64; 4]>,
+    positions: Vec<[f64; 2]>,
+    velocities: Vec<[f64; 2]>,
     spins: Vec<f64>,
     radii: Vec<f64>,
     materials: Vec<u8>,
@@ -63,8 +64,8 @@ impl Crowd {
         let rolls = law.has_rolling_friction();
         let side = 1.5 * RADIUS;
         let mut within = |most: f64| generator.uniform_in(-most, most);
-        let states = (0..DISCS).map(|_| [within(side), within(side), within(0.02), within(0.02)]);
-        let states: Vec<[f64; 4]> = states.collect();
+        let positions = (0..DISCS).map(|_| [within(side), within(side)]).collect();
+        let velocities = (0..DISCS).map(|_| [within(0.02), within(0.02)]).collect();
         let spins = (0..DISCS).map(|_| within(20.0)).collect();
         let radii: Vec<f64> = (0..DISCS).map(|_| RADIUS + within(0.1 * RADIUS)).collect();
         let several = law.materials.only().is_none();
@@ -84,16 +85,17 @@ impl Crowd {
                 pairs.rolling_stretch.push(within(0.1 * RADIUS));
             }
         }
-        Self { law, states, spins, radii, materials, pairs }
+        Self { law, positions, velocities, spins, radii, materials, pairs }
     }
 
     fn by(&self, most: usize) -> Outcome {
-        let count = self.states.len();
+        let count = self.positions.len();
         let (mut forces, mut tangential) = (vec![[0.0; 4]; count], vec![[0.0; 2]; count]);
         let (mut rolling, mut deepest) = (vec![0.0; count], Deepest::default());
         let rim_speeds: Vec<f64> = self.radii.iter().zip(&self.spins).map(|(r, w)| r * w).collect();
         let sight = Sight {
-            states: &self.states,
+            positions: &self.positions,
+            velocities: &self.velocities,
             rim_speeds: &rim_speeds,
             spins: &self.spins,
             radii: &self.radii,

@@ -79,7 +79,8 @@ fn springs_keep_their_stretch_and_sense() {
     let mut place = || generator.uniform_in(0.0, SIDE);
     let mut discs = Discs {
         ids: (0..DISCS).collect(),
-        states: (0..DISCS).map(|_| [place(), place(), 0.0, 0.0]).collect(),
+        positions: (0..DISCS).map(|_| [place(), place()]).collect(),
+        velocities: vec![[0.0; 2]; DISCS as usize],
         spins: vec![0.0; DISCS as usize],
         radii: vec![RADIUS; DISCS as usize],
         masses: vec![1.0; DISCS as usize],
@@ -91,7 +92,7 @@ fn springs_keep_their_stretch_and_sense() {
     stretch_all(&mut neighbours, &discs);
     let before = listed(&neighbours, &discs);
     // Far enough for other cells: a few of them stand in other rows then.
-    for [x, y, ..] in &mut discs.states {
+    for [x, y] in &mut discs.positions {
         *x = (*x + generator.uniform_in(-RADIUS, RADIUS)).abs();
         *y = SIDE - (SIDE - *y - 0.3 * RADIUS).abs();
     }

@@ -242,10 +242,10 @@ fn first_overlap(
     radii: &[f64],
     parameters: &Parameters,
 ) -> Option<(usize, usize, f64)> {
-    let states: Vec<[f64; 4]> = positions.iter().map(|&[x, y]| [x, y, 0.0, 0.0]).collect();
     let reach = 2.0 * parameters.radius_range.1;
     let count = positions.len();
-    let (cells, order) = Cells::sort(&states, parameters.sides, reach, parameters.periodic, count);
+    let (cells, order) =
+        Cells::sort(positions, parameters.sides, reach, parameters.periodic, count);
     let mut found = Vec::new();
     for disc in 0..count {
         cells.around(positions[disc], &mut found);

@@ -293,12 +293,20 @@ fn look(
     let (mut block, mut edges, mut memory) =
         (block.clone(), EdgeForces::default(), Forces::default());
     let here = block.start..block.start + block.len(discs);
-    let (states, spins) = (&discs.states[here.clone()], &discs.spins[here.clone()]);
-    let (mut moving, mut turning) = (states.to_vec(), spins.to_vec());
+    let (velocities, spins) = (&discs.velocities[here.clone()], &discs.spins[here.clone()]);
+    let mut positions = discs.positions[here.clone()].to_vec();
+    let (mut moving, mut turning) = (velocities.to_vec(), spins.to_vec());
     let (radii, masses) = (&discs.radii[here.clone()], &discs.masses[here.clone()]);
     let (inverse_masses, materials) = (&discs.inverse_masses[here.clone()], &discs.materials[here]);
-    let mut own =
-        Own { states: &mut moving, spins: &mut turning, radii, masses, inverse_masses, materials };
+    let mut own = Own {
+        positions: &mut positions,
+        velocities: &mut moving,
+        spins: &mut turning,
+        radii,
+        masses,
+        inverse_masses,
+        materials,
+    };
     match solved {
         Some(solved) => memory.clone_from(solved),
         None => {
@@ -307,8 +315,8 @@ fn look(
         }
     }
     let half = 0.5 * parameters.time_step;
-    let bodies = states.iter().zip(inverse_masses).zip(&memory.forces);
-    for (velocity, ((&[_, _, vx, vy], &inverse_mass), &[fx, fy, ..])) in
+    let bodies = velocities.iter().zip(inverse_masses).zip(&memory.forces);
+    for (velocity, ((&[vx, vy], &inverse_mass), &[fx, fy, ..])) in
         seen.velocities.iter_mut().zip(bodies)
     {
         let a = motion::acceleration(parameters.gravity, [fx, fy], inverse_mass);
@@ -330,7 +338,7 @@ fn look(
 /// v - a dt/2. Nothing overlaps at the start, so a is gravity.
 pub(super) fn set_back_by_half_a_step(discs: &mut Discs, gravity: [f64; 2], time_step: f64) {
     let half = 0.5 * time_step;
-    for [_, _, vx, vy] in &mut discs.states {
+    for [vx, vy] in &mut discs.velocities {
         *vx -= gravity[0] * half;
         *vy -= gravity[1] * half;
     }

@@ -1,6 +1,7 @@
 //! One contact: what its springs, dashpots and sliders do to the two that touch.
 
 use super::contacts::ContactLaw;
+use super::discs::Discs;
 use super::materials::ContactConstants;
 use super::motion::{self, SpringSlider};
 use super::springs::Stretch;
@@ -42,18 +43,21 @@ pub(super) struct Rub {
 }
 
 impl Touch {
-    /// The contact of two discs by their x, y, vx, vy, the second shifted; `None` where they are apart.
+    /// The contact of two discs, the second shifted; `None` where they are apart.
     #[inline]
     pub(super) fn between(
-        state: [f64; 4],
-        other: [f64; 4],
+        discs: &Discs,
+        [disc, other]: [usize; 2],
         shift: [f64; 2],
         reach: f64,
     ) -> Option<Self> {
-        let apart = [state[0] - (other[0] + shift[0]), state[1] - (other[1] + shift[1])];
+        let [[x, y], [other_x, other_y]] = [disc, other].map(|disc| discs.positions[disc]);
+        let apart = [x - (other_x + shift[0]), y - (other_y + shift[1])];
         let squared = apart[0] * apart[0] + apart[1] * apart[1];
-        let velocity = [state[2] - other[2], state[3] - other[3]];
-        (squared < reach * reach).then(|| Self::of(apart, squared, reach, velocity))
+        (squared < reach * reach).then(|| {
+            let [[vx, vy], [other_vx, other_vy]] = [disc, other].map(|disc| discs.velocities[disc]);
+            Self::of(apart, squared, reach, [vx - other_vx, vy - other_vy])
+        })
     }
 
     /// With the spins of the two.

@@ -3,7 +3,7 @@
 
 use super::forces::{Forces, Own};
 use super::motion;
-use crate::vector_width::{self, Kernel};
+use crate::vector_width::{self, Kernel, each};
 
 /// Discs whose powers are summed side by side: the order of the sums does not depend on how many are taken at a time.
 const STRANDS: usize = 4;
@@ -37,11 +37,6 @@ struct Turn<'a> {
 
 /// Numbers of as many discs as are taken side by side.
 type Strand = [f64; STRANDS];
-
-#[inline(always)]
-fn each(value: impl Fn(usize) -> f64) -> Strand {
-    [value(0), value(1), value(2), value(3)]
-}
 
 /// Turns discs, and returns the power that dashpots take from each.
 #[inline(always)]

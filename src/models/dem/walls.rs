@@ -127,12 +127,12 @@ impl Shape {
     /// Marks those discs whose distance from this wall is less than their radius and a margin, m.
     pub(super) fn mark_near(
         &self,
-        states: &[[f64; 4]],
+        positions: &[[f64; 2]],
         radii: &[f64],
         margin: f64,
         are_near: &mut [bool],
     ) {
-        vector_width::run(Nearness { shape: *self, states, radii, margin, are_near });
+        vector_width::run(Nearness { shape: *self, positions, radii, margin, are_near });
     }
 
     /// Where a disc at `centre` stands before this wall.
@@ -175,7 +175,7 @@ impl PlacedWall {
 /// Finds the discs near a wall.
 struct Nearness<'a> {
     shape: Shape,
-    states: &'a [[f64; 4]],
+    positions: &'a [[f64; 2]],
     radii: &'a [f64],
     margin: f64,
     are_near: &'a mut [bool],
@@ -186,9 +186,9 @@ impl Kernel for Nearness<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let discs = self.states.iter().zip(self.radii);
-        for (is_near, (&[x, y, ..], radius)) in self.are_near.iter_mut().zip(discs) {
-            *is_near |= self.shape.footing([x, y]).distance < radius + self.margin;
+        let discs = self.positions.iter().zip(self.radii);
+        for (is_near, (&position, radius)) in self.are_near.iter_mut().zip(discs) {
+            *is_near |= self.shape.footing(position).distance < radius + self.margin;
         }
     }
 }
@@ -216,17 +216,16 @@ mod tests {
             Shape::Drum { centre: [5.0, 5.0], radius: 5.0 },
         ];
         let part = |number: u32, root: f64| (f64::from(number) * root.sqrt()).fract();
-        let states: Vec<[f64; 4]> = (0..203)
-            .map(|number| [10.0 * part(number, 2.0), 10.0 * part(number, 3.0), 0.0, 0.0])
-            .collect();
+        let positions: Vec<[f64; 2]> =
+            (0..203).map(|number| [10.0 * part(number, 2.0), 10.0 * part(number, 3.0)]).collect();
         let radii: Vec<f64> = (0..203).map(|number| part(number, 5.0)).collect();
         for shape in shapes {
             let mut are_near = vec![false; 203];
-            shape.mark_near(&states, &radii, 0.5, &mut are_near);
-            let is_near = |(&[x, y, ..], radius): (&[f64; 4], &f64)| {
-                shape.footing([x, y]).distance < radius + 0.5
+            shape.mark_near(&positions, &radii, 0.5, &mut are_near);
+            let is_near = |(&position, radius): (&[f64; 2], &f64)| {
+                shape.footing(position).distance < radius + 0.5
             };
-            let wanted: Vec<bool> = states.iter().zip(&radii).map(is_near).collect();
+            let wanted: Vec<bool> = positions.iter().zip(&radii).map(is_near).collect();
             assert_eq!(are_near, wanted);
             assert!(are_near.contains(&true) && are_near.contains(&false));
         }
