@@ -108,9 +108,8 @@ impl Hindrance {
                  that, an operator has to"
             ),
             Self::Refused => format!(
-                "Slurm will not start {number} as submitted ({reasons}). Ctrl-C, `scancel --state=PENDING {jobs}`, and the \
-                 same command with a shorter --time-limit or another SBATCH_PARTITION, SBATCH_ACCOUNT or SBATCH_QOS \
-                 submits them anew"
+                "Slurm will not start {number} as submitted ({reasons}). Stop this command, type `scancel --state=PENDING {jobs}`, \
+                 and start it again with a shorter --time-limit or another SBATCH_PARTITION, SBATCH_ACCOUNT or SBATCH_QOS"
             ),
         })
     }
@@ -194,8 +193,8 @@ mod tests {
             "Slurm holds back 5 tasks (JobHeldAdmin, JobHeldUser, job requeued in held state, launch failed requeued held). \
              `scontrol release 1 15 6` lets them start; where Slurm denies that, an operator has to\n\
              Slurm will not start 3 tasks as submitted (DependencyNeverSatisfied, PartitionConfig, PartitionTimeLimit). \
-             Ctrl-C, `scancel --state=PENDING 10 11 7`, and the same command with a shorter --time-limit or another \
-             SBATCH_PARTITION, SBATCH_ACCOUNT or SBATCH_QOS submits them anew"
+             Stop this command, type `scancel --state=PENDING 10 11 7`, and start it again with a shorter --time-limit or \
+             another SBATCH_PARTITION, SBATCH_ACCOUNT or SBATCH_QOS"
         );
         let one: Vec<QueuedTask<'_>> = tasks(QUEUE).skip(3).take(1).collect();
         assert!(hindrances(&one).starts_with("Slurm holds back 1 task (JobHeldAdmin)."));
