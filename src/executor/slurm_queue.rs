@@ -122,7 +122,7 @@ fn listed(words: Vec<&str>, between: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Hindrance, QueuedTask, Standing, hindrances, tasks};
+    use super::{Hindrance, NOT_STARTED, QueuedTask, STATES, Standing, hindrances, tasks};
 
     /// Lines as Slurm 22.05 prints them in `FORMAT`: a job array of which one task runs, one waits, one is suspended, one was held by root;
     /// a prolog that failed; `scontrol requeuehold`, with and without `State=SpecialExit`; `sbatch --hold`; a partition of ten
@@ -174,6 +174,13 @@ mod tests {
         let limits = "n|0|PENDING|9|1|AssocMaxWallDurationPerJobLimit\nn|1|PENDING|9|1|QOSMaxCpuPerUserLimit";
         let standings: Vec<Standing<'_>> = tasks(limits).map(|task| task.standing).collect();
         assert_eq!(standings, [refused("AssocMaxWallDurationPerJobLimit"), Standing::Waits]);
+    }
+
+    /// Else such a task would count as lost, and be submitted a second time.
+    #[test]
+    fn every_state_of_a_task_to_come_is_asked_for() {
+        let asked: Vec<&str> = STATES.split(',').collect();
+        assert!(NOT_STARTED.iter().all(|state| asked.contains(state)), "{asked:?}");
     }
 
     #[test]
