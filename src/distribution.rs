@@ -143,16 +143,16 @@ impl Distribution {
             runs_per_task: self.runs_per_task.map(NonZeroUsize::get),
             time_limit_min: self.time_limit.map(NonZeroU64::get),
         };
-        let results = queue::run_all(plan, &errand, interrupt, progress)?;
+        let end = queue::run_all(plan, &errand, interrupt, progress)?;
         progress.close();
-        Ok(concluded(&results, plan))
+        Ok(concluded(end, plan))
     }
 }
 
 /// How a plan ended that others did.
 #[derive(Debug)]
 pub struct Conclusion {
-    /// A line for each run that did not end well.
+    /// A line for each run that did not end well, and for what the cluster will not start.
     pub complaints: Vec<String>,
     /// What is there.
     pub summary: String,
@@ -160,11 +160,11 @@ pub struct Conclusion {
     pub exit: Exit,
 }
 
-fn concluded(results: &[queue::Result<'_>], plan: &Plan) -> Conclusion {
+fn concluded(end: queue::End<'_>, plan: &Plan) -> Conclusion {
     let mut conclusion =
         Conclusion { complaints: Vec::new(), summary: String::new(), exit: Exit::Done };
     let (mut recorded, mut left) = (0, 0);
-    for (run, end) in results {
+    for (run, end) in &end.results {
         let (complaint, class) = match end {
             None => {
                 left += 1;
@@ -186,6 +186,12 @@ fn concluded(results: &[queue::Result<'_>], plan: &Plan) -> Conclusion {
         conclusion.complaints.push(format!("{}: {complaint}", run.stem));
         if conclusion.exit != Exit::RunFailed {
             conclusion.exit = class;
+        }
+    }
+    if let Some(hindrances) = end.hindrances {
+        conclusion.complaints.push(hindrances);
+        if conclusion.exit != Exit::RunFailed {
+            conclusion.exit = Exit::Retryable;
         }
     }
     conclusion.summary = format!("{recorded} new recordings in {}", plan.folder.display());

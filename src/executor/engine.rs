@@ -38,15 +38,42 @@ pub struct Live {
     pub keys: HashSet<String>,
     /// Tasks that run now.
     pub running: usize,
-    /// Tasks that wait.
+    /// Tasks that wait, and will be started.
     pub waiting: usize,
+    /// Tasks that are not started until a person acts.
+    pub hindered: usize,
+    /// Why those are not, and what to type; empty if there are none.
+    pub hindrances: String,
 }
 
 impl Live {
-    /// Adds a task: its line of content keys, and whether it runs.
+    /// Adds a task that runs or will: its line of content keys, and whether it runs.
     pub(super) fn add(&mut self, keys: &str, runs: bool) {
-        self.keys.extend(keys.split(',').map(str::to_owned));
+        self.add_keys(keys);
         if runs { self.running += 1 } else { self.waiting += 1 }
+    }
+
+    /// Adds a task that is not started until a person acts: its line of content keys.
+    pub(super) fn add_hindered(&mut self, keys: &str) {
+        self.add_keys(keys);
+        self.hindered += 1;
+    }
+
+    fn add_keys(&mut self, keys: &str) {
+        self.keys.extend(keys.split(',').map(str::to_owned));
+    }
+
+    /// Whether nothing goes on unless a person acts or more is submitted.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        self.running + self.waiting == 0
+    }
+
+    /// How many tasks there are of each kind.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let words = format!("{} tasks running, {} waiting", self.running, self.waiting);
+        if self.hindered == 0 { words } else { format!("{words}, {} held back", self.hindered) }
     }
 }
 

@@ -7,5 +7,6 @@ pub mod local;
 pub mod memory;
 pub mod queue;
 mod slurm;
+mod slurm_queue;
 mod submission;
 pub mod task;

@@ -3,7 +3,7 @@
 //! Nothing is remembered but what lies in the folder. So the program may leave at any time, and the same command takes up
 //! the thread: what the cluster has in its queue is not submitted again, what it lost is.
 
-use crate::executor::engine::{Engine, Resources};
+use crate::executor::engine::{Engine, Live, Resources};
 use crate::executor::expected_time;
 use crate::executor::task::{TaskCommand, dealt};
 use crate::interrupt::Interrupt;
@@ -29,6 +29,15 @@ const SHORT: Duration = Duration::from_millis(100);
 /// What became of a run; `None` where the cluster still has it.
 pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<Outcome, Failure>>);
 
+/// How the wait for a plan ended.
+#[derive(Debug)]
+pub struct End<'a> {
+    /// What became of each run.
+    pub results: Vec<Result<'a>>,
+    /// Why the cluster will not start what it still has, and what to type; `None` where it will.
+    pub hindrances: Option<String>,
+}
+
 /// How the plan is submitted.
 #[derive(Clone, Debug)]
 pub struct Errand {
@@ -49,10 +58,12 @@ struct Watch<'a> {
     fruitless: u32,
     /// Runs recorded, and bytes of unfinished recordings, at the last submission.
     before: Option<(usize, u64)>,
+    /// What was last said of tasks that are not started until a person acts.
+    told: String,
 }
 
-/// Does the plan's runs on the cluster, and returns what became of each. Ends when all have an end, when interrupted, or
-/// when the cluster loses them again and again.
+/// Does the plan's runs on the cluster, and returns what became of each. Ends when all have an end, when interrupted, when
+/// the cluster loses them again and again, or when it will start none of the tasks that are left.
 ///
 /// # Errors
 /// A folder that can't be read or written, or a cluster that takes nothing.
@@ -61,13 +72,20 @@ pub fn run_all<'a>(
     errand: &'a Errand,
     interrupt: &Interrupt,
     progress: &ProgressDisplay,
-) -> io::Result<Vec<Result<'a>>> {
+) -> io::Result<End<'a>> {
     let runs = plan.to_do_by_cost();
     for run in &runs {
         side_files::remove_failure(&plan.folder, &run.stem)?;
     }
     let results = runs.into_iter().map(|run| (run, None)).collect();
-    let mut watch = Watch { folder: &plan.folder, errand, results, fruitless: 0, before: None };
+    let mut watch = Watch {
+        folder: &plan.folder,
+        errand,
+        results,
+        fruitless: 0,
+        before: None,
+        told: String::new(),
+    };
     let (started, mut silent) = (Instant::now(), false);
     while !interrupt.is_raised() && watch.results.iter().any(|(_, end)| end.is_none()) {
         // In this order: a task that ends in between is found among the recordings.
@@ -75,10 +93,15 @@ pub fn run_all<'a>(
             Ok(live) => {
                 watch.look()?;
                 let ended = watch.results.iter().filter(|(_, end)| end.is_some()).count();
-                let tasks = format!("{} tasks running, {} waiting", live.running, live.waiting);
-                progress.elsewhere(ended, &tasks);
+                progress.elsewhere(ended, &live.words());
+                if watch.is_hindered(&live) {
+                    // A person may be days away, and nobody may look at what is said here. So who started this hears of it
+                    // by an exit code; the tasks stay where they are, and the same command waits for them again.
+                    return Ok(End { results: watch.results, hindrances: Some(live.hindrances) });
+                }
+                watch.tell_of_hindrances(&live.hindrances, progress);
                 if let Err(error) = watch.submit_what_is_missing(&live.keys) {
-                    if live.keys.is_empty() {
+                    if live.is_at_rest() {
                         return Err(error);
                     }
                     progress.remark(&format!("{error}. Trying again later"));
@@ -94,7 +117,7 @@ pub fn run_all<'a>(
         }
         rest(started.elapsed(), interrupt);
     }
-    Ok(watch.results)
+    Ok(End { results: watch.results, hindrances: None })
 }
 
 /// Waits a fiftieth of the time so far, between one and thirty seconds: a cluster is not to be asked without end.
@@ -125,6 +148,22 @@ impl Watch<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Whether all that is left are tasks that are not started until a person acts.
+    fn is_hindered(&self, live: &Live) -> bool {
+        let mut left = self.results.iter().filter(|(_, end)| end.is_none()).peekable();
+        left.peek().is_some()
+            && live.is_at_rest()
+            && left.all(|(run, _)| live.keys.contains(run.content_key.as_str()))
+    }
+
+    /// Says what hinders tasks while others go on, whenever that has changed.
+    fn tell_of_hindrances(&mut self, hindrances: &str, progress: &ProgressDisplay) {
+        if hindrances != self.told && !hindrances.is_empty() {
+            progress.remark(hindrances);
+        }
+        hindrances.clone_into(&mut self.told);
     }
 
     /// Submits the runs that have no end and no task, in job arrays that the site takes.

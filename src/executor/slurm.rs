@@ -3,6 +3,7 @@
 //! Partition, account and the like are Slurm's own business: `sbatch` reads them from `SBATCH_PARTITION`, `SBATCH_ACCOUNT` …
 
 use crate::executor::engine::{JOB_NAME, Live, Resources, answer};
+use crate::executor::slurm_queue::{self, Standing, hindrances};
 use crate::executor::submission;
 use crate::executor::task::TaskCommand;
 use crate::plan::PlannedRun;
@@ -17,29 +18,34 @@ const SECONDS_TO_SAVE: u32 = 30;
 
 /// As [`super::engine::Engine::live`].
 pub(super) fn live(folder: &Path) -> io::Result<Live> {
-    let queue = answer(Command::new("squeue").args(["--noheader", "--array", "--me"]).args([
-        "--states=PENDING,RUNNING,CONFIGURING,COMPLETING,SUSPENDED,REQUEUED,STOPPED,SIGNALING",
-        "--format=%j|%K|%T",
-    ]))?;
+    let queue = answer(
+        Command::new("squeue")
+            .args(["--noheader", "--array", "--me"])
+            .arg(format!("--states={}", slurm_queue::STATES))
+            .arg(format!("--format={}", slurm_queue::FORMAT)),
+    )?;
     let mut live = Live::default();
+    let mut hindered = Vec::new();
     let mut submission = String::new();
     let mut lines: Vec<String> = Vec::new();
-    for task in queue.lines() {
-        let mut parts = task.split('|');
-        let (Some(name), Some(index), Some(state)) = (parts.next(), parts.next(), parts.next())
-        else {
-            continue;
-        };
-        let Some(name) = name.strip_prefix(JOB_NAME) else { continue };
+    for task in slurm_queue::tasks(&queue) {
+        let Some(name) = task.name.strip_prefix(JOB_NAME) else { continue };
         if name != submission {
             name.clone_into(&mut submission);
             lines = submission::key_lines(folder, name);
         }
         // Job arrays of other folders have no file of keys here.
-        if let Some(keys) = index.parse().ok().and_then(|index: usize| lines.get(index)) {
-            live.add(keys, state == "RUNNING");
+        let Some(keys) = lines.get(task.index) else { continue };
+        match task.standing {
+            Standing::Runs => live.add(keys, true),
+            Standing::Waits => live.add(keys, false),
+            Standing::Hindered(..) => {
+                live.add_hindered(keys);
+                hindered.push(task);
+            }
         }
     }
+    live.hindrances = hindrances(&hindered);
     Ok(live)
 }
 

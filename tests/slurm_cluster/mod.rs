@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt as _;
@@ -87,19 +88,61 @@ impl Cluster {
     /// What an operator does: a node that Slurm has drained, since a requeued task was not yet gone from it, is taken back, and
     /// tasks that it holds back are released.
     pub(crate) fn resume_node(&self) {
-        let host = host();
-        let node = format!("NodeName={host}");
-        let _ = self.command("scontrol").args(["update", &node, "State=RESUME"]).output();
-        // A task whose launch met its requeue is held back by Slurm until somebody releases it.
-        let pending = self.command("squeue").args(["-h", "-t", "PD", "-o", "%i|%r"]).output();
-        let pending = pending.map(|said| said.stdout).unwrap_or_default();
-        for line in String::from_utf8_lossy(&pending).lines() {
-            if let Some((job, reason)) = line.split_once('|')
-                && reason.contains("held")
-            {
+        self.set_node("RESUME");
+        // A task whose launch met its requeue is held back by Slurm until somebody releases it. Its priority is 0.
+        let pending = self.command("squeue").args(["-h", "-t", "PD,RH", "-o", "%i|%Q"]).output();
+        for job in words(&pending.unwrap()) {
+            if let Some((job, "0")) = job.split_once('|') {
                 let _ = self.command("scontrol").args(["release", job]).output();
             }
         }
+    }
+
+    /// Drains the node or takes it back.
+    pub(crate) fn set_node(&self, state: &str) {
+        let (node, state) = (format!("NodeName={}", host()), format!("State={state}"));
+        // A node that is in use can't be resumed, and Slurm says so.
+        let _ = self.command("scontrol").args(["update", &node, &state, "Reason=test"]).output();
+    }
+
+    /// Numbers of the job arrays that have tasks in the queue.
+    pub(crate) fn job_arrays(&self) -> BTreeSet<String> {
+        let output = self.command("squeue").args(["--noheader", "--format=%F"]).output();
+        words(&output.unwrap()).into_iter().collect()
+    }
+
+    /// What Slurm has of tasks, and why they wait.
+    pub(crate) fn queue(&self) -> String {
+        let output = self.command("squeue").args(["--array", "--format=%i %T %Q %r"]).output();
+        output.map_or_else(|error| error.to_string(), |output| said(&output))
+    }
+
+    /// Waits for something that this cluster brings about, at most so long: then the test fails with what Slurm has in its queue.
+    pub(crate) fn wait(&self, what: &str, at_most: Duration, mut is_so: impl FnMut() -> bool) {
+        let started = Instant::now();
+        while !is_so() {
+            assert!(
+                started.elapsed() < at_most,
+                "waited {} s for {what}\n{}",
+                at_most.as_secs(),
+                self.queue()
+            );
+            sleep(Duration::from_millis(100));
+        }
+    }
+
+    /// Waits for a process to end, and looks after the cluster meanwhile.
+    pub(crate) fn end_of(
+        &self,
+        mut process: Child,
+        at_most: Duration,
+        tend: impl Fn(&Self),
+    ) -> Output {
+        self.wait("the end of the command", at_most, || {
+            tend(self);
+            process.try_wait().unwrap().is_some()
+        });
+        process.wait_with_output().unwrap()
     }
 
     /// Numbers of the jobs that run now.
@@ -152,7 +195,13 @@ pub(crate) fn words(output: &Output) -> Vec<String> {
     String::from_utf8_lossy(&output.stdout).split_whitespace().map(str::to_owned).collect()
 }
 
-pub(crate) fn wait(what: &str, mut is_so: impl FnMut() -> bool) {
+/// All that a command printed.
+pub(crate) fn said(output: &Output) -> String {
+    let both = [output.stdout.as_slice(), output.stderr.as_slice()].concat();
+    String::from_utf8_lossy(&both).into_owned()
+}
+
+fn wait(what: &str, mut is_so: impl FnMut() -> bool) {
     let started = Instant::now();
     while !is_so() {
         assert!(started.elapsed() < Duration::from_secs(60), "waited a minute for {what}");

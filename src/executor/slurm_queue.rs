@@ -1,0 +1,211 @@
+//! What `squeue` says of tasks: which run, which wait, and which Slurm will not start until a person acts.
+//!
+//! Slurm's own mark of a task that it holds back is the priority 0 (`_job_runnable_test1` in its `job_scheduler.c`): held by its
+//! user or an operator, after a prolog or a launch that failed, too many requeues, a reservation that was deleted. Other tasks
+//! have a priority and are still never started, since one alone asks for more than it may have. All else is later: full or
+//! drained nodes, other people's turn, limits on what a user has at a time.
+//!
+//! Nothing is released from here: Slurm holds back what failed on a broken node, so that it does not fail there without end.
+
+use std::collections::BTreeSet;
+
+/// The states of tasks that are under way or still to come. `PENDING` is that alone in Slurm's eyes: tasks that wait under a
+/// mark of their own, such as `REQUEUE_HOLD`, have to be asked for by it.
+pub(super) const STATES: &str = "PENDING,RUNNING,CONFIGURING,COMPLETING,SUSPENDED,REQUEUED,STOPPED,SIGNALING,\
+    REQUEUE_HOLD,RESV_DEL_HOLD,SPECIAL_EXIT";
+/// Name, index, state, priority, job and reason. The reason comes last: it is free text.
+pub(super) const FORMAT: &str = "%j|%K|%T|%Q|%F|%r";
+
+/// States of a task that has not been started. A suspended one has the priority 0, too.
+const NOT_STARTED: [&str; 4] = ["PENDING", "REQUEUE_HOLD", "RESV_DEL_HOLD", "SPECIAL_EXIT"];
+/// Reasons for which a task of any priority is never started, and besides these every limit "PerJob".
+const NEVER: [&str; 7] = [
+    "AccountNotAllowed",
+    "DependencyNeverSatisfied",
+    "InvalidAccount",
+    "InvalidQOS",
+    "PartitionConfig",
+    "PartitionTimeLimit",
+    "QOSNotAllowed",
+];
+
+/// A task in the queue.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct QueuedTask<'a> {
+    /// The name of its job array.
+    pub(super) name: &'a str,
+    /// Its index there.
+    pub(super) index: usize,
+    /// The number of its job array.
+    pub(super) job: &'a str,
+    pub(super) standing: Standing<'a>,
+}
+
+/// How far a task is from running.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Standing<'a> {
+    Runs,
+    Waits,
+    /// Will not start until a person acts, for the reason that Slurm gives.
+    Hindered(Hindrance, &'a str),
+}
+
+/// What keeps a task from ever starting by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Hindrance {
+    /// It is held back, and can be released.
+    Held,
+    /// It asks for what it may not have.
+    Refused,
+}
+
+/// The tasks in what `squeue` printed in [`FORMAT`]; other lines are other people's ways of naming jobs.
+pub(super) fn tasks(queue: &str) -> impl Iterator<Item = QueuedTask<'_>> {
+    queue.lines().filter_map(|line| {
+        let mut parts = line.splitn(6, '|');
+        let (name, index, state) = (parts.next()?, parts.next()?.parse().ok()?, parts.next()?);
+        let (priority, job, reason) = (parts.next()?, parts.next()?, parts.next()?);
+        Some(QueuedTask { name, index, job, standing: standing(state, priority, reason) })
+    })
+}
+
+fn standing<'a>(state: &str, priority: &str, reason: &'a str) -> Standing<'a> {
+    if state == "RUNNING" {
+        Standing::Runs
+    } else if !NOT_STARTED.contains(&state) {
+        Standing::Waits
+    } else if priority == "0" {
+        Standing::Hindered(Hindrance::Held, reason)
+    } else if NEVER.contains(&reason) || reason.contains("PerJob") {
+        Standing::Hindered(Hindrance::Refused, reason)
+    } else {
+        Standing::Waits
+    }
+}
+
+/// How many of the tasks Slurm will not start, why, in its own words, and what to type; empty where there are none.
+pub(super) fn hindrances(tasks: &[QueuedTask<'_>]) -> String {
+    let sentences = [Hindrance::Held, Hindrance::Refused].map(|kind| kind.sentence(tasks));
+    sentences.into_iter().flatten().collect::<Vec<_>>().join("\n")
+}
+
+impl Hindrance {
+    fn sentence(self, tasks: &[QueuedTask<'_>]) -> Option<String> {
+        let hindered = tasks.iter().filter_map(|task| match task.standing {
+            Standing::Hindered(kind, reason) if kind == self => Some((reason, task.job)),
+            _ => None,
+        });
+        let (reasons, jobs): (Vec<&str>, Vec<&str>) = hindered.unzip();
+        let number = match reasons.len() {
+            0 => return None,
+            1 => "1 task".to_owned(),
+            tasks => format!("{tasks} tasks"),
+        };
+        let (reasons, jobs) = (listed(reasons, ", "), listed(jobs, " "));
+        Some(match self {
+            Self::Held => format!(
+                "Slurm holds back {number} ({reasons}). `scontrol release {jobs}` lets them start; where Slurm denies \
+                 that, an operator has to"
+            ),
+            Self::Refused => format!(
+                "Slurm will not start {number} as submitted ({reasons}). Stop this command, type `scancel --state=PENDING {jobs}`, \
+                 and start it again with a shorter --time-limit or another SBATCH_PARTITION, SBATCH_ACCOUNT or SBATCH_QOS"
+            ),
+        })
+    }
+}
+
+/// The words in their order, each once.
+fn listed(words: Vec<&str>, between: &str) -> String {
+    BTreeSet::from_iter(words).into_iter().collect::<Vec<_>>().join(between)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Hindrance, NOT_STARTED, QueuedTask, STATES, Standing, hindrances, tasks};
+
+    /// Lines as Slurm 22.05 prints them in `FORMAT`: a job array of which one task runs, one waits, one is suspended, one was held by root;
+    /// a prolog that failed; `scontrol requeuehold`, with and without `State=SpecialExit`; `sbatch --hold`; a partition of ten
+    /// minutes and `--time=20`; more processors than the node has; a dependency on a task that was cancelled.
+    const QUEUE: &str = "\
+        kinetoscope-a|0|RUNNING|4294901759|1|None\n\
+        kinetoscope-a|2|PENDING|4294901759|1|Resources\n\
+        kinetoscope-a|5|SUSPENDED|0|1|None\n\
+        kinetoscope-a|3|PENDING|0|1|JobHeldAdmin\n\
+        kinetoscope-z|1|PENDING|0|15|launch failed requeued held\n\
+        kinetoscope-a|4|PENDING|0|1|job requeued in held state\n\
+        kinetoscope-a|1|SPECIAL_EXIT|0|1|job requeued in held state\n\
+        kinetoscope-b|0|PENDING|0|6|JobHeldUser\n\
+        kinetoscope-c|0|PENDING|4294901758|7|PartitionTimeLimit\n\
+        kinetoscope-f|1|PENDING|4294901756|10|PartitionConfig\n\
+        kinetoscope-g|0|PENDING|4294901755|11|DependencyNeverSatisfied\n";
+
+    /// As above: reasons that pass by themselves. A drained and a down node say the same; `--begin`; a partition that is down.
+    const LATER: &str = "\
+        kinetoscope-z|0|PENDING|4294901744|15|Nodes required for job are DOWN, DRAINED or reserved for jobs in higher priority partitions\n\
+        kinetoscope-g|0|PENDING|4294901755|11|Dependency\n\
+        kinetoscope-h|0|PENDING|4294901754|12|BeginTime\n\
+        kinetoscope-z|1|PENDING|4294901742|17|PartitionDown\n";
+
+    #[test]
+    fn tasks_that_slurm_will_not_start_are_told_from_those_that_wait() {
+        let standings: Vec<Standing<'_>> = tasks(QUEUE).map(|task| task.standing).collect();
+        let held = |reason| Standing::Hindered(Hindrance::Held, reason);
+        let refused = |reason| Standing::Hindered(Hindrance::Refused, reason);
+        assert_eq!(
+            standings,
+            [
+                Standing::Runs,
+                Standing::Waits,
+                Standing::Waits,
+                held("JobHeldAdmin"),
+                held("launch failed requeued held"),
+                held("job requeued in held state"),
+                held("job requeued in held state"),
+                held("JobHeldUser"),
+                refused("PartitionTimeLimit"),
+                refused("PartitionConfig"),
+                refused("DependencyNeverSatisfied"),
+            ]
+        );
+        assert_eq!(tasks(LATER).count(), 4);
+        assert!(tasks(LATER).all(|task| task.standing == Standing::Waits));
+        // Limits of accounting: `job_reason_string` in Slurm's slurm_protocol_defs.c. Of one task, and of a user's tasks in all.
+        let limits = "n|0|PENDING|9|1|AssocMaxWallDurationPerJobLimit\nn|1|PENDING|9|1|QOSMaxCpuPerUserLimit";
+        let standings: Vec<Standing<'_>> = tasks(limits).map(|task| task.standing).collect();
+        assert_eq!(standings, [refused("AssocMaxWallDurationPerJobLimit"), Standing::Waits]);
+    }
+
+    /// Else such a task would count as lost, and be submitted a second time.
+    #[test]
+    fn every_state_of_a_task_to_come_is_asked_for() {
+        let asked: Vec<&str> = STATES.split(',').collect();
+        assert!(NOT_STARTED.iter().all(|state| asked.contains(state)), "{asked:?}");
+    }
+
+    #[test]
+    fn a_line_is_a_task_and_its_reason_may_hold_bars() {
+        let task = tasks("kinetoscope-a|12|PENDING|0|7|held | by hand").next().unwrap();
+        let standing = Standing::Hindered(Hindrance::Held, "held | by hand");
+        assert_eq!(task, QueuedTask { name: "kinetoscope-a", index: 12, job: "7", standing });
+        // A job that is no array has no index, and a name may hold anything.
+        assert_eq!(tasks("other|N/A|PENDING|9|7|None\na|b|c|0|PENDING|9|7|None\n\n").count(), 0);
+    }
+
+    #[test]
+    fn what_is_said_names_numbers_reasons_and_commands() {
+        let all: Vec<QueuedTask<'_>> = tasks(QUEUE).collect();
+        assert_eq!(
+            hindrances(&all),
+            "Slurm holds back 5 tasks (JobHeldAdmin, JobHeldUser, job requeued in held state, launch failed requeued held). \
+             `scontrol release 1 15 6` lets them start; where Slurm denies that, an operator has to\n\
+             Slurm will not start 3 tasks as submitted (DependencyNeverSatisfied, PartitionConfig, PartitionTimeLimit). \
+             Stop this command, type `scancel --state=PENDING 10 11 7`, and start it again with a shorter --time-limit or \
+             another SBATCH_PARTITION, SBATCH_ACCOUNT or SBATCH_QOS"
+        );
+        let one: Vec<QueuedTask<'_>> = tasks(QUEUE).skip(3).take(1).collect();
+        assert!(hindrances(&one).starts_with("Slurm holds back 1 task (JobHeldAdmin)."));
+        let later: Vec<QueuedTask<'_>> = tasks(LATER).collect();
+        assert_eq!(hindrances(&later), "");
+    }
+}
