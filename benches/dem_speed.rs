@@ -20,7 +20,9 @@
 //!   multiples of 32 bytes (1.12 settled, 1.05 in a gas; 1.03 before the two passes);
 //! - pairs that touch listed one by one instead of in fours, eight compared at a time (1.05 in a gas); only those compared that may touch
 //!   within a sixteenth of the skin (1.18 in a gas, 1.11 in a collapse); near edges likewise, and discs on which nothing acts moved
-//!   by a pass that reads no forces (1.06 and 1.10 in a gas); the fastest disc's speed instead of the largest components (1.05 in a gas).
+//!   by a pass that reads no forces (1.06 and 1.10 in a gas); the fastest disc's speed instead of the largest components (1.05 in a gas);
+//! - free flight that writes no velocities (1.07 in a gas), then positions and velocities in columns of their own (1.07 in a gas at 10^4, 1.00 at
+//!   10^5; 0.95 settled, 0.96 with friction, where every pair needs both).
 //!
 //! What did not:
 //! - moving in place instead of into a second copy of the state (1.00 at 10^4; it saves a third of the memory), and indices checked
@@ -36,14 +38,14 @@
 //!   build); two runs of discs noted at once (1.02 of a build, not worth its lines);
 //! - groups of pairs with friction that meet first and rub afterwards (1.00 while their energies were still summed in memory).
 //!
-//! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, medians of 2 to 5 pairs: settled 12.1 at 10^4 (10.0
-//! at 10^5 before the two passes); collapse 8.7; gas 8.4 to 9.1 at 10^4 and 11.8 at 10^5; with friction (gran/hooke/history) 6.6 at 10^4. Two
-//! threads over one, before that: settled 1.97 at 10^5, with friction 1.70.
-//! The kinetic energies of a bed at rest are 5e-13 apart after 10^4 steps, those of the gas 2.6e-7 after
-//! 3000; while a bed still moves they part, since it is chaotic.
+//! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, medians of series of 3 to 5 pairs, at 10^4 discs unless said:
+//! settled 10.4, 10.6, 10.4, at 10^5 (single pairs) 11.7, 11.3 and, disturbed, 7.0; collapse 8.7, 8.7, 9.5; gas 9.4, 9.2, 9.7, at 10^5 12.8; with friction
+//! (gran/hooke/history) 6.3, 6.4, 6.1. Two threads over one at 10^5: settled 2.1 and 2.4, with friction 2.5 and 1.9: each has a cache of its own.
+//! The kinetic energies of a bed of equal discs at rest are 8e-12 apart after 10^4 steps, those of the gas 1e-4 after 4000; while a bed still moves
+//! they part, since it is chaotic.
 //!
-//! In a settled bed the pair loop takes 60 % of the time. A gas spends 24 % in free flight (two cycles a disc, bound by the second
-//! cache), 14 % on comparing near pairs, 9 % on finding them, 8 % on kicks, 25 % on building the list.
+//! In a settled bed the pair loop takes two thirds of the time. A gas spends 15 % in free flight, 17 % on comparing near pairs, 9 % on
+//! finding them, 9 % on kicks, 25 % on building the list.
 
 mod dem_beds;
 
