@@ -124,7 +124,7 @@ struct Window {
 impl Model for Dem {
     type Config = DemConfig;
     const NAME: &'static str = "dem";
-    const PHYSICS_VERSION: u32 = 2;
+    const PHYSICS_VERSION: u32 = 3;
     const TIME_UNIT: &'static str = "s";
     /// `vx`, `vy` and `spin` belong to the positions' time, v + a dt/2; `vx_step` and `vy_step` are the integrator's own.
     const STATE_COLUMNS: &'static [StateColumn] = &[
