@@ -200,6 +200,10 @@ impl Model for Dem {
         Extent::Steps { total: self.parameters.total_steps, step: self.parameters.time_step }
     }
 
+    fn particles_to_come(&self) -> u64 {
+        self.rain.as_ref().map_or(0, Rain::to_come)
+    }
+
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
         if self.window.is_closed {
             self.window = Window::default();
