@@ -362,7 +362,8 @@ impl Arguments {
     fn export(&self, file: &Path, manifest: &Path, plan: &Plan) -> Exit {
         match self.distribution.export(file, plan, &self.rest(manifest)) {
             Ok(commands) => {
-                self.say(&format!("Wrote {commands} commands to {}", file.display()));
+                let plural = if commands == 1 { "command" } else { "commands" };
+                self.say(&format!("Wrote {commands} {plural} to {}", file.display()));
                 Exit::Done
             }
             Err(error) => fail(

@@ -257,7 +257,8 @@ fn export_all(
     for form in forms {
         let failed = |export::ExportError(why)| (Exit::Retry, why);
         let count = export::export(source, *form, &folder).map_err(failed)?;
-        let line = format!("exported: {count} recordings in {}", folder.display());
+        let plural = if count == 1 { "recording" } else { "recordings" };
+        let line = format!("exported: {count} {plural} to {}", folder.display());
         print(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
     Ok(())
