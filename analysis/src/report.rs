@@ -274,7 +274,8 @@ fn plots(
     }
     if drawn.len() > MOST_RUNS_DRAWN {
         notes.push(format!(
-            "single runs are drawn for the first {MOST_RUNS_DRAWN} points of the sweep"
+            "the first {MOST_RUNS_DRAWN} points of the sweep have plots of their own; plots of several runs show the first {}",
+            figures::sweep::MOST_CURVES
         ));
     }
     all
