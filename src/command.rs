@@ -5,7 +5,7 @@ use crate::conclusion::{self, Conclusion};
 use crate::depot::Depot;
 use crate::destination::Destination;
 use crate::disk_space;
-use crate::distribution::{Distribution, Executor, Rest};
+use crate::distribution::{Distribution, Executor, Rest, at_least_one};
 use crate::evidence::{Evidence, Report};
 use crate::executor::engine::Engine;
 use crate::executor::local::{self, Workforce};
@@ -40,10 +40,10 @@ pub struct Arguments {
     #[command(flatten)]
     destination: Destination,
     /// Runs side by side [default: one a processor]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>)]
     jobs: Option<NonZeroUsize>,
     /// Threads that one run computes with [default: the processors that the runs side by side leave]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>)]
     threads: Option<NonZeroUsize>,
     /// Override a key of the manifest, such as model.gas.particles=5000
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -76,7 +76,7 @@ pub struct Arguments {
     /// Say nothing but errors
     #[arg(long, short, conflicts_with = "verbose")]
     quiet: bool,
-    /// Say more
+    /// Say a line for each run that ends, on a terminal too
     #[arg(long, short)]
     verbose: bool,
     /// Print the JSON Schema of manifests, for editors
@@ -244,7 +244,7 @@ impl Arguments {
         let recordings = |name: &str| starts.read(name);
         let origin = path.display().to_string();
         kinetoscope_manifest::parse_with_recordings(&source, &origin, &overrides, &recordings)
-            .map_err(|diagnostics| diagnostics.render(io::stderr().is_terminal()))
+            .map_err(|diagnostics| diagnostics.render(has_colours()))
     }
 
     fn execute_plan(
@@ -362,7 +362,8 @@ impl Arguments {
     fn export(&self, file: &Path, manifest: &Path, plan: &Plan) -> Exit {
         match self.distribution.export(file, plan, &self.rest(manifest)) {
             Ok(commands) => {
-                self.say(&format!("Wrote {commands} commands to {}", file.display()));
+                let plural = if commands == 1 { "command" } else { "commands" };
+                self.say(&format!("Wrote {commands} {plural} to {}", file.display()));
                 Exit::Done
             }
             Err(error) => fail(
@@ -485,6 +486,11 @@ fn print(text: &str) -> Exit {
 fn fail(exit: Exit, message: &str) -> Exit {
     eprintln!("{message}");
     exit
+}
+
+/// Whether errors are coloured: on a terminal, unless its user asks for none.
+fn has_colours() -> bool {
+    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {

@@ -3,13 +3,14 @@
 use crate::depot::{Delivery, Depot};
 use crate::distribution;
 use crate::executor::local::Result;
+use crate::executor::task::quoted;
 use crate::exit::Exit;
 use crate::plan::{Plan, Status};
 use crate::run::{Ending, RunError};
 use crate::telling::{name_of, summary};
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::recorder::Outcome;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Says something unless nothing is to be said.
 pub(crate) type Say<'a> = &'a dyn Fn(&str);
@@ -102,19 +103,32 @@ impl Conclusion<'_> {
     }
 
     fn next_command(&self) -> String {
-        let place = self.place();
-        let name = &self.experiment.name;
+        let place = word(&self.place());
         let (feature, results) = match self.depot {
             None => ("", String::new()),
-            Some(_) => (
-                " --features object-storage",
-                format!(" --output {}", Path::new("recordings").join(name).display()),
-            ),
+            Some(_) => {
+                let folder = Path::new("recordings").join(&self.experiment.name);
+                let folder = word(&folder.display().to_string());
+                (" --features object-storage", format!(" --output {folder}"))
+            }
         };
-        format!(
-            "\nNext:\n  cargo run --release{feature} --bin analyze-recordings -- {place}{results}"
-        )
+        format!("\nNext:\n  {} {place}{results}", analysis_called_as_we_are(feature))
     }
+}
+
+/// How `analyze-recordings` is called by whoever called this program: by cargo, which runs programs in `target`, or beside this one.
+fn analysis_called_as_we_are(feature: &str) -> String {
+    let own = std::env::args_os().next().map(PathBuf::from).unwrap_or_default();
+    if own.components().any(|part| part.as_os_str() == "target") {
+        return format!("cargo run --release{feature} --bin analyze-recordings --");
+    }
+    word(&own.with_file_name("analyze-recordings").display().to_string())
+}
+
+/// A word of a command line to copy: in quotes where a shell asks for them.
+fn word(text: &str) -> String {
+    let is_plain = |letter: char| letter.is_alphanumeric() || "/\\._-=:,+@%".contains(letter);
+    if text.chars().all(is_plain) { text.to_owned() } else { quoted(text) }
 }
 
 /// Says what came of the puts to object storage, and returns the graver exit code.

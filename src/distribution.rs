@@ -15,6 +15,7 @@ use std::fs;
 use std::io;
 use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::time::Duration;
 
 /// Who does the runs.
@@ -48,11 +49,11 @@ pub struct Distribution {
     #[arg(long, value_enum, default_value = "local")]
     pub executor: Executor,
     /// Runs that a task of a cluster does one after the other, at most 1000 [default: so many that there are 200 tasks]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>)]
     runs_per_task: Option<NonZeroUsize>,
     /// Minutes that a task of a cluster may take; what is not done then goes on in the next [default: three times
     /// what the plan expects of a slow processor]
-    #[arg(long, value_name = "MINUTES")]
+    #[arg(long, value_name = "MINUTES", value_parser = at_least_one::<NonZeroU64>)]
     time_limit: Option<NonZeroU64>,
     /// Write the runs to FILE as shell commands, one a line, each of which may be run again; and stop
     #[arg(long, value_name = "FILE", conflicts_with_all = ["executor", "dry_run", "prune", "force"])]
@@ -68,6 +69,11 @@ pub struct Distribution {
     /// [default: the manifest's]
     #[arg(long, value_name = "DIR", requires = "only")]
     starts_in: Option<PathBuf>,
+}
+
+/// A count of the command line.
+pub(crate) fn at_least_one<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| "write a whole number from 1".to_owned())
 }
 
 /// What of the rest of the command line a task has to know.

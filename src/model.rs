@@ -97,6 +97,11 @@ pub trait Model: Sized + Serialize + DeserializeOwned {
     /// How long the run is.
     fn extent(&self) -> Extent;
 
+    /// Particles that may still enter: what memory and disk must have room for beside those that are there.
+    fn particles_to_come(&self) -> u64 {
+        0
+    }
+
     /// Moves towards the target by at most so many steps or events (at least one). The first call after a target was
     /// reached opens a new window: quantities "since the last frame" start again from zero.
     ///

@@ -1,8 +1,9 @@
 //! The progress display: a bar a running job and one for all on a terminal, a line a finished run elsewhere.
 
 use crate::run::{Beginning, Ending, RunError};
-use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 use kinetoscope_recording::recorder::Outcome;
+use std::fmt;
 use std::io::IsTerminal;
 use std::time::Duration;
 
@@ -56,7 +57,8 @@ impl ProgressDisplay {
         } else {
             self.bars.insert_before(&self.total, ProgressBar::new(1))
         };
-        bar.set_style(style("{wide_bar} {pos}/{len} frames {per_sec:>10} {eta:>4} left"));
+        let run = style("{wide_bar} {pos}/{len} frames {rate:>8} {eta:>4} left");
+        bar.set_style(run.with_key("rate", rate));
         RunProgress { display: self, stem: stem.to_owned(), bar }
     }
 
@@ -133,6 +135,14 @@ impl RunProgress<'_> {
 #[must_use]
 pub fn size(bytes: u64) -> String {
     HumanBytes(bytes).to_string()
+}
+
+/// Frames a second: whole ones, but where they are few.
+fn rate(state: &ProgressState, text: &mut dyn fmt::Write) {
+    let frames = state.per_sec();
+    let digits = if frames < 10.0 { 1 } else { 0 };
+    // A bar that can't be written is shown again with the next frame.
+    let _ = write!(text, "{frames:.digits$}/s");
 }
 
 fn style(template: &str) -> ProgressStyle {

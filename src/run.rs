@@ -121,7 +121,7 @@ impl From<RecordError> for RunError {
 pub struct Estimate {
     /// Frames, the start included.
     pub frames: u64,
-    /// Particles.
+    /// Particles, those that enter while it runs among them.
     pub particles: u64,
     /// Upper estimate of the recording's size.
     pub bytes: u64,
@@ -133,6 +133,8 @@ pub struct Estimate {
     pub memory_bytes: u64,
 }
 
+/// Schemas, manifest, index and summary of a recording: 16 to 20 KiB with all channels.
+const BYTES_BESIDE_FRAMES: u64 = 24 << 10;
 /// Memory of a run without particles: the program, and the chunk that its recorder fills.
 const PROGRAM_BYTES: u64 = 64 << 20;
 /// A model, its neighbours or events, and what is between it and its recorder, as a number of recorded frames. The most that was
@@ -154,13 +156,14 @@ pub fn estimate(manifest: &RunManifest) -> Result<Estimate, Refusal> {
             header.check().map_err(|error| Refusal(error.to_string()))?;
             let mut start = Frame::new();
             model.observe(&mut start);
-            let particles = (start.state().len() / M::STATE_COLUMNS.len()) as u64;
+            let columns = M::STATE_COLUMNS.len();
+            let particles = (start.state().len() / columns) as u64 + model.particles_to_come();
             let frames = schedule.frames() + 1;
-            let bytes_of_a_frame = bytes_of_a_frame(&start, particles);
+            let bytes_of_a_frame = bytes_of_a_frame(&start, particles, columns);
             Ok(Estimate {
                 frames,
                 particles,
-                bytes: frames * bytes_of_a_frame,
+                bytes: BYTES_BESIDE_FRAMES + frames * bytes_of_a_frame,
                 view_height: view_height(&model.scenery()),
                 relative_cost: relative_cost(model.extent(), particles),
                 memory_bytes: PROGRAM_BYTES + FRAMES_IN_MEMORY * bytes_of_a_frame,
@@ -179,8 +182,8 @@ fn relative_cost(extent: Extent, particles: u64) -> f64 {
 }
 
 /// The state as it is, the drawing at its measured size when compressed (about 50 bytes a disc), and the headers.
-fn bytes_of_a_frame(frame: &Frame, particles: u64) -> u64 {
-    let state = size_of_val(frame.state()) as u64;
+fn bytes_of_a_frame(frame: &Frame, particles: u64, columns: usize) -> u64 {
+    let state = particles * (columns * size_of::<f64>()) as u64;
     let scalars: u64 = frame.messages().iter().map(|message| message.payload.len() as u64).sum();
     let headers = 100 * (frame.messages().len() as u64 + 4);
     state + 50 * particles + scalars + headers

@@ -1,6 +1,6 @@
 //! What is said of a plan before its runs and after them.
 
-use crate::plan::{Plan, PlannedRun, Status};
+use crate::plan::{Plan, PlannedRun};
 use crate::progress::size;
 use crate::run::Ending;
 use kinetoscope_manifest::Experiment;
@@ -32,24 +32,28 @@ pub(crate) fn describe(experiment: &Experiment, plan: &Plan, jobs: usize, place:
     if experiment.replicates > 1 {
         text += &format!(" ({} replicates each)", experiment.replicates);
     }
-    let mut estimates = to_do.iter().filter_map(|run| match &run.status {
-        Status::ToDo(estimate) => Some(estimate),
-        Status::Done(_) | Status::Refused(_) => None,
-    });
-    if let Some(first) = estimates.next() {
-        let plural = if first.particles == 1 { "particle" } else { "particles" };
-        text += &format!("\n  {} {plural}, {} frames", first.particles, first.frames);
-        if estimates.any(|other| (other.particles, other.frames) != (first.particles, first.frames))
-        {
-            text += " in the first";
+    let estimates = to_do.iter().filter_map(|run| run.estimate());
+    let particles = counted(estimates.clone().map(|run| run.particles), "particle");
+    let frames = counted(estimates.map(|run| run.frames), "frame");
+    if let (Some(particles), Some(frames)) = (particles, frames) {
+        text += &format!("\n  {particles}, {frames}, at most {}", size(plan.bytes_to_write()));
+        if plan.runs.len() > 1 {
+            text += &format!(" in all, {jobs} at a time");
         }
-        text += &format!(", at most {} in all, {jobs} at a time", size(plan.bytes_to_write()));
     }
     text += &format!("\n  to {place}");
     if done > 0 {
         text += &format!("\n  {done} finished already, {} to do (--force does all)", to_do.len());
     }
     text
+}
+
+/// How many there are in the runs, from the fewest to the most, such as "5 to 50 particles"; `None` without runs.
+fn counted(counts: impl Iterator<Item = u64> + Clone, what: &str) -> Option<String> {
+    let (fewest, most) = (counts.clone().min()?, counts.max()?);
+    let plural = if most == 1 { "" } else { "s" };
+    let span = if fewest == most { most.to_string() } else { format!("{fewest} to {most}") };
+    Some(format!("{span} {what}{plural}"))
 }
 
 /// What was recorded, and what was stopped.

@@ -84,15 +84,21 @@ fn every_experiment_has_its_row_its_law_test_and_its_replay() {
             .find(|line| line.starts_with(&format!("| `experiments/{experiment}`")))
             .unwrap_or_else(|| panic!("{experiment} has no row in the README's table"));
         assert!(row.contains("`tests/"), "{experiment}: its row names no law test");
-        let picture = format!("replay/{}.png", experiment.trim_end_matches(".toml"));
-        assert!(replays.contains(&picture), "{experiment}: docs/replay.md shows no replay of it");
-        assert!(root().join("docs").join(&picture).exists(), "docs/{picture} is not there");
         let first = read(&format!("experiments/{experiment}"));
         let question = first.lines().next().unwrap_or_default();
         assert!(
             question.starts_with("# ") && question.contains("? Expected:"),
             "{experiment}: its first line asks a question and says the expected answer"
         );
+        let name = experiment.trim_end_matches(".toml");
+        let picture = format!("replay/{name}.png");
+        assert!(root().join("docs").join(&picture).exists(), "docs/{picture} is not there");
+        let replay = format!(
+            "### {name}\n\n{}\n\n![{name}]({picture})\n",
+            question.trim_start_matches("# ")
+        );
+        let shown = replays.matches(&replay).count();
+        assert_eq!(shown, 1, "{experiment}: docs/replay.md has its question and picture once");
         assert!(first.contains("[[checks]]"), "{experiment} has no check");
     }
 }

@@ -16,54 +16,60 @@ use std::io::{IsTerminal, Write};
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
-/// Derives numbers with errors, plots and verdicts from recordings alone.
+/// The exit codes as the help shows them.
+const EXIT_CODES: &str = "Exit codes:
+  0    done, and all checks hold
+  2    bad arguments or checks file
+  3    a check failed or its metric is missing, or a metric has moved from the baseline
+  5    some input is unreadable; the rest was analysed
+  75   the results can't be written: the same command again may succeed";
+
+/// Derive numbers with errors, plots and verdicts from recordings alone
 ///
-/// Writes report.html, metrics.json, metrics.csv and a plot a file beside the recordings. Exit codes: 0 done; 2 bad arguments or checks
-/// file; 3 a check failed or its metric is missing; 5 some input is unreadable, the rest was analysed; 75 the output can't be
-/// written, try again.
+/// Writes report.html, metrics.json, metrics.csv and a file a plot beside the recordings.
 #[derive(Debug, Parser)]
-#[command(name = "analyze-recordings", version)]
+#[command(name = "analyze-recordings", version, after_help = EXIT_CODES)]
 struct Arguments {
-    /// TOML file with [[checks]], judged beside those of the experiment.
+    /// TOML file with [[checks]], judged beside those of the experiment
     #[arg(long, value_name = "FILE")]
     checks: Option<PathBuf>,
-    /// Folder for the results; by default they go beside the recordings.
+    /// Folder for the results [default: that of the recordings]
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Pictures of the state at these times as well, in the model's unit, beside those of start and end.
+    /// Draw the state at these times as well, in the model's unit, beside start and end
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = finite)]
     pictures_at: Vec<f64>,
-    /// Writes the frames in forms of other programs as well, into the folder `export` of the results. Parquet needs
-    /// a program built with `--features parquet`.
+    /// Write the frames in forms of other programs as well, into the folder `export` of the results
     #[arg(long, value_name = "FORM,…", value_delimiter = ',')]
     export: Vec<Form>,
-    /// Writes the metrics of all runs as one Parquet table as well, in folders `export/metrics/KEY=VALUE/` named by the
-    /// sweep's coordinates. Needs the same.
+    /// Write the metrics of all runs as one Parquet table as well, in folders `export/metrics/KEY=VALUE/` named by the
+    /// sweep's coordinates (in a program built with `--features parquet`)
     #[arg(long)]
     table: bool,
-    /// Reads all recordings, also those that have not changed since they were analysed last.
+    /// Read all recordings, also those that have not changed since they were analysed last
     #[arg(long)]
     fresh: bool,
-    /// Analyses recordings and remembers what was found in the folder `.analysed`, and writes nothing else: what a task of a
-    /// cluster does, so that the analysis of the whole sweep reads no recording again.
+    /// Remember in the folder `.analysed` what was found, and write nothing else: what a task of a cluster does, so that the
+    /// analysis of the whole sweep reads no recording again
     #[arg(long, conflicts_with_all = ["checks", "export", "baseline", "junit", "github", "output"])]
     remember: bool,
-    /// Compares with the metrics.json of an earlier analysis: exit code 3 if one has moved by more than 4 standard errors.
+    /// Compare with the metrics.json of an earlier analysis: exit code 3 if a metric has moved by more than 4 common
+    /// standard errors
     #[arg(long, value_name = "FILE")]
     baseline: Vec<PathBuf>,
-    /// Writes the verdicts as JUnit XML.
+    /// Write the verdicts as JUnit XML
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Prints what failed as annotations of a GitHub workflow.
+    /// Print what failed as annotations of a GitHub workflow
     #[arg(long)]
     github: bool,
     #[command(flatten)]
     picture: PictureArguments,
-    /// Prints the reference of all metrics (Markdown) and stops.
+    /// Print the reference of all metrics (Markdown) and stop
     #[arg(long, exclusive = true)]
     metrics: bool,
     /// Recordings, and folders of recordings; also on object storage as s3://BUCKET/PREFIX, in a program built with
-    /// `--features object-storage`.
+    /// `--features object-storage`
     #[arg(required_unless_present = "metrics", value_name = "PATH")]
     paths: Vec<PathBuf>,
 }
@@ -71,14 +77,14 @@ struct Arguments {
 /// A picture of one recording, in the place of an analysis.
 #[derive(Debug, clap::Args)]
 struct PictureArguments {
-    /// Draws the one recording that is named as a small picture, a .png or .svg, and stops.
+    /// Draw the one recording that is named as a small picture, a .png or .svg, and stop
     #[arg(long, value_name = "FILE",
           conflicts_with_all = ["checks", "output", "pictures_at", "export", "fresh", "baseline", "junit", "github"])]
     thumbnail: Option<PathBuf>,
-    /// Pictures of a thumbnail that moves (.png as APNG), evenly spread over the recording; 1 is its last frame.
+    /// Pictures of a thumbnail that moves (.png as APNG), evenly spread over the recording; 1 is its last frame
     #[arg(long, value_name = "N", default_value = "1", requires = "thumbnail")]
     thumbnail_frames: NonZeroU32,
-    /// Width of a thumbnail in pixels.
+    /// Width of a thumbnail in pixels, from 64 to 4096
     #[arg(long, value_name = "PIXELS", default_value = "480", requires = "thumbnail", value_parser = width)]
     thumbnail_width: NonZeroU32,
 }
@@ -251,7 +257,8 @@ fn export_all(
     for form in forms {
         let failed = |export::ExportError(why)| (Exit::Retry, why);
         let count = export::export(source, *form, &folder).map_err(failed)?;
-        let line = format!("exported: {count} recordings in {}", folder.display());
+        let plural = if count == 1 { "recording" } else { "recordings" };
+        let line = format!("exported: {count} {plural} to {}", folder.display());
         print(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
     Ok(())

@@ -18,7 +18,7 @@ impl std::fmt::Display for WriteError {
         let path = self.path.display();
         write!(
             formatter,
-            "{path} can't be written: {}. Free the disk, or name another folder",
+            "{path} can't be written: {}. Make room or make it writable, or name another folder with --output DIR",
             self.why
         )
     }

@@ -45,7 +45,7 @@ fn heading(report: &Report) -> String {
     };
     format!(
         "<header>\n<h1>{}</h1>\n<p>{}</p>\n<p class=\"facts\">{} · {runs} · <strong class=\"{tone}\">{verdict}</strong></p>\n</header>\n",
-        escaped(&report.name),
+        breakable(&report.name),
         escaped(&report.description),
         escaped(report.model()),
     )
@@ -230,7 +230,30 @@ fn manifest(report: &Report) -> String {
     )
 }
 
-/// Text that may break after its dots and underscores, so that long names fit a phone.
+/// Text that may break after its dots and underscores, so that long names fit a phone; numbers stay whole.
 fn breakable(text: &str) -> String {
-    escaped(text).replace('_', "_<wbr>").replace('.', ".<wbr>")
+    let mut broken = String::new();
+    let mut rest = escaped(text);
+    while let Some(at) = rest.find(['_', '.']) {
+        let after = rest.split_off(at + 1);
+        broken += &rest;
+        let is_point = rest.ends_with('.') && after.starts_with(|next: char| next.is_ascii_digit());
+        if !is_point {
+            broken += "<wbr>";
+        }
+        rest = after;
+    }
+    broken + &rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::breakable;
+
+    #[test]
+    fn names_break_and_numbers_do_not() {
+        let metric = "pressure.measured at temperature_k = 373.15";
+        let broken = "pressure.<wbr>measured at temperature_<wbr>k = 373.15";
+        assert_eq!(breakable(metric), broken);
+    }
 }

@@ -55,7 +55,7 @@ impl BadPath {
 
     fn empty(path: &Path) -> Self {
         Self::wrong(format!(
-            "{} holds no finished recording (*.mcap). Run an experiment first; a partial file is read only when named itself",
+            "{} holds no finished recording (*.mcap). Run an experiment first, or again where it was stopped; a partial file is read only when named itself",
             path.display()
         ))
     }

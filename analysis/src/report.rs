@@ -10,7 +10,7 @@ use crate::metrics::{self, Metric, Place};
 use crate::plot::Plot;
 use crate::run::{self, Ending, OpenRun, RunAnalysis, Unreadable};
 use crate::sweep;
-use crate::table::{Terminal, Tone, table};
+use crate::table::{Terminal, Tone, six_digits, table};
 use kinetoscope_manifest::{Check, Coordinate, ExperimentRecord, TimingTable};
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
@@ -181,7 +181,7 @@ pub fn analyse(source: &mut Source, wishes: &Wishes) -> Report {
                 run.file,
                 other.text(),
                 run.frames,
-                run.end_time
+                last_time(run)
             )),
         }
     }
@@ -274,7 +274,8 @@ fn plots(
     }
     if drawn.len() > MOST_RUNS_DRAWN {
         notes.push(format!(
-            "single runs are drawn for the first {MOST_RUNS_DRAWN} points of the sweep"
+            "the first {MOST_RUNS_DRAWN} points of the sweep have plots of their own; plots of several runs show the first {}",
+            figures::sweep::MOST_CURVES
         ));
     }
     all
@@ -411,7 +412,10 @@ impl Report {
 
 fn run_title(run: &RunAnalysis, place: &str) -> String {
     let name = if place.is_empty() { run.file.clone() } else { place.to_owned() };
-    let unit = if run.time_unit.is_empty() { String::new() } else { format!(" {}", run.time_unit) };
-    let frames = run.frames;
-    format!("{name}: {frames} frames to t = {}{unit}, {}", run.end_time, run.ending.text())
+    format!("{name}: {} frames to t = {}, {}", run.frames, last_time(run), run.ending.text())
+}
+
+/// Simulated time of the last frame with its unit.
+fn last_time(run: &RunAnalysis) -> String {
+    format!("{} {}", six_digits(run.end_time), run.time_unit).trim_end().to_owned()
 }

@@ -211,3 +211,12 @@ for row, metric in zip(rows, table):
 ";
     python(program, folder.path().join("metrics.parquet"));
 }
+
+#[test]
+fn help_says_every_form_without_names_of_the_code() {
+    let help = analyze(&["--help"]).text;
+    for form in ["csv:", "parquet:", "gnuplot:", "xyz:"] {
+        assert!(help.contains(form), "{form}: {help}");
+    }
+    assert!(!help.contains("[`") && !help.contains("NEEDS_"), "{help}");
+}

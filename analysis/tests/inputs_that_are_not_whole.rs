@@ -105,7 +105,7 @@ fn partial_files_are_read_only_when_named() {
     assert_eq!(folder.written().all("pressure.measured").len(), 3);
     let said = analyze(&[partial.to_str().unwrap()]);
     assert_eq!(said.code, 0, "{}", said.text);
-    assert!(flat(&said.text).contains("unfinished after"), "{}", said.text);
+    assert!(flat(&said.text).contains(" s; not part of means and fits"), "{}", said.text);
     let metrics = folder.written();
     assert_eq!(metrics.first("pressure.measured")["run"]["outcome"], "unfinished");
 }

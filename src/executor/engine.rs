@@ -119,9 +119,13 @@ impl Engine {
 /// What a command prints; an error with its own words if it fails.
 pub(super) fn answer(command: &mut Command) -> io::Result<String> {
     let name = command.get_program().to_string_lossy().into_owned();
-    let output = command
-        .output()
-        .map_err(|error| io::Error::new(error.kind(), format!("{name}: {error}")))?;
+    let output = command.output().map_err(|error| {
+        let next = match error.kind() {
+            io::ErrorKind::NotFound => ". Put it on the PATH, as the site's modules may do",
+            _ => "",
+        };
+        io::Error::new(error.kind(), format!("{name}: {error}{next}"))
+    })?;
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
     if !output.status.success() {
         let words = String::from_utf8_lossy(&output.stderr);

@@ -334,9 +334,11 @@ fn read_root(
             .flat_map(|axis| axis.settings.iter().flatten())
             .find(|setting| overlap(&setting.key, &key))
         {
-            let error = Diagnostic::new(format!("`{key}` is swept and cannot be set besides"));
+            let error = Diagnostic::new(format!("`{key}` is swept and cannot be set"));
             errors.push(
-                error.at(key_span, "set on the command line").at(setting.key_span, "swept here"),
+                error
+                    .at(key_span, "leave it out, or change the sweep")
+                    .at(setting.key_span, "swept here"),
             );
         } else if ["sweep", "checks"].iter().any(|table| overlap(table, &key)) {
             let label = "change the manifest instead";

@@ -199,7 +199,7 @@ impl fmt::Display for ReadError {
             }
             ReadFault::Torn { byte } => write!(
                 formatter,
-                "{path} ends before its end (intact up to byte {byte}): the run was not finished, or the copy is incomplete. \
+                "{path} is cut off (intact up to byte {byte}): the run was not finished, or the copy is incomplete. \
                  Run its manifest again, or copy the file again"
             )?,
             ReadFault::Damaged { byte, what } => write!(

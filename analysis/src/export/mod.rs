@@ -17,13 +17,13 @@ use std::path::{Path, PathBuf};
 /// A form that recordings are exported in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Form {
-    /// A table a topic: a line a particle and frame, or a line a frame.
+    /// A table a topic: a line a particle and frame, or a line a frame
     Csv,
-    /// The same tables as Parquet; see [`NEEDS_PARQUET`].
+    /// The same tables as Parquet, in a program built with `--features parquet`
     Parquet,
-    /// `x y r` a line, a file a frame, and a script that plays them.
+    /// `x y r` a line, a file a frame, and a script that plays them
     Gnuplot,
-    /// Extended XYZ, for OVITO and ASE.
+    /// Extended XYZ, for OVITO and ASE
     Xyz,
 }
 
@@ -38,7 +38,7 @@ impl Form {
 }
 
 /// What a program that was built without the feature `parquet` says of Parquet.
-pub const NEEDS_PARQUET: &str = "this program was built without Parquet. Build it with it, \
+pub const NEEDS_PARQUET: &str = "this program was built without Parquet. Build one with it, \
     `cargo build --release --package kinetoscope-analysis --features parquet`, or write CSV";
 
 /// A recording that was not exported as a whole, with the user's next step.
@@ -48,7 +48,7 @@ pub struct ExportError(pub String);
 impl ExportError {
     fn at(path: &Path, why: impl std::fmt::Display) -> Self {
         Self(format!(
-            "{} can't be written: {why}. Free the disk, or name another folder with --output",
+            "{} can't be written: {why}. Make room or make it writable, or name another folder with --output DIR",
             path.display()
         ))
     }

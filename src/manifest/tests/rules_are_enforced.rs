@@ -484,8 +484,8 @@ fn values_from_the_command_line_replace_those_of_the_file() {
         let errors = parse(text, "m.toml", &[set(key, value)]).unwrap_err().to_string();
         assert!(errors.contains(message) && errors.contains("--> --set:1:"), "{message}\n{errors}");
     };
-    refused("model.gas.radius_m", "3", "`model.gas.radius_m` is swept and cannot be set besides");
-    refused("model.gas", "3", "is swept and cannot be set besides");
+    refused("model.gas.radius_m", "3", "`model.gas.radius_m` is swept and cannot be set");
+    refused("model.gas", "3", "is swept and cannot be set");
     refused("model.gas.particels", "3", "did you mean `particles`?");
     refused("model.gas.particles", "0", "must be a whole number from 1");
     refused("model.gas.particles", "1 2", "is not TOML");

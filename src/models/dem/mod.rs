@@ -125,7 +125,7 @@ struct Window {
 impl Model for Dem {
     type Config = DemConfig;
     const NAME: &'static str = "dem";
-    const PHYSICS_VERSION: u32 = 2;
+    const PHYSICS_VERSION: u32 = 3;
     const TIME_UNIT: &'static str = "s";
     /// `vx`, `vy` and `spin` belong to the positions' time, v + a dt/2; `vx_step` and `vy_step` are the integrator's own.
     const STATE_COLUMNS: &'static [StateColumn] = &[
@@ -199,6 +199,10 @@ impl Model for Dem {
 
     fn extent(&self) -> Extent {
         Extent::Steps { total: self.parameters.total_steps, step: self.parameters.time_step }
+    }
+
+    fn particles_to_come(&self) -> u64 {
+        self.rain.as_ref().map_or(0, Rain::to_come)
     }
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {

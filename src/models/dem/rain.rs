@@ -60,6 +60,11 @@ impl Rain {
         })
     }
 
+    /// Discs that are still to come.
+    pub(super) fn to_come(&self) -> u64 {
+        self.waiting.len() as u64
+    }
+
     /// Whether discs may enter after so many steps.
     pub(super) fn opens_at(&self, count: u64) -> bool {
         !self.waiting.is_empty() && count.is_multiple_of(self.interval)
