@@ -10,7 +10,7 @@ use crate::run::{Ending, RunError};
 use crate::telling::{name_of, summary};
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::recorder::Outcome;
-use std::path::{Path, PathBuf};
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
 /// Says something unless nothing is to be said.
 pub(crate) type Say<'a> = &'a dyn Fn(&str);
@@ -127,7 +127,9 @@ fn analysis_called_as_we_are(feature: &str) -> String {
 
 /// A word of a command line to copy: in quotes where a shell asks for them.
 fn word(text: &str) -> String {
-    let is_plain = |letter: char| letter.is_alphanumeric() || "/\\._-=:,+@%".contains(letter);
+    let is_plain = |letter: char| {
+        letter.is_alphanumeric() || letter == MAIN_SEPARATOR || "._-=:,+@%/".contains(letter)
+    };
     if text.chars().all(is_plain) { text.to_owned() } else { quoted(text) }
 }
 

@@ -123,8 +123,10 @@ pub struct Estimate {
     pub frames: u64,
     /// Particles, those that enter while it runs among them.
     pub particles: u64,
-    /// Upper estimate of the recording's size.
+    /// Upper estimate of the recording's size, without a series that is recorded only on request.
     pub bytes: u64,
+    /// Whether such a series comes on top: how many collisions or contacts there will be is not known before.
+    pub has_series_on_request: bool,
     /// Height of what a viewer shows, in the state's length unit.
     pub view_height: f64,
     /// How long the run takes beside the others of its experiment: particle steps, particle times, or events.
@@ -164,6 +166,7 @@ pub fn estimate(manifest: &RunManifest) -> Result<Estimate, Refusal> {
                 frames,
                 particles,
                 bytes: BYTES_BESIDE_FRAMES + frames * bytes_of_a_frame,
+                has_series_on_request: wants_opt_in::<M>(&self.0.record),
                 view_height: view_height(&model.scenery()),
                 relative_cost: relative_cost(model.extent(), particles),
                 memory_bytes: PROGRAM_BYTES + FRAMES_IN_MEMORY * bytes_of_a_frame,

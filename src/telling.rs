@@ -32,13 +32,16 @@ pub(crate) fn describe(experiment: &Experiment, plan: &Plan, jobs: usize, place:
     if experiment.replicates > 1 {
         text += &format!(" ({} replicates each)", experiment.replicates);
     }
-    let estimates = to_do.iter().filter_map(|run| run.estimate());
+    let mut estimates = to_do.iter().filter_map(|run| run.estimate());
     let particles = counted(estimates.clone().map(|run| run.particles), "particle");
-    let frames = counted(estimates.map(|run| run.frames), "frame");
+    let frames = counted(estimates.clone().map(|run| run.frames), "frame");
     if let (Some(particles), Some(frames)) = (particles, frames) {
         text += &format!("\n  {particles}, {frames}, at most {}", size(plan.bytes_to_write()));
         if plan.runs.len() > 1 {
             text += &format!(" in all, {jobs} at a time");
+        }
+        if estimates.any(|run| run.has_series_on_request) {
+            text += "\n  and what each collision or contact takes, as its channel asks";
         }
     }
     text += &format!("\n  to {place}");

@@ -137,8 +137,9 @@ fn ctrl_c_and_sigterm_keep_what_there_is_and_say_so() {
 #[cfg(unix)]
 #[test]
 fn a_stopped_run_goes_on_to_the_bytes_of_an_undisturbed_one() {
-    let reference = reference();
-    let place = Place::new(SHORT);
+    // Long enough that its first checkpoint is seen before its end on a busy machine, too.
+    let reference = Place::new(MEDIUM).finish();
+    let place = Place::new(MEDIUM);
     for _ in 0..3 {
         let child = place.spawn();
         place.wait_for_checkpoint();

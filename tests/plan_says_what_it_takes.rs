@@ -57,3 +57,14 @@ fn a_sweep_is_told_from_the_fewest_to_the_most() {
     assert!(plan.contains("5 to 50 particles, 5 frames, at most"), "{plan}");
     assert!(bytes as f64 <= bound(&plan), "{bytes} bytes, and {plan}");
 }
+
+#[test]
+fn a_series_that_no_plan_can_count_is_told() {
+    let manifest = "[model.packing]\n[record]\nframes = 1\n";
+    let (plan, _) = planned_and_recorded(manifest);
+    let (series, bytes) =
+        planned_and_recorded(&format!("{manifest}channels = [\"state\", \"per_collision\"]\n"));
+    let word = "and what each collision or contact takes";
+    assert!(series.contains(word) && bytes as f64 > bound(&series), "{bytes} bytes, and {series}");
+    assert!(!plan.contains(word), "control: {plan}");
+}
