@@ -39,8 +39,8 @@
 //! - groups of pairs with friction that meet first and rub afterwards (1.00 while their energies were still summed in memory).
 //!
 //! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, medians of series of 3 to 5 pairs, at 10^4 discs unless said:
-//! settled 10.4, 10.6, 10.4, at 10^5 (single pairs) 11.7, 11.3 and, disturbed, 7.0; collapse 8.7, 8.7, 9.5; gas 9.4, 9.2, 9.7, at 10^5 12.8; with friction
-//! (gran/hooke/history) 6.3, 6.4, 6.1. Two threads over one at 10^5: settled 2.1 and 2.4, with friction 2.5 and 1.9: each has a cache of its own.
+//! settled 10.4, 10.6, 10.4, at 10^5 11.3 (eight pairs, 7.0 to 13.2); collapse 8.7, 8.7, 9.5; gas 9.8, 9.5, 9.4, 9.2, 9.7, 9.4, 9.4, at 10^5 12.8; with
+//! friction (gran/hooke/history) 6.3, 6.4, 6.1. Two threads over one at 10^5: settled 2.1 to 2.5, with friction 1.9 to 2.6: each has a cache of its own.
 //! The kinetic energies of a bed of equal discs at rest are 8e-12 apart after 10^4 steps, those of the gas 1e-4 after 4000; while a bed still moves
 //! they part, since it is chaotic.
 //!
