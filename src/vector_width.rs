@@ -19,6 +19,12 @@ pub fn each(value: impl Fn(usize) -> f64) -> [f64; 4] {
     [value(0), value(1), value(2), value(3)]
 }
 
+/// The larger of two; the second where either is no number.
+#[inline(always)]
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 /// Runs a kernel with the widest instructions that this machine has.
 pub fn run<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]

@@ -5,7 +5,7 @@ use super::motion;
 use super::parameters::Parameters;
 use super::step::Moved;
 use super::turn;
-use crate::vector_width::{self, Kernel, each};
+use crate::vector_width::{self, Kernel, each, larger};
 
 /// Numbers of two discs, x and y of the first, then of the second.
 type Pair = [f64; 4];
@@ -35,7 +35,6 @@ pub(super) fn kick_and_drift(
     };
     let Sums { dashpot_power: power, fastest_squared: fastest } = sums;
     let dashpot_power = (power[0] + power[2]) + (power[1] + power[3]);
-    let larger = |a: f64, b: f64| if a > b { a } else { b };
     let mut moved = Moved {
         dashpot_power: dashpot_power + turn::turn(own, forces, time_step),
         contacts: forces.sums.clone(),
@@ -120,7 +119,6 @@ impl Kernel for Flight<'_> {
 
 #[inline(always)]
 fn larger_of_each(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
-    let larger = |one: f64, other: f64| if one > other { one } else { other };
     [larger(one[0], other[0]), larger(one[1], other[1])]
 }
 

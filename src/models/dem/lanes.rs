@@ -26,7 +26,7 @@ pub(super) struct Lanes<'a> {
 pub(super) struct Memory<'a> {
     pub(super) near: &'a mut Near,
     pub(super) touching: &'a mut Touching,
-    /// Is shown the discs of all pairs that touch, or not completed.
+    /// Takes the discs of pairs that touch; completed where no pairs but the near ones have to be looked at.
     pub(super) touched: &'a mut Touched,
 }
 

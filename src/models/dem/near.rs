@@ -6,7 +6,7 @@
 //!
 //! What the unsafe code keeps to:
 //! - Loads and stores of whole arrays through their own references: in bounds, and unaligned by instruction.
-//! - Rows by a pair's places, unchecked pair by pair: all places are checked before the loop.
+//! - Positions by a pair's places, unchecked pair by pair: all places are checked before the loop.
 //! - Functions compiled for AVX2 and POPCNT, called by others that are compiled for them.
 
 #![allow(unsafe_code)]

@@ -3,16 +3,11 @@
 //! Maxima and minima do not depend on how many discs are taken at a time. A place that is no number is passed over by them.
 
 use super::cells::Periodic;
-use crate::vector_width::{self, Kernel, each};
+use crate::vector_width::{self, Kernel, each, larger};
 use std::ops::Range;
 
 /// Discs a group, of which none is looked at again where none has left.
 const GROUP: usize = 64;
-
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
 
 /// The longest way of a disc from where it was, m.
 pub(super) fn longest_way(from: &[[f64; 2]], positions: &[[f64; 2]]) -> f64 {

@@ -9,12 +9,10 @@
 #![allow(unsafe_code)]
 
 use bytemuck::{Pod, Zeroable};
-use serde::{Deserialize, Serialize};
 use std::ops::{Deref, DerefMut};
 
 /// A row, aligned to its size.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
 struct Aligned([f64; 4]);
 
@@ -26,8 +24,7 @@ unsafe impl Zeroable for Aligned {}
 unsafe impl Pod for Aligned {}
 
 /// Rows of four numbers, aligned; used as `[[f64; 4]]`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Rows(Vec<Aligned>);
 
 impl Rows {
@@ -52,26 +49,11 @@ impl DerefMut for Rows {
     }
 }
 
-impl FromIterator<[f64; 4]> for Rows {
-    fn from_iter<I: IntoIterator<Item = [f64; 4]>>(rows: I) -> Self {
-        Self(rows.into_iter().map(Aligned).collect())
-    }
-}
-
 impl<'a> IntoIterator for &'a Rows {
     type Item = &'a [f64; 4];
     type IntoIter = std::slice::Iter<'a, [f64; 4]>;
 
     fn into_iter(self) -> Self::IntoIter {
         self.iter()
-    }
-}
-
-impl<'a> IntoIterator for &'a mut Rows {
-    type Item = &'a mut [f64; 4];
-    type IntoIter = std::slice::IterMut<'a, [f64; 4]>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        self.iter_mut()
     }
 }
