@@ -38,11 +38,15 @@
 //!   build); two runs of discs noted at once (1.02 of a build, not worth its lines);
 //! - groups of pairs with friction that meet first and rub afterwards (1.00 while their energies were still summed in memory).
 //!
-//! Against LAMMPS (22 Jul 2025) by `benches/peers/dem_lammps.py`, wall time in turn, medians of series of 3 to 5 pairs, at 10^4 discs unless said:
-//! settled 10.4, 10.6, 10.4, at 10^5 11.3 (eight pairs, 7.0 to 13.2); collapse 8.7, 8.7, 9.5; gas 9.8, 9.5, 9.4, 9.2, 9.7, 9.4, 9.4, at 10^5 12.8; with
-//! friction (gran/hooke/history) 6.3, 6.4, 6.1. Two threads over one at 10^5: settled 2.1 to 2.5, with friction 1.9 to 2.6: each has a cache of its own.
-//! The kinetic energies of a bed of equal discs at rest are 8e-12 apart after 10^4 steps, those of the gas 1e-4 after 4000; while a bed still moves
-//! they part, since it is chaotic.
+//! Against LAMMPS (22 Jul 2025), wall time in turn, medians of series of 3 to 5 pairs. `benches/peers/dem_lammps.py DEM_PEER` with
+//! - `settled 10000 5000 3`: 10.4, 10.6, 10.4; `settled 100000 1000 1`: 11.3 (eight pairs of 500 or 1000 steps, 7.0 to 13.2);
+//! - `collapse 10000 6000 3`: 8.7, 8.7, 9.5;
+//! - `gas 10000 4000 5`: 9.8, 9.4, 9.2, 9.7, 9.4, 9.4, and with 8000 steps 9.5; `gas 100000 1000 3`: 12.8;
+//! - `rubbing 10000 3000 3` (gran/hooke/history): 6.3, 6.4, 6.1;
+//! - `equal 2000 10000 1`: kinetic energies of a bed at rest 8e-12 apart; those of the gas are 1e-4 apart after 4000 steps. While a bed still
+//!   moves they part, since it is chaotic.
+//!
+//! Two threads over one, `dem_peer SCENE 100000 1000 THREADS FILE`: settled 2.1 to 2.5, rubbing 1.9 to 2.6: each has a cache of its own.
 //!
 //! In a settled bed the pair loop takes two thirds of the time. A gas spends 15 % in free flight, 17 % on comparing near pairs, 9 % on
 //! finding them, 9 % on kicks, 25 % on building the list.
