@@ -1,43 +1,37 @@
-//! Promise: one thread or two, four pairs at a time or one, put away and taken up again or not: the same bits, for every
-//! kind of scene.
+//! Promise: one thread or two, four pairs at a time or one, looked at or not, put away and taken up again or not: the same
+//! bits, for every kind of scene.
 //!
 //! Setup: enough discs for several blocks; a bed, a rubbing bed with rolling friction, a periodic one, a drum that turns, a shaken
-//! box, a hopper that loses discs; gases in a periodic box, of which the larger has so many blocks that it keeps no near pairs.
+//! box, a hopper that loses discs, rain on two materials behind a gate; gases in a periodic box, of which the larger has so many blocks that it keeps no near pairs.
 
 mod dem_scene;
 
 use dem_scene::{
     frame, gravity, non_negative, per_contact, positive, prepared, restitution, scenes,
 };
-use kinetoscope::model::{Model, Target};
+use kinetoscope::model::{Model, Progress, Target};
 use kinetoscope::models::dem::Dem;
 use kinetoscope_manifest::model::{DemConfig, PeriodicSides, Placement};
 use std::num::NonZeroU32;
 
-/// Bits of all numbers of the state after some steps.
-fn bits(config: &DemConfig, threads: usize, lanes: bool, stored: bool) -> Vec<u64> {
-    bits_at([150, 300], config, threads, lanes, stored)
-}
-
-fn bits_at(
-    targets: [u64; 2],
+/// Bits of all numbers of the state and the channels after so many steps; every 75 steps something is done to the model.
+fn bits(
+    steps: u64,
     config: &DemConfig,
     threads: usize,
     lanes: bool,
-    stored: bool,
+    between: fn(Dem) -> Dem,
 ) -> Vec<u64> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
         let mut model = prepared(config).with_lanes(lanes);
-        for target in targets {
-            model
-                .advance(Target::Count(target), u64::MAX)
-                .unwrap_or_else(|fault| panic!("{fault}"));
-            if stored {
-                let value = serde_json::to_value(&model).expect("a model can be stored");
-                model =
-                    serde_json::from_value::<Dem>(value).expect("and taken up").with_lanes(lanes);
+        for target in [steps / 2, steps] {
+            while let Progress::Working =
+                model.advance(Target::Count(target), 75).unwrap_or_else(|fault| panic!("{fault}"))
+            {
+                model = between(model).with_lanes(lanes);
             }
+            model = between(model).with_lanes(lanes);
         }
         let seen = frame(&model);
         let messages = seen.messages().iter().flat_map(|message| message.payload.iter());
@@ -46,13 +40,28 @@ fn bits_at(
     })
 }
 
+fn let_alone(model: Dem) -> Dem {
+    model
+}
+
+fn looked_at(model: Dem) -> Dem {
+    frame(&model);
+    model
+}
+
+fn stored(model: Dem) -> Dem {
+    let value = serde_json::to_value(&model).expect("a model can be stored");
+    serde_json::from_value(value).expect("and taken up")
+}
+
 #[test]
-fn threads_lanes_and_checkpoints_leave_no_trace() {
+fn threads_lanes_looks_and_checkpoints_leave_no_trace() {
     for (name, config) in scenes() {
-        let whole = bits(&config, 1, true, false);
-        assert!(whole == bits(&config, 2, true, false), "{name}: two threads");
-        assert!(whole == bits(&config, 1, false, false), "{name}: pair by pair");
-        assert!(whole == bits(&config, 2, false, true), "{name}: stored");
+        let whole = bits(300, &config, 1, true, let_alone);
+        assert!(whole == bits(300, &config, 2, true, let_alone), "{name}: two threads");
+        assert!(whole == bits(300, &config, 1, false, let_alone), "{name}: pair by pair");
+        assert!(whole == bits(300, &config, 1, true, looked_at), "{name}: looked at");
+        assert!(whole == bits(300, &config, 2, false, stored), "{name}: stored");
     }
 }
 
@@ -76,8 +85,8 @@ fn a_gas_has_the_bits_of_pairs_one_by_one() {
             velocity_deviation_m_per_s: Some(positive(3.0)),
             ..DemConfig::default()
         };
-        let whole = bits_at([steps / 2, steps], &gas, 2, true, false);
-        assert!(whole == bits_at([steps / 2, steps], &gas, 2, false, false), "{discs}");
+        let whole = bits(steps, &gas, 2, true, let_alone);
+        assert!(whole == bits(steps, &gas, 2, false, let_alone), "{discs}");
     }
 }
 
@@ -86,7 +95,7 @@ fn a_gas_has_the_bits_of_pairs_one_by_one() {
 fn another_friction_is_noticed() {
     let (_, config) = scenes().swap_remove(1);
     let other = DemConfig { friction: non_negative(0.5 * (1.0 + 1e-15)), ..config.clone() };
-    assert!(bits(&config, 1, true, false) != bits(&other, 1, true, false));
+    assert!(bits(300, &config, 1, true, let_alone) != bits(300, &other, 1, true, let_alone));
     let tilted = DemConfig { gravity_m_per_s2: gravity(1e-12, -9.81), ..config.clone() };
-    assert!(bits(&config, 1, true, false) != bits(&tilted, 1, true, false));
+    assert!(bits(300, &config, 1, true, let_alone) != bits(300, &tilted, 1, true, let_alone));
 }
