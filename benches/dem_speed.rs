@@ -8,7 +8,7 @@
 //! - friction without a copy of the sums in memory for each pair: with the moves in place 15 to 20;
 //! - friction with AVX2, springs in columns of their own, the torque's radius factored out of the sums: 20 to 41; eight pairs in
 //!   AVX-512 instead of four: 41 to 50; energies summed in registers, not in memory: 50 to 53; spins in wide instructions: 53 to 56;
-//! - lists in tiers with wider skins, lists found four discs at a time, centres alone compared where few pairs touch, 1/m kept, the box
+//! - lists in tiers with wider skins, lists found four discs at a time, centers alone compared where few pairs touch, 1/m kept, the box
 //!   looked at only where a disc may have left it, forces set to zero by the pass that uses them: gas 157 to 214, collapse 99 to 123,
 //!   settled 84 to 97 (best of interleaved runs on a busy machine);
 //! - lists built in half the time: 79 to 39 ns a disc in a gas, 102 to 50 in a collapse, 94 to 50 settled (best of interleaved runs), so
@@ -36,7 +36,7 @@
 //! - one codegen unit (1.03 settled and in a collapse, 1.01 in a gas; 0.97 in packing);
 //! - comparisons noted for a whole block instead of column by column (1.0 of a build); cells of discs found in wide instructions (0.99 of a
 //!   build); two runs of discs noted at once (1.02 of a build, not worth its lines);
-//! - groups of pairs with friction that meet first and rub afterwards (1.00 while their energies were still summed in memory).
+//! - groups of pairs with friction that meet first and rub afterward (1.00 while their energies were still summed in memory).
 //!
 //! Against LAMMPS (22 Jul 2025), wall time in turn, medians of series of 3 to 5 pairs. `benches/peers/dem_lammps.py DEM_PEER` with
 //! - `settled 10000 5000 3`: 10.4, 10.6, 10.4; `settled 100000 1000 1`: 11.3 (eight pairs of 500 or 1000 steps, 7.0 to 13.2);

@@ -1,6 +1,6 @@
 //! The command line of `run-experiment`: what is asked, the plan, the runs, what was written and the next command.
 
-use crate::analysing;
+use crate::analyzing;
 use crate::conclusion::{self, Conclusion};
 use crate::depot::Depot;
 use crate::destination::Destination;
@@ -244,7 +244,7 @@ impl Arguments {
         let recordings = |name: &str| starts.read(name);
         let origin = path.display().to_string();
         kinetoscope_manifest::parse_with_recordings(&source, &origin, &overrides, &recordings)
-            .map_err(|diagnostics| diagnostics.render(has_colours()))
+            .map_err(|diagnostics| diagnostics.render(has_colors()))
     }
 
     fn execute_plan(
@@ -334,9 +334,9 @@ impl Arguments {
         }
         if self.distribution.analyze
             && !interrupt.is_raised()
-            && let Err(why) = analysing::remember(plan)
+            && let Err(why) = analyzing::remember(plan)
         {
-            eprintln!("warning: not all recordings were analysed: {why}");
+            eprintln!("warning: not all recordings were analyzed: {why}");
         }
         let conclusion = Conclusion {
             experiment,
@@ -488,8 +488,8 @@ fn fail(exit: Exit, message: &str) -> Exit {
     exit
 }
 
-/// Whether errors are coloured: on a terminal, unless its user asks for none.
-fn has_colours() -> bool {
+/// Whether errors are colored: on a terminal, unless its user asks for none.
+fn has_colors() -> bool {
     io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
 }
 

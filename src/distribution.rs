@@ -85,7 +85,7 @@ pub struct Rest<'a> {
     pub destination: &'a Destination,
     /// The overrides of the manifest.
     pub overrides: &'a [String],
-    /// Whether tasks analyse what they record.
+    /// Whether tasks analyze what they record.
     pub analyze: bool,
     /// Threads of a run.
     pub threads: Option<NonZeroUsize>,

@@ -1,6 +1,6 @@
 //! When hard discs in free flight meet: shared by the packing and the gas. A pure function.
 //!
-//! Symbols: r separation of two centres (second minus first), v relative velocity (second minus first), s distance of the centres
+//! Symbols: r separation of two centers (second minus first), v relative velocity (second minus first), s distance of the centers
 //! at contact.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};

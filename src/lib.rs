@@ -26,7 +26,7 @@ pub mod plan;
 pub mod stale;
 pub mod start_file;
 
-pub mod analysing;
+pub mod analyzing;
 pub mod executor;
 pub mod interrupt;
 pub mod progress;

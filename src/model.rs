@@ -102,7 +102,7 @@ pub trait Model: Sized + Serialize + DeserializeOwned {
         0
     }
 
-    /// Moves towards the target by at most so many steps or events (at least one). The first call after a target was
+    /// Moves toward the target by at most so many steps or events (at least one). The first call after a target was
     /// reached opens a new window: quantities "since the last frame" start again from zero.
     ///
     /// # Errors

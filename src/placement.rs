@@ -22,7 +22,7 @@ pub struct Jammed {
 const TRIALS_PER_DISC: u32 = 2_000_000;
 
 /// Places discs one after the other, each uniformly at random among all positions, drawn again while it overlaps another
-/// disc (random sequential addition, Feder 1980). Returns the centres in the order of `radii`. Touching is no overlap.
+/// disc (random sequential addition, Feder 1980). Returns the centers in the order of `radii`. Touching is no overlap.
 ///
 /// # Errors
 /// [`Jammed`] where a disc found no place in 2,000,000 trials.
@@ -34,7 +34,7 @@ pub fn random_sequential_addition(
     random_sequential_addition_where(rectangle, radii, generator, |_, _| true)
 }
 
-/// The same, with trials drawn again where `is_allowed` says no to a centre and radius: for containers that are no rectangle.
+/// The same, with trials drawn again where `is_allowed` says no to a center and radius: for containers that are no rectangle.
 ///
 /// # Errors
 /// [`Jammed`] where a disc found no place in 2,000,000 trials.
@@ -79,7 +79,7 @@ fn add_at_random(
         largest = if radius > largest { radius } else { largest };
     }
     let mut cells = Cells::new(rectangle, edges, 2.0 * largest, radii.len());
-    let mut centres: Vec<[f64; 2]> = Vec::with_capacity(radii.len());
+    let mut centers: Vec<[f64; 2]> = Vec::with_capacity(radii.len());
     for (index, &radius) in radii.iter().enumerate() {
         let kept_off = if edges == Edges::Walls { radius } else { 0.0 };
         let low = [rectangle.min[0] + kept_off, rectangle.min[1] + kept_off];
@@ -90,14 +90,14 @@ fn add_at_random(
         let place = (0..TRIALS_PER_DISC).find_map(|_| {
             let trial =
                 [generator.uniform_in(low[0], high[0]), generator.uniform_in(low[1], high[1])];
-            (is_allowed(trial, radius) && cells.is_free(trial, radius, &centres, radii))
+            (is_allowed(trial, radius) && cells.is_free(trial, radius, &centers, radii))
                 .then_some(trial)
         });
-        let Some(centre) = place else { return Err(Jammed { placed: index }) };
-        cells.insert(centre, index);
-        centres.push(centre);
+        let Some(center) = place else { return Err(Jammed { placed: index }) };
+        cells.insert(center, index);
+        centers.push(center);
     }
-    Ok(centres)
+    Ok(centers)
 }
 
 /// The first `count` sites of a square lattice that fills the rectangle evenly from below, row by row, for discs of one
@@ -126,7 +126,7 @@ pub fn square_lattice(rectangle: Rectangle, radius: f64, count: usize) -> Option
     )
 }
 
-/// A grid whose cells are at least as wide as the largest distance of interest: neighbours stand in the 3 x 3 block.
+/// A grid whose cells are at least as wide as the largest distance of interest: neighbors stand in the 3 x 3 block.
 struct Cells {
     origin: [f64; 2],
     side: [f64; 2],
@@ -160,19 +160,19 @@ impl Cells {
         [along(0), along(1)]
     }
 
-    fn insert(&mut self, centre: [f64; 2], index: usize) {
-        let [column, row] = self.cell(centre);
+    fn insert(&mut self, center: [f64; 2], index: usize) {
+        let [column, row] = self.cell(center);
         self.members[row * self.count[0] + column].push(index as u32);
     }
 
-    fn is_free(&self, trial: [f64; 2], radius: f64, centres: &[[f64; 2]], radii: &[f64]) -> bool {
+    fn is_free(&self, trial: [f64; 2], radius: f64, centers: &[[f64; 2]], radii: &[f64]) -> bool {
         let [column, row] = self.cell(trial);
         let columns = self.around(column, self.count[0]);
         for row in self.around(row, self.count[1]).into_iter().flatten() {
             for column in columns.into_iter().flatten() {
                 for &other in &self.members[row * self.count[0] + column] {
-                    let centre = centres[other as usize];
-                    let apart = [self.apart(trial, centre, 0), self.apart(trial, centre, 1)];
+                    let center = centers[other as usize];
+                    let apart = [self.apart(trial, center, 0), self.apart(trial, center, 1)];
                     let reach = radius + radii[other as usize];
                     if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
                         return false;
@@ -183,7 +183,7 @@ impl Cells {
         true
     }
 
-    /// An index and its two neighbours, where there are any.
+    /// An index and its two neighbors, where there are any.
     fn around(&self, index: usize, count: usize) -> [Option<usize>; 3] {
         if self.edges == Edges::Periodic {
             [Some((index + count - 1) % count), Some(index), Some((index + 1) % count)]

@@ -139,7 +139,7 @@ pub struct Estimate {
 const BYTES_BESIDE_FRAMES: u64 = 24 << 10;
 /// Memory of a run without particles: the program, and the chunk that its recorder fills.
 const PROGRAM_BYTES: u64 = 64 << 20;
-/// A model, its neighbours or events, and what is between it and its recorder, as a number of recorded frames. The most that was
+/// A model, its neighbors or events, and what is between it and its recorder, as a number of recorded frames. The most that was
 /// seen of 10^6 particles is 3.5, of a bed that begins with a recording; 3.3 of one that tells its contact forces.
 const FRAMES_IN_MEMORY: u64 = 8;
 

@@ -3,7 +3,7 @@
 //!
 //! Source: Newton's second and third laws, as the source document's equation (3) discretises the second.
 //! Setup: every scene of the promise of equal bits, with friction, walls that move and periodic sides, after 1500 steps; discs of a pair
-//! are found by their centres alone.
+//! are found by their centers alone.
 //! Tolerance: rounding of v' - v, 1e-9 of the largest force. Control: forces without their tangential part must be rejected
 //! wherever discs rub.
 
@@ -20,7 +20,7 @@ use kinetoscope_recording::channels::DemContactForces;
 use std::collections::BTreeMap;
 
 const STEP: u64 = 1500;
-/// Centres told twice are nearer than this share of a disc's radius.
+/// Centers told twice are nearer than this share of a disc's radius.
 const SAME_PLACE: f64 = 1e-9;
 
 /// Discs by cells of half a smallest radius: at most one in each.
@@ -38,7 +38,7 @@ impl<'a> Places<'a> {
         Self { discs, side, cells }
     }
 
-    /// The disc whose centre is there.
+    /// The disc whose center is there.
     fn at(&self, place: [f64; 2]) -> Option<usize> {
         let [column, row] = place.map(|part| (part / self.side).floor() as i64);
         let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [column + i, row + j]));

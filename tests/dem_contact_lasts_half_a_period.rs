@@ -56,7 +56,7 @@ fn duration_and_overlap_are_the_oscillators() {
         let step = std::f64::consts::PI / natural_frequency / 2000.0;
         assert!((duration - expected).abs() < 2.0 * step);
         assert!((deepest / overlap - 1.0).abs() < 1e-3);
-        // Control: one per cent more stiffness is noticed by both.
+        // Control: one percent more stiffness is noticed by both.
         let (duration, deepest) = contact(tail, 5.05e4);
         assert!((duration - expected).abs() > 2.0 * step);
         assert!((deepest / overlap - 1.0).abs() > 1e-3);

@@ -70,7 +70,7 @@ fn the_clamped_tail_rebounds_as_the_exact_solution() {
     }
 }
 
-/// Control: one per cent less damping leaves the band.
+/// Control: one percent less damping leaves the band.
 #[test]
 fn another_dashpot_is_noticed() {
     let apex = next_apex(damping(0.99 * DAMPING), ForceTail::Attractive, 1000.0);

@@ -3,7 +3,7 @@
 //!
 //! Source: m a = m g sin(theta) - F, I alpha = F r with I = m r^2/2, and Coulomb's F <= mu N.
 //! Setup: gravity tilted by 30 degrees over a level floor, a disc touching it, 0.3 s; k = 1e6 N/m, e = 0.5, N_t = 20.
-//! Tolerance: 1e-4: the disc begins without overlap and bounces by micrometres before it rests.
+//! Tolerance: 1e-4: the disc begins without overlap and bounces by micrometers before it rests.
 
 mod dem_scene;
 

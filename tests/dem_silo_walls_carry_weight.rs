@@ -51,10 +51,10 @@ fn screening_weight([load, weight]: [f64; 2]) -> Option<f64> {
 /// The range of Ws, N: sigma g D = 0.8 to 0.85 of the area times 1e-3 kg over pi r^2, mu = 0.5, K from 0.3 to
 /// 1.2.
 fn is_janssens(scale: f64) -> bool {
-    let per_metre =
+    let per_meter =
         |fraction: f64| fraction * 0.01 * 1e-3 * G / (std::f64::consts::PI * 5e-4 * 5e-4);
-    let least = per_metre(0.8) * 0.01 / (2.0 * 0.5 * 1.2);
-    let most = per_metre(0.85) * 0.01 / (2.0 * 0.5 * 0.3);
+    let least = per_meter(0.8) * 0.01 / (2.0 * 0.5 * 1.2);
+    let most = per_meter(0.85) * 0.01 / (2.0 * 0.5 * 0.3);
     (least..=most).contains(&scale)
 }
 

@@ -33,7 +33,7 @@ fn discs(number: u32, disc_radius: f64) -> GasConfig {
 }
 
 /// Law: sum m v^2/2 and sum m p x v are constant, whatever the masses. Source: elastic impacts of smooth discs along the line of
-/// centres, and a mirror whose force points at the centre. Setup: 300 discs of masses 1 : 3 cover a quarter of the circle, 2e5 collisions.
+/// centers, and a mirror whose force points at the center. Setup: 300 discs of masses 1 : 3 cover a quarter of the circle, 2e5 collisions.
 /// Tolerance: 1e-12 of the energy, and of N m R v. Control: a mean relative change of 1e-6 a collision would be 0.2.
 #[test]
 fn energy_and_angular_momentum_stay() {
@@ -182,7 +182,7 @@ fn no_collision_is_missed() {
     assert_eq!(channel::<GasCollisions>(&gas).pair, pairs);
 }
 
-/// Law: centres stay apart by a diameter and inside the wall by a radius. Tolerance: 1e-9 of a diameter. Setup: as dense as a start may be.
+/// Law: centers stay apart by a diameter and inside the wall by a radius. Tolerance: 1e-9 of a diameter. Setup: as dense as a start may be.
 #[test]
 fn discs_never_overlap() {
     let mut gas = gas(&discs(200, 0.05), 7);

@@ -61,7 +61,7 @@ fn defect_1_the_rest_of_a_step_is_dt_minus_u() {
 
 #[test]
 fn defect_2_after_a_hit_a_particle_is_not_set_down_at_a_length_of_one_minus_u() {
-    // With dt = 1 the first defect is silent: the control stands 1 - u METRES from the hit, the mended 1 - u seconds.
+    // With dt = 1 the first defect is silent: the control stands 1 - u METERS from the hit, the mended 1 - u seconds.
     let away = |end: Particle| f64::hypot(end.position[0] - HIT[0], end.position[1] - HIT[1]);
     let speed = f64::hypot(0.3, 0.2);
     let end = stepped::step(START, 1.0, 1.0).particle;
@@ -71,7 +71,7 @@ fn defect_2_after_a_hit_a_particle_is_not_set_down_at_a_length_of_one_minus_u() 
     // The velocity is right in both.
     assert!(apart(end.velocity, MIRRORED) < 1e-14);
     assert!(apart(control.velocity, MIRRORED) < 1e-14);
-    // The document's gas at 300 K: all that hit are set down a metre on, outside where their chord is shorter. Half chords
+    // The document's gas at 300 K: all that hit are set down a meter on, outside where their chord is shorter. Half chords
     // have the density (4/pi) C^2 / sqrt(1 - C^2), below 1/2 m the share 1 - (2/pi) (pi/3 + sqrt(3)/4).
     let config = GasConfig { particles: count(20_000), ..GasConfig::default() };
     let kept = outside(&mended(5e-5, config.clone()), 2000);
@@ -84,11 +84,11 @@ fn defect_2_after_a_hit_a_particle_is_not_set_down_at_a_length_of_one_minus_u() 
 }
 
 #[test]
-fn defect_3_the_mirror_turns_about_the_centre_not_the_origin() {
-    // Speed 1 and dt = 1: the first two defects are silent. Only the centre differs between the runs.
-    let unit = |centre: [f64; 2]| GasConfig {
+fn defect_3_the_mirror_turns_about_the_center_not_the_origin() {
+    // Speed 1 and dt = 1: the first two defects are silent. Only the center differs between the runs.
+    let unit = |center: [f64; 2]| GasConfig {
         radius_m: positive(20.0),
-        centre_m: centre.map(|axis| Finite::new(axis).unwrap()),
+        center_m: center.map(|axis| Finite::new(axis).unwrap()),
         speed_distribution: SpeedDistribution::Equal,
         speed_scale: max_speed(1.0),
         duration_s: positive(1000.0),
@@ -216,7 +216,7 @@ fn defect_7_the_mean_speed_is_not_the_length_of_the_mean_velocity() {
 }
 
 #[test]
-fn defect_8_masses_are_kilograms_and_areas_square_metres() {
+fn defect_8_masses_are_kilograms_and_areas_square_meters() {
     // 1e-23 g = 1e-26 kg; grams beside J/K would make speeds smaller by sqrt(1000).
     assert_eq!(GasConfig::default().mass_kg.get(), 1e-26);
     let config = GasConfig { speed_scale: kelvin(300.0), ..GasConfig::default() };

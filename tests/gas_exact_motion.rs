@@ -115,11 +115,11 @@ fn every_start_is_defined() {
     };
     // Start, time, place, velocity, hits: each known without a formula.
     let known: [(_, f64, [f64; 2], [f64; 2], u64); 8] = [
-        // At rest: inside, at the centre, on the wall.
+        // At rest: inside, at the center, on the wall.
         (([0.3, 0.4], [0.0, 0.0]), 7.0, [0.3, 0.4], [0.0, 0.0], 0),
         (([0.0, 0.0], [0.0, 0.0]), 7.0, [0.0, 0.0], [0.0, 0.0], 0),
         (([0.6, 0.8], [0.0, 0.0]), 7.0, [0.6, 0.8], [0.0, 0.0], 0),
-        // Radial, from the centre and from elsewhere: to and fro on a diameter.
+        // Radial, from the center and from elsewhere: to and fro on a diameter.
         (([0.0, 0.0], [1.0, 0.0]), 3.5, [-0.5, 0.0], [1.0, 0.0], 2),
         (([0.5, 0.0], [-2.0, 0.0]), 2.0, [0.5, 0.0], [-2.0, 0.0], 2),
         // On the wall: outwards hits at once, inwards later.
@@ -171,18 +171,18 @@ fn any_sequence_of_frames_gives_the_same_bits() {
 }
 
 #[test]
-fn a_centre_elsewhere_shifts_the_result_and_nothing_else() {
-    let centre = [12.5, -3.25];
+fn a_center_elsewhere_shifts_the_result_and_nothing_else() {
+    let center = [12.5, -3.25];
     let at_origin = GasConfig::default();
     let elsewhere = GasConfig {
-        centre_m: centre.map(|axis| Finite::new(axis).unwrap()),
+        center_m: center.map(|axis| Finite::new(axis).unwrap()),
         ..GasConfig::default()
     };
     let (mut a, mut b) = (gas(&at_origin, 3), gas(&elsewhere, 3));
     advance(&mut a, Target::Time(0.1));
     advance(&mut b, Target::Time(0.1));
     for (here, there) in particles(&a).iter().zip(particles(&b)) {
-        let shifted = [0, 1].map(|axis| there.position[axis] - centre[axis]);
+        let shifted = [0, 1].map(|axis| there.position[axis] - center[axis]);
         // The sum with 12.5 keeps 50 bits of a place below 1.
         assert!(apart(here.position, shifted) <= 2e-15);
         assert_eq!(here.velocity, there.velocity);

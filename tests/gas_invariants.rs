@@ -1,4 +1,4 @@
-//! Law: the wall keeps each particle's speed and its angular momentum about the centre, and keeps it inside.
+//! Law: the wall keeps each particle's speed and its angular momentum about the center, and keeps it inside.
 //!
 //! Source: specular reflection in a circle.
 //! Setup: a thousand particles for thousands of hits each, exact and stepped; a single one, all of whose numbers are known.
@@ -70,10 +70,10 @@ fn control_the_scheme_as_printed_fails_the_same_judge() {
 
 #[test]
 fn control_off_the_origin_the_printed_mirror_turns_angular_momenta() {
-    let centre_m =
+    let center_m =
         [3.0, 1.0].map(|axis| kinetoscope_manifest::quantity::Finite::new(axis).unwrap());
     let literal = Propagation::Literal { time_step_s: positive(0.1) };
-    let mut gas = gas(&GasConfig { centre_m, ..long_run(literal) }, 14);
+    let mut gas = gas(&GasConfig { center_m, ..long_run(literal) }, 14);
     advance(&mut gas, Target::Time(100.0));
     let now = channel::<GasInvariants>(&gas);
     println!(

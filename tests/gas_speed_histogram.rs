@@ -21,7 +21,7 @@ fn drawn(speed_distribution: SpeedDistribution) -> GasConfig {
     GasConfig { particles: count(100_000), speed_distribution, ..GasConfig::default() }
 }
 
-/// Chi-square of counts against a density at the bins' centres.
+/// Chi-square of counts against a density at the bins' centers.
 fn chi_square(speeds: &GasSpeeds, law: &[f64]) -> f64 {
     let width = speeds.speed_m_per_s[1] - speeds.speed_m_per_s[0];
     let terms = speeds.density.iter().zip(law).map(|(measured, expected)| {
@@ -39,7 +39,7 @@ fn drawn_speeds_follow_their_law() {
     println!("uniform: {found}, against Maxwell {control}");
     assert!(found < 59.7);
     assert!(control > 59.7);
-    // Maxwell's law bends within a bin: its centre is off by f'' w^2 / 24, below 1e-3 of f, chi-square below 1.
+    // Maxwell's law bends within a bin: its center is off by f'' w^2 / 24, below 1e-3 of f, chi-square below 1.
     let maxwell = channel::<GasSpeeds>(&gas(&drawn(SpeedDistribution::Maxwell), 14));
     for law in [&maxwell.initial_law, &maxwell.maxwell] {
         let found = chi_square(&maxwell, law);
@@ -78,8 +78,8 @@ fn bins_stay_where_they_are() {
     let mut gas = gas(&GasConfig::default(), 1);
     let before = channel::<GasSpeeds>(&gas);
     let top = gas.scenery().speed_range_top;
-    for (bin, centre) in before.speed_m_per_s.iter().enumerate() {
-        assert!((centre - (bin as f64 + 0.5) * top / 30.0).abs() < 1e-12 * top);
+    for (bin, center) in before.speed_m_per_s.iter().enumerate() {
+        assert!((center - (bin as f64 + 0.5) * top / 30.0).abs() < 1e-12 * top);
     }
     advance(&mut gas, Target::Time(0.05));
     let after = channel::<GasSpeeds>(&gas);

@@ -18,8 +18,8 @@ use kinetoscope_recording::channels::{GasLedger, GasPressure, GasSpeeds, GasTemp
 use kinetoscope_recording::frame::Level;
 use kinetoscope_recording::scenery::{DrawnRadius, Wall};
 
-fn centred_at(centre: [f64; 2], config: GasConfig) -> GasConfig {
-    GasConfig { centre_m: centre.map(|axis| Finite::new(axis).unwrap()), ..config }
+fn centered_at(center: [f64; 2], config: GasConfig) -> GasConfig {
+    GasConfig { center_m: center.map(|axis| Finite::new(axis).unwrap()), ..config }
 }
 
 fn stepped(time_step: f64) -> Propagation {
@@ -46,9 +46,9 @@ fn written_particles_stand_where_they_are_written() {
 fn what_cannot_be_run_is_refused_in_words() {
     let outside = written(&[([0.0, 0.0], [1.0, 0.0]), ([0.8, 0.7], [0.0, 0.0])]);
     assert!(refusal(&outside).contains("particle 1 "), "{}", refusal(&outside));
-    // Outside is measured from the centre.
-    let moved = centred_at([5.0, 0.0], written(&[([0.0, 0.0], [1.0, 0.0])]));
-    assert!(refusal(&moved).contains("5 m from the centre"));
+    // Outside is measured from the center.
+    let moved = centered_at([5.0, 0.0], written(&[([0.0, 0.0], [1.0, 0.0])]));
+    assert!(refusal(&moved).contains("5 m from the center"));
     let fewer = GasConfig { particles: gas_runs::count(3), ..outside };
     assert!(refusal(&fewer).contains("must agree"));
     let default = GasConfig::default;
@@ -76,7 +76,7 @@ fn what_cannot_be_run_is_refused_in_words() {
         (GasConfig { duration_s: positive(1e9), ..default() }, "shorten duration_s"),
         (GasConfig { speed_scale: kelvin(1e300), ..default() }, "fastest particle"),
         (GasConfig { radius_m: positive(1e-200), ..default() }, "radius_m"),
-        (centred_at([1e12, 0.0], default()), "lose their digits"),
+        (centered_at([1e12, 0.0], default()), "lose their digits"),
         (written(&[([0.0, 0.0], [1e300, 0.0])]), "fastest particle"),
     ];
     for (config, words) in cases {
@@ -162,9 +162,9 @@ fn the_first_frame_says_what_runs() {
 #[test]
 fn the_drawing_is_the_container() {
     let config =
-        centred_at([2.0, -1.0], GasConfig { radius_m: positive(0.5), ..GasConfig::default() });
+        centered_at([2.0, -1.0], GasConfig { radius_m: positive(0.5), ..GasConfig::default() });
     let scenery = gas(&config, 1).scenery();
-    assert_eq!(scenery.walls, [Wall::Circle { centre: [2.0, -1.0], radius: 0.5 }]);
+    assert_eq!(scenery.walls, [Wall::Circle { center: [2.0, -1.0], radius: 0.5 }]);
     assert_eq!(scenery.view, [[1.5, -1.5], [2.5, -0.5]]);
     assert_eq!(scenery.drawn_radius, DrawnRadius::Fixed(0.006));
     assert!(scenery.arrows);

@@ -4,7 +4,7 @@
 //! particles a second leave at first. Several masses: each has the same temperature.
 //!
 //! Source: Berry and Klein, J. Phys. A 17, 1805 (1984); adiabatic exponent 2 in two dimensions; Maxwell, Phil. Trans. 170, 231 (1879);
-//! Knudsen's flux n <v> / pi on a metre of wall in two dimensions.
+//! Knudsen's flux n <v> / pi on a meter of wall in two dimensions.
 //! Setup: the document's gas, N from 1000 to 100000.
 //! Tolerance: rounding (1e-11) for what is exact, four standard errors for what is drawn, (u/v) for the slow wall.
 

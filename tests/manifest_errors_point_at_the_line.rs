@@ -132,7 +132,7 @@ error: `model.dem.restitution` and `model.dem.damping_n_s_per_m` exclude each ot
 }
 
 #[test]
-fn colour_is_asked_for() {
+fn color_is_asked_for() {
     let errors = parse(PLANTED, "planted.toml", &[]).unwrap_err();
     assert!(!errors.to_string().contains('\u{1b}'));
     assert!(errors.render(true).contains('\u{1b}'));

@@ -5,7 +5,7 @@
 //! - two bodies: their distance moves as one light body about a Sun with the mass of both.
 //!
 //! Source: Lagrange 1772 (the triangle; put into the equation: the two pulls on a corner add up to 3 G m / side^3 times its way
-//! to the centre); Chenciner and Montgomery, Ann. Math. 152, 881 (2000), with the start and period that C. Simo found, 8 digits.
+//! to the center); Chenciner and Montgomery, Ann. Math. 152, 881 (2000), with the start and period that C. Simo found, 8 digits.
 //! Setup: G m = 1 AU^3/day^2 and lengths of an AU, so that times are of the order of a day.
 //! Tolerance: at each test.
 //! Control: a start changed in its third digit, and explicit Euler, are rejected by the same judges.
@@ -51,7 +51,7 @@ fn seen(orbit: &Orbit) -> (Vec<[f64; 3]>, OrbitEnergy, OrbitConserved) {
     (positions, frame.get().unwrap(), frame.get().unwrap())
 }
 
-/// A corner of the triangle with corners a unit from the centre, an angle after the start.
+/// A corner of the triangle with corners a unit from the center, an angle after the start.
 fn corner(which: usize, angle: f64) -> [f64; 3] {
     let angle = angle + std::f64::consts::TAU / 3.0 * which as f64;
     [angle.cos(), angle.sin(), 0.0]
@@ -138,7 +138,7 @@ fn the_figure_eight_is_followed_by_all_three() {
     println!("figure eight, 20 periods of Verlet: {energy:?} {kept:?}");
     // Forces of a pair are opposite to the bit; what is left is the rounding of 20000 steps.
     assert!(kept.angular_momentum_change_ppm < 1e-7 && kept.momentum_au_per_day < 1e-13);
-    assert!(kept.centre_of_mass_au < 1e-12);
+    assert!(kept.center_of_mass_au < 1e-12);
     // Verlet's error is of the order (step / time scale)^2 and does not grow.
     assert!(energy.drift_ppm.abs() < 10.0);
     let (_, control, _) =
@@ -162,7 +162,7 @@ fn two_bodies_move_about_each_other_as_one_about_the_sun() {
     // The energy of the relative motion times m1 m2 / M^2.
     let relative = -0.000_148_822_178_837_004_19 * 0.75 * 0.25;
     assert!((energy.total_au2_per_day2 / relative - 1.0).abs() < 1e-11);
-    assert!(kept.centre_of_mass_au < 1e-13);
+    assert!(kept.center_of_mass_au < 1e-13);
 }
 
 #[test]

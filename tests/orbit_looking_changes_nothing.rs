@@ -135,7 +135,7 @@ fn frame_0_says_what_is_run_and_later_frames_are_silent() {
         "explicit-euler",
         "0.25 d",
         "1461 steps",
-        "barycentre",
+        "barycenter",
         "362.073 d",
         "0.99418 AU",
         "heliocentric",
@@ -182,6 +182,6 @@ fn the_view_holds_the_path() {
         }
         assert!(farthest > 0.5 * high[0], "{farthest} of {}", high[0]);
         assert_eq!(scenery.drawn_radius, DrawnRadius::Fixed(0.02 * (high[1] - low[1])));
-        assert_eq!(scenery.walls, [Wall::Body { centre: [0.0, 0.0], radius: 0.05 }]);
+        assert_eq!(scenery.walls, [Wall::Body { center: [0.0, 0.0], radius: 0.05 }]);
     }
 }

@@ -2,7 +2,7 @@
 //! Source: packing document ("región efectiva", `tcol`): hard discs in a rectangle.
 //! Setup: dilute to dense, elastic and not, frames by events and by times that have nothing to do with events.
 //! Tolerance: 1e-12 r, some ten grains of a coordinate in these boxes (side / 2 < 64, grain 7e-15).
-//! Control: one disc of a frame put 1e-9 r nearer to its closest neighbour, or 1e-9 r beyond a wall.
+//! Control: one disc of a frame put 1e-9 r nearer to its closest neighbor, or 1e-9 r beyond a wall.
 
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods)]

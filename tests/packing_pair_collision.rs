@@ -1,7 +1,7 @@
 //! Law: a pair collision turns the normal part g of the relative velocity into -alpha g, keeps its tangential part and the
 //! momentum; two discs meet at the time at which their distance is a diameter.
 //! Source: packing document, `colisiona` and `tcol`; closed form.
-//! Setup: two discs of radius 1 on the way to each other, head-on and off-centre by b: they meet when their distance along
+//! Setup: two discs of radius 1 on the way to each other, head-on and off-center by b: they meet when their distance along
 //! the relative velocity is sqrt(s^2 - b^2).
 //! Tolerance: 1e-13, some hundred roundings of numbers of order 1.
 //! Control: the outcome of another restitution is rejected.

@@ -105,7 +105,7 @@ fn compression_ends_at_the_pressure_that_was_asked_for() {
     let radius = look(&prepare(&config, 2, 0))[0].radius;
     let fraction = 0.8 * radius * radius;
     println!("Z = 8 is reached at fraction {fraction:.3}; Z(0.6) = 6.45, Z(0.65) = 8.41");
-    // Growing discs are a little out of equilibrium, and one window of 4 collisions a disc scatters by some per cent.
+    // Growing discs are a little out of equilibrium, and one window of 4 collisions a disc scatters by some percent.
     assert!(fraction > 0.58 && fraction < 0.66);
 }
 

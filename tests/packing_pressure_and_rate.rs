@@ -57,7 +57,7 @@ impl Sums {
 }
 
 /// 2000 discs at 0.1 in a box of side L = 250; after 10 events a disc 60 more are counted.
-/// The walls matter in two ways, both of first order in s/L: centres have only a^2, a = L - s, so that n = N / a^2; and a
+/// The walls matter in two ways, both of first order in s/L: centers have only a^2, a = L - s, so that n = N / a^2; and a
 /// disc within s of a wall has no partners behind it: the rate falls by the share 4 s / (pi a).
 /// Tolerance 1 %: those terms are 1.6 % and 1.0 % and the next are smaller by the fraction 0.1 each; counting 50,000 pairs
 /// gives 0.4 %. Control: the rate without g, 12 % lower, is rejected.
@@ -110,7 +110,7 @@ fn the_virial_and_the_rate_give_one_compressibility_factor() {
 /// by 0.1 %, slow fluctuations of the density by as much again); Henderson 1 % (the count inside scatters by 1.4 % a
 /// frame over some fifty independent ones, hence 0.2 %, and d ln P / d ln f = 1.9). A box of side a between walls of line
 /// tension gamma presses with P - 2 gamma / a; scaled particle theory (Helfand, Frisch, Lebowitz, J. Chem. Phys. 34, 1037,
-/// 1961) gives gamma = -kT f^2 / (pi r (1 - f)^2) at the line of centres, so that the walls feel P (1 + 2 f r / a).
+/// 1961) gives gamma = -kT f^2 / (pi r (1 - f)^2) at the line of centers, so that the walls feel P (1 + 2 f r / a).
 /// Control: Henderson at the mean fraction of the whole box, walls ignored, is rejected.
 #[test]
 fn the_pressure_is_hendersons_at_the_density_far_from_walls() {

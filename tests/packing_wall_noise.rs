@@ -1,7 +1,7 @@
 //! Law: a wall turns the outgoing direction by phi, normal with mean 0 and variance pi/1000; the speed is kept; the disc
 //! never goes back into the wall; nobody else's velocity changes.
 //! Source: packing document, section `pcolisiona` and equations 1 to 3; its code draws sqrt(pi/1000) N(0, 1).
-//! Setup: one disc on its way straight to a wall, 20,000 times: phi is the direction afterwards. A turn back would take
+//! Setup: one disc on its way straight to a wall, 20,000 times: phi is the direction afterward. A turn back would take
 //! phi > pi/2, 28 standard deviations. And a disc that grazes the wall, where a third of all angles would.
 //! Tolerance: (n - 1) S^2 / sigma^2 is chi-square with n - 1 degrees of freedom: S^2 / sigma^2 is within 4.5 standard
 //! deviations sqrt(2 / n) = 0.01 of 1; the mean within 4.5 sigma / sqrt(n). The fourth moment of a normal law is

@@ -23,10 +23,10 @@ fn positions(seed: u64) -> Generator {
     Seed { seed, replicate: 0 }.stream(Stream::Positions)
 }
 
-fn overlaps(centres: &[[f64; 2]], radii: &[f64]) -> bool {
-    (0..centres.len()).any(|first| {
+fn overlaps(centers: &[[f64; 2]], radii: &[f64]) -> bool {
+    (0..centers.len()).any(|first| {
         (0..first).any(|second| {
-            let apart = [0, 1].map(|axis| centres[first][axis] - centres[second][axis]);
+            let apart = [0, 1].map(|axis| centers[first][axis] - centers[second][axis]);
             let reach = radii[first] + radii[second];
             apart[0] * apart[0] + apart[1] * apart[1] < reach * reach
         })
@@ -34,11 +34,11 @@ fn overlaps(centres: &[[f64; 2]], radii: &[f64]) -> bool {
 }
 
 /// Inside, but for the rounding of `min + radius + (width - 2 radius) u` at coordinates of size 200.
-fn inside(rectangle: Rectangle, centres: &[[f64; 2]], radii: &[f64]) -> bool {
-    centres.iter().zip(radii).all(|(centre, radius)| {
+fn inside(rectangle: Rectangle, centers: &[[f64; 2]], radii: &[f64]) -> bool {
+    centers.iter().zip(radii).all(|(center, radius)| {
         [0, 1].iter().all(|&axis| {
-            centre[axis] - radius >= rectangle.min[axis] - 1e-13
-                && centre[axis] + radius <= rectangle.max[axis] + 1e-13
+            center[axis] - radius >= rectangle.min[axis] - 1e-13
+                && center[axis] + radius <= rectangle.max[axis] + 1e-13
         })
     })
 }
@@ -65,11 +65,11 @@ fn no_disc_overlaps_another_or_juts_out() {
     for (rectangle, radii, at_least) in runs {
         assert!(filled(rectangle, radii) > at_least, "the test is to be crowded");
         for seed in 0..3 {
-            let centres =
+            let centers =
                 random_sequential_addition(rectangle, radii, &mut positions(seed)).unwrap();
-            assert_eq!(centres.len(), radii.len());
-            assert!(!overlaps(&centres, radii));
-            assert!(inside(rectangle, &centres, radii));
+            assert_eq!(centers.len(), radii.len());
+            assert!(!overlaps(&centers, radii));
+            assert!(inside(rectangle, &centers, radii));
         }
     }
 }
@@ -94,7 +94,7 @@ fn the_same_stream_gives_the_same_places_and_another_seed_others() {
 #[test]
 fn what_does_not_fit_is_refused() {
     let small = Rectangle { min: [0.0, 0.0], max: [3.0, 3.0] };
-    // Two unit discs need 2 between centres; the centres' square has a diagonal of 1.41.
+    // Two unit discs need 2 between centers; the centers' square has a diagonal of 1.41.
     let jammed = random_sequential_addition(small, &[1.0, 1.0], &mut positions(1));
     assert_eq!(jammed, Err(Jammed { placed: 1 }));
     let too_large = random_sequential_addition(small, &[1.0, 1.6], &mut positions(1));
@@ -105,16 +105,16 @@ fn what_does_not_fit_is_refused() {
     assert_eq!(random_sequential_addition(small, &[], &mut positions(1)), Ok(vec![]));
 }
 
-/// The first disc's place, as shares of the room that its centre has, for 20000 seeds.
+/// The first disc's place, as shares of the room that its center has, for 20000 seeds.
 #[allow(clippy::unwrap_used)] // a failed placement fails the test
 fn places_of_one_disc(radius: f64) -> Vec<[f64; 2]> {
     (0..20_000)
         .map(|seed| {
-            let centre =
+            let center =
                 random_sequential_addition(STRIP, &[radius], &mut positions(seed)).unwrap()[0];
             [0, 1].map(|axis| {
                 let room = STRIP.max[axis] - STRIP.min[axis] - 2.0 * radius;
-                (centre[axis] - STRIP.min[axis] - radius) / room
+                (center[axis] - STRIP.min[axis] - radius) / room
             })
         })
         .collect()
@@ -134,17 +134,17 @@ fn one_disc_alone_is_uniform() {
     assert!((product / 20_000.0).abs() < 5.0 / 12.0 / 20_000_f64.sqrt());
 }
 
-/// Two discs in a corridor of their own width: the first one's place closes a length of 4 to the second one's centre, which
+/// Two discs in a corridor of their own width: the first one's place closes a length of 4 to the second one's center, which
 /// is uniform over what is left on both sides.
 #[test]
 fn the_second_disc_is_uniform_over_the_free_room() {
     let corridor = Rectangle { min: [0.0, 0.0], max: [20.0, 2.0] };
     let shares = (0..20_000)
         .map(|seed| {
-            let centres =
+            let centers =
                 random_sequential_addition(corridor, &[1.0, 1.0], &mut positions(seed)).unwrap();
-            let [first, second] = [centres[0][0], centres[1][0]];
-            // Centres have [1, 19]; the first one closes (first - 2, first + 2).
+            let [first, second] = [centers[0][0], centers[1][0]];
+            // Centers have [1, 19]; the first one closes (first - 2, first + 2).
             let below = if first > 3.0 { first - 2.0 - 1.0 } else { 0.0 };
             let above = if first < 17.0 { 19.0 - (first + 2.0) } else { 0.0 };
             let place = if second < first { second - 1.0 } else { below + second - (first + 2.0) };
@@ -164,11 +164,11 @@ fn a_lattice_fits_or_is_refused() {
         (STRIP, 0.5, 600),
         (STRIP, 1.75, 57),
     ] {
-        let centres = square_lattice(rectangle, radius, count).unwrap();
+        let centers = square_lattice(rectangle, radius, count).unwrap();
         let radii = vec![radius; count];
-        assert_eq!(centres.len(), count);
-        assert!(!overlaps(&centres, &radii), "{rectangle:?} {radius} {count}");
-        assert!(inside(rectangle, &centres, &radii), "{rectangle:?} {radius} {count}");
+        assert_eq!(centers.len(), count);
+        assert!(!overlaps(&centers, &radii), "{rectangle:?} {radius} {count}");
+        assert!(inside(rectangle, &centers, &radii), "{rectangle:?} {radius} {count}");
     }
     assert_eq!(square_lattice(SQUARE, 1.0, 401), None);
     assert_eq!(square_lattice(STRIP, 1.76, 1), None);

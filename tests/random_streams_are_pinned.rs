@@ -6,7 +6,7 @@
 //! Tolerance: none for uniform numbers; 4e-15 for normal ones, since the rounding of an angle of up to 2 pi, 1e-15 with
 //! that of the factor 2 pi, moves a point at a radius of up to 3; and then their bits. Statistics: 5 standard errors of
 //! each estimator, derived at the test; the seeds are fixed, so a test that passes always passes.
-//! Controls: numbers that are pushed off their law by a few per cent, and a stream beside itself, are rejected.
+//! Controls: numbers that are pushed off their law by a few percent, and a stream beside itself, are rejected.
 
 // Statistics in tests are not part of any recording; references keep all their digits.
 #![allow(clippy::disallowed_methods, clippy::excessive_precision)]
@@ -209,7 +209,7 @@ fn looks_uniform(numbers: &[f64]) -> bool {
         && kolmogorov_smirnov(numbers.to_vec()) < CRITICAL
 }
 
-/// Products of neighbours about the middle: mean 0, variance (1/12)^2.
+/// Products of neighbors about the middle: mean 0, variance (1/12)^2.
 fn looks_independent(first: &[f64], second: &[f64]) -> bool {
     let products = first.iter().zip(second).map(|(a, b)| (a - 0.5) * (b - 0.5));
     within(products, 0.0, 1.0 / 144.0)
@@ -260,7 +260,7 @@ fn normal_numbers_are_normal_and_independent() {
         let pairs: Vec<[f64; 2]> = (0..100_000).map(|_| generator.normal_pair()).collect();
         assert!(looks_normal(&pairs), "{replicate}");
         let wide: Vec<[f64; 2]> = pairs.iter().map(|pair| pair.map(|x| 1.02 * x)).collect();
-        assert!(!looks_normal(&wide), "control: two per cent too wide");
+        assert!(!looks_normal(&wide), "control: two percent too wide");
         let tied: Vec<[f64; 2]> =
             pairs.iter().map(|&[x, y]| [x, 0.05 * x + 0.998_75 * y]).collect();
         assert!(!looks_normal(&tied), "control: a pair that hangs together by 5 %");

@@ -128,7 +128,7 @@ fn open_to_all(_: &Path) {}
 
 #[test]
 #[ignore = "needs other builds of run-experiment, their paths in OTHER_BUILDS, colons between"]
-fn builds_with_and_without_optimisation_give_the_same_bytes() {
+fn builds_with_and_without_optimization_give_the_same_bytes() {
     let reference = recordings(Path::new(env!("CARGO_BIN_EXE_run-experiment")), "2");
     let builds = std::env::var("OTHER_BUILDS").expect("OTHER_BUILDS names the other builds");
     for build in builds.split(':') {

@@ -118,7 +118,7 @@ mod with_a_server {
             assert_eq!(self.waiting(), 0);
         }
 
-        fn analyse(&self, path: &str, output: &str) -> Output {
+        fn analyze(&self, path: &str, output: &str) -> Output {
             let program = Path::new(PROGRAM).with_file_name("analyze-recordings");
             assert!(program.exists(), "cargo build --features object-storage makes it");
             let mut command = self.server.command(program.to_str().unwrap());
@@ -137,7 +137,7 @@ mod with_a_server {
 
     #[test]
     #[ignore = "needs moto_server of the Python package moto"]
-    fn a_sweep_arrives_whole_and_is_analysed_there() {
+    fn a_sweep_arrives_whole_and_is_analyzed_there() {
         let bench = Bench::new(SWEEP, Wire::Cut);
         let first = bench.run(&["--jobs", "2"]);
         assert_eq!(first.status.code(), Some(0), "{}", words(&first));
@@ -151,9 +151,9 @@ mod with_a_server {
         let said = words(&again);
         assert!(said.contains("Nothing to do") && !said.contains("Put "), "{said}");
 
-        let remote = bench.analyse("s3://bucket/kept", "remote");
+        let remote = bench.analyze("s3://bucket/kept", "remote");
         assert_eq!(remote.status.code(), Some(0), "{}", words(&remote));
-        assert_eq!(bench.analyse("alone", "local").status.code(), Some(0));
+        assert_eq!(bench.analyze("alone", "local").status.code(), Some(0));
         let read = |output: &str| {
             let csv = format!("{output}/export/{}/state.csv", stem(&bench));
             [format!("{output}/metrics.json"), format!("{output}/report.html"), csv]
@@ -234,7 +234,7 @@ mod with_a_server {
         assert!(words(&cut).contains(&format!("{waiting} recordings wait in")), "{}", words(&cut));
         let away = bench.run(&[]);
         assert_eq!(away.status.code(), Some(75), "{}", words(&away));
-        assert_eq!(bench.analyse("s3://bucket/kept", "remote").status.code(), Some(75));
+        assert_eq!(bench.analyze("s3://bucket/kept", "remote").status.code(), Some(75));
 
         bench.server.allow(i64::MAX);
         let back = bench.run(&[]);
@@ -258,7 +258,7 @@ mod with_a_server {
             assert_eq!(output.status.code(), Some(2), "{}", words(&output));
             assert!(words(&output).contains(why), "{}", words(&output));
             assert!(!bench.path("spool").exists(), "nothing was written");
-            assert_eq!(bench.analyse(address, "remote").status.code(), Some(2));
+            assert_eq!(bench.analyze(address, "remote").status.code(), Some(2));
         }
         let output = bench.run(&["--executor", "slurm"]);
         assert_eq!(output.status.code(), Some(2));

@@ -1,4 +1,4 @@
-//! Promise: with `--analyze` a task has its recordings analysed where they are made, by the program beside its own; an analysis
+//! Promise: with `--analyze` a task has its recordings analyzed where they are made, by the program beside its own; an analysis
 //! that fails loses no run. The analysis here is a script that writes down what it is asked.
 
 #![cfg(unix)]
@@ -33,7 +33,7 @@ fn each_task_hands_its_recordings_to_the_analysis() {
     let list = path("commands");
     let exported = run(&["--runs-per-task", "2", "--export-commands", list.to_str().unwrap()]);
     assert!(exported.status.success());
-    assert!(!log.exists(), "who gives tasks analyses nothing");
+    assert!(!log.exists(), "who gives tasks analyzes nothing");
     for command in fs::read_to_string(&list).unwrap().lines() {
         assert!(Command::new("sh").args(["-c", command]).status().unwrap().success());
     }
@@ -44,5 +44,5 @@ fn each_task_hands_its_recordings_to_the_analysis() {
     script("exit 5");
     let again = run(&["--force"]);
     assert_eq!(again.status.code(), Some(0));
-    assert!(String::from_utf8_lossy(&again.stderr).contains("not all recordings were analysed"));
+    assert!(String::from_utf8_lossy(&again.stderr).contains("not all recordings were analyzed"));
 }

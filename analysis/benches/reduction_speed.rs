@@ -47,7 +47,7 @@ fn main() {
         let path = folder.path().join(format!("{model}.mcap"));
         record(&path, model, config, scale);
         let pairs: Vec<[f64; 2]> = (0..PAIRS)
-            .map(|_| [speed(|| analyse(&path, threads)), speed(|| read_bare(&path, threads))])
+            .map(|_| [speed(|| analyze(&path, threads)), speed(|| read_bare(&path, threads))])
             .collect();
         let median = |of: &dyn Fn(&[f64; 2]) -> f64| {
             let mut values: Vec<f64> = pairs.iter().map(of).collect();
@@ -70,9 +70,9 @@ fn speed(work: impl Fn()) -> f64 {
     GIGABYTES / start.elapsed().as_secs_f64()
 }
 
-fn analyse(path: &Path, threads: NonZeroUsize) {
+fn analyze(path: &Path, threads: NonZeroUsize) {
     let open = run::open(path).map_err(|error| error.0).unwrap();
-    let found = run::analyse(&open, Vec::new(), true, &[], threads).map_err(|error| error.0);
+    let found = run::analyze(&open, Vec::new(), true, &[], threads).map_err(|error| error.0);
     assert_eq!(found.unwrap().frames, FRAMES);
 }
 

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 pub struct Verdict {
     /// Whether it holds.
     pub holds: bool,
-    /// Whose judgement it is.
+    /// Whose judgment it is.
     pub judge: Judge,
     /// The metric, and where.
     pub subject: String,
@@ -18,7 +18,7 @@ pub struct Verdict {
     pub finding: String,
 }
 
-/// Whose judgement a verdict is.
+/// Whose judgment a verdict is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Judge {
     /// A check of the manifest or of a file.
@@ -175,7 +175,7 @@ fn place_text(metric: &Metric) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalogue::Definition;
+    use crate::catalog::Definition;
     use crate::metrics::SweepPlace;
 
     const SLOPE: &Definition =

@@ -5,10 +5,10 @@ use crate::export::{self, Form};
 use crate::files::{self, WriteError};
 use crate::input::{BadPath, Source};
 use crate::memory::Memory;
-use crate::report::{self, Report, Wishes, analyse};
+use crate::report::{self, Report, Wishes, analyze};
 use crate::table::{Terminal, Tone};
 use crate::thumbnail::{PictureForm, ThumbnailError, Wish, thumbnail};
-use crate::{catalogue, ci, input};
+use crate::{catalog, ci, input};
 use clap::Parser;
 use kinetoscope_manifest::{Check, parse_checks};
 use kinetoscope_recording::error::ReadError;
@@ -21,7 +21,7 @@ const EXIT_CODES: &str = "Exit codes:
   0    done, and all checks hold
   2    bad arguments or checks file
   3    a check failed or its metric is missing, or a metric has moved from the baseline
-  5    some input is unreadable; the rest was analysed
+  5    some input is unreadable; the rest was analyzed
   75   the results can't be written: the same command again may succeed";
 
 /// Derive numbers with errors, plots and verdicts from recordings alone
@@ -46,10 +46,10 @@ struct Arguments {
     /// sweep's coordinates (in a program built with `--features parquet`)
     #[arg(long)]
     table: bool,
-    /// Read all recordings, also those that have not changed since they were analysed last
+    /// Read all recordings, also those that have not changed since they were analyzed last
     #[arg(long)]
     fresh: bool,
-    /// Remember in the folder `.analysed` what was found, and write nothing else: what a task of a cluster does, so that the
+    /// Remember in the folder `.analyzed` what was found, and write nothing else: what a task of a cluster does, so that the
     /// analysis of the whole sweep reads no recording again
     #[arg(long, conflicts_with_all = ["checks", "export", "baseline", "junit", "github", "output"])]
     remember: bool,
@@ -99,7 +99,7 @@ pub enum Exit {
     Usage = 2,
     /// A check failed, or its metric is missing.
     CheckFailed = 3,
-    /// Some input is unreadable; the rest was analysed.
+    /// Some input is unreadable; the rest was analyzed.
     Unreadable = 5,
     /// The output can't be written; the same command may succeed later.
     Retry = 75,
@@ -108,7 +108,7 @@ pub enum Exit {
 /// Width of a table that goes to a file or a pipe.
 const PLAIN_WIDTH: usize = 100;
 
-/// Reads the command line, analyses and reports.
+/// Reads the command line, analyzes and reports.
 #[must_use]
 pub fn main() -> Exit {
     let arguments = match Arguments::try_parse() {
@@ -130,7 +130,7 @@ pub fn main() -> Exit {
 
 fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
     if arguments.metrics {
-        print(&catalogue::reference());
+        print(&catalog::reference());
         return Ok(Exit::Done);
     }
     if let Some(file) = &arguments.picture.thumbnail {
@@ -173,7 +173,7 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
             memory: Memory::beside(&folder),
             fresh: arguments.fresh,
         };
-        let mut report = analyse(&mut source, &wishes);
+        let mut report = analyze(&mut source, &wishes);
         if let Some(at) = baselines.iter().position(|old| old.experiment == report.name) {
             report.compare(&baselines.remove(at));
         }
@@ -349,8 +349,8 @@ fn terminal() -> Terminal {
     let size = terminal_size::terminal_size().filter(|_| interactive);
     let columns = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
     let width = size.map(|(width, _)| usize::from(width.0)).or(columns).unwrap_or(PLAIN_WIDTH);
-    let colours = interactive && std::env::var_os("NO_COLOR").is_none();
-    Terminal { width: width.max(40), colours }
+    let colors = interactive && std::env::var_os("NO_COLOR").is_none();
+    Terminal { width: width.max(40), colors }
 }
 
 /// Prints; a reader that went away (`| head`) is no error.

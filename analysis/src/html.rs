@@ -133,7 +133,7 @@ fn timing(table: &TimingTable) -> String {
          <th>standard deviation/s</th><th>median/s</th><th>steps or events/s</th></tr></thead>\n<tbody>\n",
         escaped(&table.machine)
     );
-    let labelled =
+    let labeled =
         |label: &str, value: String| format!("<td data-label=\"{label}\">{}</td>", escaped(&value));
     let named = |coordinates: &[Coordinate]| match label(coordinates) {
         place if place.is_empty() => "all".to_owned(),
@@ -145,10 +145,10 @@ fn timing(table: &TimingTable) -> String {
             text,
             "<tr><td>{}</td>{}{}{}{}</tr>",
             breakable(&place),
-            labelled("mean/s", four_digits(point.mean_s)),
-            labelled("deviation/s", four_digits(point.standard_deviation_s)),
-            labelled("median/s", four_digits(point.median_s)),
-            labelled("per second", four_digits(point.steps_or_events_per_s)),
+            labeled("mean/s", four_digits(point.mean_s)),
+            labeled("deviation/s", four_digits(point.standard_deviation_s)),
+            labeled("median/s", four_digits(point.median_s)),
+            labeled("per second", four_digits(point.steps_or_events_per_s)),
         );
     }
     text += "</tbody>\n</table>\n";
@@ -165,8 +165,8 @@ fn timing(table: &TimingTable) -> String {
                 text,
                 "<tr><td>{}</td>{}{}</tr>",
                 breakable(&named(&ratio.coordinates)),
-                labelled("mean", with_error(ratio.mean, Some(ratio.standard_error))),
-                labelled("median", four_digits(ratio.median)),
+                labeled("mean", with_error(ratio.mean, Some(ratio.standard_error))),
+                labeled("median", four_digits(ratio.median)),
             );
         }
         text += "</tbody>\n</table>\n";
@@ -183,17 +183,17 @@ fn four_digits(value: f64) -> String {
 fn number(metric: &Metric) -> String {
     let unit = if metric.unit() == "1" { "" } else { metric.unit() };
     let theory = metric.theory.map_or_else(String::new, six_digits);
-    let labelled = |label: &str, text: &str| {
+    let labeled = |label: &str, text: &str| {
         let label = if text.is_empty() { "" } else { label };
         format!("<td data-label=\"{label}\">{}</td>", escaped(text))
     };
     format!(
         "<tr><td>{}</td>{}{}{}{}</tr>\n",
         breakable(metric.name()),
-        labelled("", &with_error(metric.value, metric.standard_error)),
-        labelled("", unit),
-        labelled("theory", &theory),
-        labelled("apart", &apart(metric)),
+        labeled("", &with_error(metric.value, metric.standard_error)),
+        labeled("", unit),
+        labeled("theory", &theory),
+        labeled("apart", &apart(metric)),
     )
 }
 

@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// Name of the file beside the recordings that says what they are.
 pub const SIDE_CAR: &str = "experiment.toml";
 
-/// Recordings that are analysed together: those of one folder.
+/// Recordings that are analyzed together: those of one folder.
 #[derive(Debug)]
 pub struct Source {
     /// Where the folder is.
@@ -39,7 +39,7 @@ pub struct Source {
     pub unreadable: Vec<String>,
 }
 
-/// A path that names nothing to analyse, with the user's next step.
+/// A path that names nothing to analyze, with the user's next step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadPath {
     /// Why.

@@ -11,7 +11,7 @@ pub mod memory;
 mod remote;
 pub mod run;
 
-pub mod catalogue;
+pub mod catalog;
 pub mod laws;
 pub mod measurement;
 pub mod observables;

@@ -1,6 +1,6 @@
 //! A number that was found in one recording.
 
-use crate::catalogue::Definition;
+use crate::catalog::Definition;
 use crate::laws::Law;
 use crate::statistics::Estimate;
 

@@ -1,7 +1,7 @@
 //! What was found in a recording, remembered beside the results: a sweep is put together again without reading recordings
 //! that have not changed.
 
-use crate::catalogue;
+use crate::catalog;
 use crate::figures::Figures;
 use crate::files;
 use crate::measurement::Measurement;
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Folder of the remembered analyses, beside the results. It can be deleted at any time.
-pub const FOLDER: &str = ".analysed";
+pub const FOLDER: &str = ".analyzed";
 
 /// What must be the same for an analysis to be taken from memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -167,8 +167,8 @@ fn number(measurement: &Measurement) -> Number {
 }
 
 fn measurement(model: &str, number: &Number) -> Option<Measurement> {
-    let named = |definition: &&&catalogue::Definition| definition.name == number.name;
-    let definition = catalogue::of_model(model).iter().find(named)?;
+    let named = |definition: &&&catalog::Definition| definition.name == number.name;
+    let definition = catalog::of_model(model).iter().find(named)?;
     let law = number.law.and_then(|law| definition.laws.get(law)).copied();
     let estimate = Estimate { value: number.value, standard_error: number.standard_error };
     Some(Measurement::new(definition, estimate).against_law(number.theory, law))

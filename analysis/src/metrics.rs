@@ -1,6 +1,6 @@
 //! All numbers of an experiment, as JSON and as CSV.
 
-use crate::catalogue::Definition;
+use crate::catalog::Definition;
 use crate::coordinates;
 use crate::run::RunAnalysis;
 use kinetoscope_manifest::Coordinate;
@@ -193,7 +193,7 @@ pub(crate) fn in_standard_errors(metric: &Metric) -> Option<f64> {
 /// The text of `metrics.json`: the same recordings give the same bytes.
 ///
 /// # Errors
-/// None that is known; the serialiser's own.
+/// None that is known; the serializer's own.
 pub fn to_json(experiment: &str, model: &str, metrics: &[Metric]) -> serde_json::Result<String> {
     let metrics = metrics.iter().map(Entry::of).collect();
     let document = Document { schema: SCHEMA, experiment, model, metrics };

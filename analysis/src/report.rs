@@ -45,7 +45,7 @@ const MOST_RUNS_DRAWN: usize = 6;
 /// In a longer sweep the terminal shows fits alone; everything is in the files.
 const MOST_POINTS_SHOWN: usize = 6;
 
-/// How recordings are to be analysed.
+/// How recordings are to be analyzed.
 #[derive(Clone, Debug, Default)]
 pub struct Wishes {
     /// Checks beside the experiment's own.
@@ -58,7 +58,7 @@ pub struct Wishes {
     pub fresh: bool,
 }
 
-/// One recording to be analysed.
+/// One recording to be analyzed.
 struct Task {
     run: OpenRun,
     coordinates: Vec<Coordinate>,
@@ -67,7 +67,7 @@ struct Task {
 
 impl Task {
     /// From memory where the recording is unchanged, else by reading it.
-    fn analyse(&self, wishes: &Wishes, threads: NonZeroUsize) -> Result<RunAnalysis, Unreadable> {
+    fn analyze(&self, wishes: &Wishes, threads: NonZeroUsize) -> Result<RunAnalysis, Unreadable> {
         let Self { run, coordinates, with_figures } = self;
         let (figures, pictures_at) = (*with_figures, &wishes.pictures_at);
         let recalled = wishes
@@ -78,7 +78,7 @@ impl Task {
         if let Some(found) = recalled {
             return Ok(found);
         }
-        let found = run::analyse(run, coordinates.clone(), figures, pictures_at, threads)?;
+        let found = run::analyze(run, coordinates.clone(), figures, pictures_at, threads)?;
         if let Some(memory) = &wishes.memory {
             memory.keep(run, &found, figures, pictures_at);
         }
@@ -97,7 +97,7 @@ fn analyse_all(tasks: &[Task], wishes: &Wishes) -> Vec<Result<RunAnalysis, Unrea
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let Some(task) = tasks.get(index) else { return found };
-            found.push((index, task.analyse(wishes, threads)));
+            found.push((index, task.analyze(wishes, threads)));
         }
     };
     let mut found: Vec<_> = thread::scope(|scope| {
@@ -133,7 +133,7 @@ pub fn remember(source: &mut Source, wishes: &Wishes) -> Vec<String> {
     source.unreadable.drain(..).chain(unread).collect()
 }
 
-/// The recordings that the analysis of a whole experiment draws where all runs are there: see [`analyse`].
+/// The recordings that the analysis of a whole experiment draws where all runs are there: see [`analyze`].
 fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
     let mut drawn: Vec<(&[Coordinate], String)> = Vec::new();
     for run in &record.runs {
@@ -149,7 +149,7 @@ fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
 
 /// Analyses the recordings of one folder.
 #[must_use]
-pub fn analyse(source: &mut Source, wishes: &Wishes) -> Report {
+pub fn analyze(source: &mut Source, wishes: &Wishes) -> Report {
     let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
     let tasks: Vec<Task> = source
         .open()

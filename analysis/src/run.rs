@@ -140,7 +140,7 @@ pub fn opened(recording: Recording) -> Result<OpenRun, Unreadable> {
 ///
 /// # Errors
 /// A recording of which not even the first frame could be read.
-pub fn analyse(
+pub fn analyze(
     run: &OpenRun,
     coordinates: Vec<Coordinate>,
     with_figures: bool,

@@ -73,8 +73,8 @@ pub fn standard_deviation(values: &[f64]) -> Option<f64> {
     if values.len() < 2 {
         return None;
     }
-    let centre = mean(values)?;
-    let squares: Sum = values.iter().map(|value| (value - centre) * (value - centre)).collect();
+    let center = mean(values)?;
+    let squares: Sum = values.iter().map(|value| (value - center) * (value - center)).collect();
     Some((squares.value() / (values.len() - 1) as f64).sqrt())
 }
 
@@ -365,7 +365,7 @@ mod tests {
 
     /// Law: the 95 % interval, value +- 1.96 errors, covers the mean of correlated noise in 92 to 98 of 100 cases. Setup: 1000
     /// series each of 4096 and of 16384 entries, x(i+1) = rho x(i) + sqrt(1 - rho^2) g. The binomial scatter is 0.7 %; a blocking
-    /// error has a scatter of its own, which takes about a per cent off. Control: the plain error s/sqrt(n) covers far less.
+    /// error has a scatter of its own, which takes about a percent off. Control: the plain error s/sqrt(n) covers far less.
     #[test]
     fn the_95_per_cent_interval_covers_correlated_noise() {
         const SERIES: u32 = 1000;

@@ -3,7 +3,7 @@
 //! Points of a sweep share their random draws, so that the scatter of points about a fit says nothing of its error. Each
 //! replicate is fitted on its own, and the error is that of the mean over replicates; with one replicate it is unknown.
 
-use crate::catalogue::{Definition, sweep as metric};
+use crate::catalog::{Definition, sweep as metric};
 use crate::coordinates::{self, grouped, without};
 use crate::laws::{gas, orbit};
 use crate::metrics::{Metric, Place, SweepPlace};

@@ -8,11 +8,11 @@ use crate::plot::{short_number, three_digits};
 pub struct Terminal {
     /// Characters in a line.
     pub width: usize,
-    /// Whether colours may be used.
-    pub colours: bool,
+    /// Whether colors may be used.
+    pub colors: bool,
 }
 
-/// What a text is, for its colour.
+/// What a text is, for its color.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
     /// A heading.
@@ -26,10 +26,10 @@ pub enum Tone {
 }
 
 impl Terminal {
-    /// The text in its colour, where colours may be used.
+    /// The text in its color, where colors may be used.
     #[must_use]
     pub fn paint(&self, tone: Tone, text: &str) -> String {
-        if !self.colours {
+        if !self.colors {
             return text.to_owned();
         }
         let code = match tone {
@@ -167,7 +167,7 @@ fn row(metric: &Metric) -> [String; 4] {
     [metric.name().to_owned(), value, theory, apart(metric)]
 }
 
-/// Deviation from theory, in standard errors where these are known and tell something, else in per cent or as a factor;
+/// Deviation from theory, in standard errors where these are known and tell something, else in percent or as a factor;
 /// "rounding" where it is no more.
 #[must_use]
 pub fn apart(metric: &Metric) -> String {
@@ -194,7 +194,7 @@ pub fn apart(metric: &Metric) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalogue::Definition;
+    use crate::catalog::Definition;
     use crate::metrics::{Place, SweepPlace};
 
     #[test]
@@ -228,12 +228,12 @@ mod tests {
             source: String::new(),
             place,
         };
-        let text = table(&[&metric], Terminal { width: 60, colours: false });
+        let text = table(&[&metric], Terminal { width: 60, colors: false });
         for line in text.lines() {
             assert!(line.chars().count() <= 60, "{line}");
         }
         assert!(text.contains("−1.23(23)·10⁻²³ N/(m K)") && text.contains("−5.4 σ"), "{text}");
-        let wide = table(&[&metric], Terminal { width: 120, colours: false });
+        let wide = table(&[&metric], Terminal { width: 120, colors: false });
         assert_eq!(wide.lines().count(), 2);
     }
 }

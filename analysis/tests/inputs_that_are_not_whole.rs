@@ -1,4 +1,4 @@
-//! Promise: what can't be read is named with the reason and what was still read, the rest is analysed, and the exit code says so.
+//! Promise: what can't be read is named with the reason and what was still read, the rest is analyzed, and the exit code says so.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 mod synthetic;
@@ -43,7 +43,7 @@ fn frames(run: &RunManifest) -> Frames {
 }
 
 #[test]
-fn foreign_and_empty_files_are_named_and_the_rest_is_analysed() {
+fn foreign_and_empty_files_are_named_and_the_rest_is_analyzed() {
     let folder = Folder::write(MANIFEST, frames);
     fs::write(folder.file(0), b"not a recording").unwrap();
     fs::write(folder.file(1), b"").unwrap();
@@ -145,7 +145,7 @@ fn a_broken_side_car_is_named_and_the_recordings_are_read() {
 }
 
 #[test]
-fn models_that_are_mixed_are_each_analysed() {
+fn models_that_are_mixed_are_each_analyzed() {
     let folder = Folder::write(MANIFEST, frames);
     let orbit = parse("name = \"orbit\"\n[model.orbit]\n", "orbit.toml", &[]).unwrap();
     let mut frame = Frame::new();

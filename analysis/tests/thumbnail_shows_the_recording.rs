@@ -1,4 +1,4 @@
-//! Promise: a thumbnail shows what was recorded, at its place and in its colour; it moves through the recording from its first
+//! Promise: a thumbnail shows what was recorded, at its place and in its color; it moves through the recording from its first
 //! frame to its last; and the same recording gives the same bytes.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 type Rgb = [u8; 3];
 
-/// The colours of rest and of the top speed: the ends of the drawing's colour map.
+/// The colors of rest and of the top speed: the ends of the drawing's color map.
 const AT_REST: Rgb = [0x39, 0x6f, 0xc8];
 const FASTEST: Rgb = [0xff, 0xe4, 0x30];
 const WHITE: Rgb = [0xff; 3];
@@ -114,23 +114,23 @@ fn pictures(file: &[u8]) -> (Vec<Vec<Rgb>>, usize) {
     (shown, width)
 }
 
-/// Rows of a picture inside of the box, without the colour bar below it: the box is as high as wide.
+/// Rows of a picture inside of the box, without the color bar below it: the box is as high as wide.
 fn inside(picture: &[Rgb], width: usize) -> &[Rgb] {
     &picture[..width * width]
 }
 
-/// The mean place of the pixels of a colour in px, and their number.
-fn place(picture: &[Rgb], width: usize, colour: Rgb) -> ([f64; 2], usize) {
-    let found = inside(picture, width).iter().enumerate().filter(|(_, pixel)| **pixel == colour);
+/// The mean place of the pixels of a color in px, and their number.
+fn place(picture: &[Rgb], width: usize, color: Rgb) -> ([f64; 2], usize) {
+    let found = inside(picture, width).iter().enumerate().filter(|(_, pixel)| **pixel == color);
     let found: Vec<[f64; 2]> =
         found.map(|(index, _)| [(index % width) as f64, (index / width) as f64]).collect();
-    assert!(!found.is_empty(), "no pixel has the colour {colour:?}");
+    assert!(!found.is_empty(), "no pixel has the color {color:?}");
     let mean = |axis: usize| found.iter().map(|at| at[axis]).sum::<f64>() / found.len() as f64;
     ([mean(0), mean(1)], found.len())
 }
 
 #[test]
-fn each_disc_lies_where_it_was_recorded_in_its_colour() {
+fn each_disc_lies_where_it_was_recorded_in_its_color() {
     let (shown, width) = pictures(&drawn("moving.png", &["--thumbnail-frames", "9"]));
     assert_eq!(shown.len(), FRAMES as usize);
     assert_eq!(shown[0][width + 1], WHITE, "the ground");
@@ -138,8 +138,8 @@ fn each_disc_lies_where_it_was_recorded_in_its_colour() {
     let (fixed, pixels) = place(&shown[0], width, AT_REST);
     let ends = [&shown[0], &shown[8]].map(|picture| place(picture, width, FASTEST).0[0]);
     let scale = (ends[1] - ends[0]) / 2.0;
-    // The box of 4 m and a margin of 3 % on both sides fill the width, but for what the colour bar's letters need.
-    assert!((scale * 4.0 * 1.06 / width as f64 - 1.0).abs() < 0.05, "{scale} px a metre");
+    // The box of 4 m and a margin of 3 % on both sides fill the width, but for what the color bar's letters need.
+    assert!((scale * 4.0 * 1.06 / width as f64 - 1.0).abs() < 0.05, "{scale} px a meter");
     for (frame, picture) in shown.iter().enumerate() {
         let [x, y] = place_of_the_fast_disc(frame as u32);
         let (fast, _) = place(picture, width, FASTEST);
@@ -160,7 +160,7 @@ fn a_still_picture_is_the_last_frame_and_bytes_are_the_same_again() {
     let ((still_pictures, _), (moving_pictures, _)) = (pictures(&still), pictures(&moving));
     assert_eq!(moving_pictures.len(), 5);
     let last = &moving_pictures[4];
-    // An animation has its 256 colours for all its frames: a pixel on a disc's rim may have the nearest one.
+    // An animation has its 256 colors for all its frames: a pixel on a disc's rim may have the nearest one.
     let pairs = still_pictures[0].as_flattened().iter().zip(last.as_flattened());
     let farthest = pairs.map(|(still, last)| still.abs_diff(*last)).max().unwrap();
     assert!(farthest <= 16, "{farthest} of 255");
@@ -170,7 +170,7 @@ fn a_still_picture_is_the_last_frame_and_bytes_are_the_same_again() {
 }
 
 #[test]
-fn an_svg_has_the_shapes_and_the_numbers_of_the_colour_bar() {
+fn an_svg_has_the_shapes_and_the_numbers_of_the_color_bar() {
     let svg = String::from_utf8(drawn("still.svg", &["--thumbnail-width", "300"])).unwrap();
     assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"300\""), "{svg}");
     assert_eq!(svg.matches("<circle").count(), 2);

@@ -29,11 +29,11 @@ metric = "pressure.mean_square_formula"
 maximum = 1.0
 "#;
 
-/// Ideal-gas pressure `centre` + 0, 1, 2, 3 by replicate: mean centre + 1.5, standard error sqrt(5/3)/2 = 0.645.
-fn frames(centre: f64) -> impl Fn(&RunManifest) -> Frames {
+/// Ideal-gas pressure `center` + 0, 1, 2, 3 by replicate: mean center + 1.5, standard error sqrt(5/3)/2 = 0.645.
+fn frames(center: f64) -> impl Fn(&RunManifest) -> Frames {
     move |run| {
         two_frames(&GasPressure {
-            ideal_gas_n_per_m: centre + f64::from(run.replicate),
+            ideal_gas_n_per_m: center + f64::from(run.replicate),
             mean_square_formula_n_per_m: 2.0,
             ..GasPressure::default()
         })
@@ -76,8 +76,8 @@ fn a_baseline_is_compared_by_its_errors() {
     let earlier = Folder::write(quiet, frames(10.0));
     earlier.metrics();
     let baseline = earlier.path().join("metrics.json");
-    let compare = |centre: f64| {
-        let now = Folder::write(quiet, frames(centre));
+    let compare = |center: f64| {
+        let now = Folder::write(quiet, frames(center));
         analyze(&["--baseline", baseline.to_str().unwrap(), now.name()])
     };
     assert_eq!(compare(10.0).code, 0);
@@ -93,14 +93,14 @@ fn a_baseline_is_compared_by_its_errors() {
 fn a_baseline_of_something_else_is_refused_and_a_lost_metric_fails() {
     let folder = Folder::write(MANIFEST, frames(10.0));
     let file = folder.path().join("old.json");
-    let analysed = |text: &str| {
+    let analyzed = |text: &str| {
         fs::write(&file, text).unwrap();
         analyze(&["--baseline", file.to_str().unwrap(), folder.name()])
     };
-    assert_eq!(analysed("{}").code, 2);
-    assert_eq!(analysed(r#"{"schema": 1, "experiment": "other", "metrics": []}"#).code, 2);
-    assert_eq!(analysed(r#"{"schema": 99, "experiment": "gas", "metrics": []}"#).code, 2);
-    let lost = analysed(
+    assert_eq!(analyzed("{}").code, 2);
+    assert_eq!(analyzed(r#"{"schema": 1, "experiment": "other", "metrics": []}"#).code, 2);
+    assert_eq!(analyzed(r#"{"schema": 99, "experiment": "gas", "metrics": []}"#).code, 2);
+    let lost = analyzed(
         r#"{"schema": 1, "experiment": "gas", "metrics": [{"name": "lost", "value": 1, "standard_error": 1,
             "run": {"coordinates": {}, "replicate": 0}}]}"#,
     );

@@ -1,4 +1,4 @@
-//! A valid recording with up to 4 neighbouring bytes changed, and perhaps its end cut off: every frame that comes is bit-equal to what was recorded,
+//! A valid recording with up to 4 neighboring bytes changed, and perhaps its end cut off: every frame that comes is bit-equal to what was recorded,
 //! and an error says that the file is damaged. (CRC-32 finds every burst of up to 32 bits; more damage could be made to fit.)
 
 #![no_main]

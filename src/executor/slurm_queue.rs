@@ -126,7 +126,7 @@ mod tests {
 
     /// Lines as Slurm 22.05 prints them in `FORMAT`: a job array of which one task runs, one waits, one is suspended, one was held by root;
     /// a prolog that failed; `scontrol requeuehold`, with and without `State=SpecialExit`; `sbatch --hold`; a partition of ten
-    /// minutes and `--time=20`; more processors than the node has; a dependency on a task that was cancelled.
+    /// minutes and `--time=20`; more processors than the node has; a dependency on a task that was canceled.
     const QUEUE: &str = "\
         kinetoscope-a|0|RUNNING|4294901759|1|None\n\
         kinetoscope-a|2|PENDING|4294901759|1|Resources\n\

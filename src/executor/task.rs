@@ -16,7 +16,7 @@ pub struct TaskCommand {
     pub destination: String,
     /// The overrides of the manifest, `key=value`.
     pub overrides: Vec<String>,
-    /// Whether it has its recordings analysed.
+    /// Whether it has its recordings analyzed.
     pub analyze: bool,
     /// Threads that a run computes with.
     pub threads: usize,

@@ -86,7 +86,7 @@ impl Diagnostics {
         self.found.is_empty()
     }
 
-    /// All errors as a text for people, with terminal colours if wanted. Past a hundred of them their number will do.
+    /// All errors as a text for people, with terminal colors if wanted. Past a hundred of them their number will do.
     #[must_use]
     pub fn render(&self, color: bool) -> String {
         let renderer = if color { Renderer::styled() } else { Renderer::plain() };

@@ -1,4 +1,4 @@
-//! The manifest of an experiment: what to run, and what must hold afterwards.
+//! The manifest of an experiment: what to run, and what must hold afterward.
 //!
 //! Past this package every value is in range by its type. In reading order: [`parse`] makes an [`Experiment`] with
 //! all its [`Run`]s out of a TOML text, or [`Diagnostics`] with everything that is wrong with it.

@@ -73,7 +73,7 @@ impl TimingTable {
     /// The text of the file.
     ///
     /// # Errors
-    /// None that is known; the serialiser's own.
+    /// None that is known; the serializer's own.
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string_pretty(self)
     }

@@ -124,7 +124,7 @@ impl Store {
         Ok(objects)
     }
 
-    /// Puts a file under a name where nothing is, and asks afterwards what is there. What was there is compared, and never
+    /// Puts a file under a name where nothing is, and asks afterward what is there. What was there is compared, and never
     /// replaced: one request puts a small file only if the name is free (`If-None-Match: *`); a large one is seen when its last
     /// part has come, and its name was free when the first one went.
     ///

@@ -12,7 +12,7 @@ pub const STATE: &str = "/state";
 pub const DISCS: &str = "/discs";
 /// Topic of the container: written once, or with every frame where it moves.
 pub const WALLS: &str = "/walls";
-/// Topic of the colour bar, written once.
+/// Topic of the color bar, written once.
 pub const LEGEND: &str = "/legend";
 /// Topic of the velocity arrows.
 pub const VELOCITY: &str = "/velocity";
@@ -140,19 +140,19 @@ channels! {
 
     /// DEM: the ledger as shares of the energy at the start and of discs that fell in, for plots.
     DemEnergyShare on "/energy_share" {
-        /// Per cent of the energy at the start.
+        /// Percent of the energy at the start.
         kinetic_percent: f64 [double] = "1",
-        /// Per cent of the energy at the start.
+        /// Percent of the energy at the start.
         gravitational_percent: f64 [double] = "2",
-        /// Per cent of the energy at the start.
+        /// Percent of the energy at the start.
         elastic_percent: f64 [double] = "3",
-        /// Per cent of the energy at the start.
+        /// Percent of the energy at the start.
         dissipated_percent: f64 [double] = "4",
         /// Parts per million of the energy at the start.
         residual_ppm: f64 [double] = "5",
-        /// Work done by the walls on the discs since the start, per cent of the energy at the start.
+        /// Work done by the walls on the discs since the start, percent of the energy at the start.
         wall_work_percent: f64 [double] = "6",
-        /// Energy that removed discs took along, per cent of the energy at the start.
+        /// Energy that removed discs took along, percent of the energy at the start.
         removed_percent: f64 [double] = "7",
     }
 
@@ -171,11 +171,11 @@ channels! {
     /// DEM: the force of every contact, friction included, columns of equal length; first pairs of discs and contacts with walls, block
     /// by block, in a fixed order.
     DemContactForces on "/contact_forces" {
-        /// Centre of a disc, x, m.
+        /// Center of a disc, x, m.
         from_x_m: Vec<f64> [double, repeated] = "1",
-        /// Centre of a disc, y, m.
+        /// Center of a disc, y, m.
         from_y_m: Vec<f64> [double, repeated] = "2",
-        /// Centre of the disc that it touches, or of its image beyond a periodic side; of a wall the nearest point; x, m.
+        /// Center of the disc that it touches, or of its image beyond a periodic side; of a wall the nearest point; x, m.
         to_x_m: Vec<f64> [double, repeated] = "3",
         /// The same, y, m.
         to_y_m: Vec<f64> [double, repeated] = "4",
@@ -248,7 +248,7 @@ channels! {
     GasInvariants on "/energy" {
         /// Sum of m v^2 / 2, J.
         kinetic_j: f64 [double] = "1",
-        /// Sum of m (x vy - y vx) about the centre, J s.
+        /// Sum of m (x vy - y vx) about the center, J s.
         angular_momentum_j_s: f64 [double] = "2",
         /// Largest relative change of one particle's speed since the start.
         largest_speed_change_relative: f64 [double] = "3",
@@ -298,7 +298,7 @@ channels! {
 
     /// Gas: histogram of the speeds beside the law that they were drawn from and Maxwell's.
     GasSpeeds on "/speeds" {
-        /// Centres of the bins, m/s.
+        /// Centers of the bins, m/s.
         speed_m_per_s: Vec<f64> [double, repeated] = "1",
         /// Measured density, s/m.
         density: Vec<f64> [double, repeated] = "2",
@@ -306,7 +306,7 @@ channels! {
         initial_law: Vec<f64> [double, repeated] = "3",
         /// Maxwell's density at the same mean square, s/m.
         maxwell: Vec<f64> [double, repeated] = "4",
-        /// Centres of the bins over the rms speed, for plots: viewers' ticks have three decimals.
+        /// Centers of the bins over the rms speed, for plots: viewers' ticks have three decimals.
         speed_over_rms: Vec<f64> [double, repeated] = "5",
         /// Measured density times the rms speed.
         density_times_rms: Vec<f64> [double, repeated] = "6",
@@ -346,7 +346,7 @@ channels! {
     PackingPressure on "/pressure" {
         /// By the collision virial: [sum of v^2 averaged over time + virial rate] / (2A).
         virial: f64 [double] = "1",
-        /// Normal impulse on the walls over perimeter of the centres' rectangle and time.
+        /// Normal impulse on the walls over perimeter of the centers' rectangle and time.
         wall: f64 [double] = "2",
         /// P A / (N kT) by the virial, T averaged over time.
         compressibility_factor: f64 [double] = "3",
@@ -433,8 +433,8 @@ channels! {
         angular_momentum_change_ppm: f64 [double] = "4",
         /// |sum m v| / sum m, AU/day: zero but for rounding.
         momentum_au_per_day: f64 [double] = "5",
-        /// Distance of the centre of mass from the origin, AU: zero but for rounding.
-        centre_of_mass_au: f64 [double] = "6",
+        /// Distance of the center of mass from the origin, AU: zero but for rounding.
+        center_of_mass_au: f64 [double] = "6",
         /// Smallest distance of two bodies, AU.
         closest_au: f64 [double] = "7",
         /// How often the forces were asked for since the start.

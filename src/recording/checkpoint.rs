@@ -25,7 +25,7 @@ pub fn path(folder: &Path, stem: &str) -> PathBuf {
     folder.join(format!("{stem}.checkpoint"))
 }
 
-/// Replaces the checkpoint: afterwards the old one or the new one is there, whatever happens meanwhile. `identity` says
+/// Replaces the checkpoint: afterward the old one or the new one is there, whatever happens meanwhile. `identity` says
 /// what the content belongs to: content key, program and physics version.
 ///
 /// # Errors

@@ -11,12 +11,12 @@ pub type Rgb = [u8; 3];
 pub enum Shape {
     /// A filled disc.
     Disc {
-        /// Its centre.
-        centre: [f64; 2],
+        /// Its center.
+        center: [f64; 2],
         /// Its radius.
         radius: f64,
-        /// Its colour.
-        colour: Rgb,
+        /// Its color.
+        color: Rgb,
     },
     /// Straight segments.
     Segments {
@@ -24,22 +24,22 @@ pub enum Shape {
         segments: Vec<[[f64; 2]; 2]>,
         /// Their width, px.
         width_px: f64,
-        /// Their colour.
-        colour: Rgb,
+        /// Their color.
+        color: Rgb,
     },
     /// A filled rectangle along the axes.
     Rectangle {
-        /// Its centre.
-        centre: [f64; 2],
+        /// Its center.
+        center: [f64; 2],
         /// Width and height.
         size: [f64; 2],
-        /// Its colour.
-        colour: Rgb,
+        /// Its color.
+        color: Rgb,
     },
     /// A line of text.
     Text {
         /// Its middle.
-        centre: [f64; 2],
+        center: [f64; 2],
         /// What it says.
         text: String,
     },
@@ -56,23 +56,23 @@ pub fn read_shapes(payload: &[u8]) -> Option<Vec<Shape>> {
             let [dx, dy] = position(line.pose.as_ref())?;
             let points: Vec<[f64; 2]> =
                 line.points.iter().map(|point| [point.x + dx, point.y + dy]).collect();
-            let colour = rgb(line.color.as_ref());
+            let color = rgb(line.color.as_ref());
             let kind = line_primitive::Type::try_from(line.r#type).ok()?;
             let segments = segments(kind, &points);
-            shapes.push(Shape::Segments { segments, width_px: line.thickness, colour });
+            shapes.push(Shape::Segments { segments, width_px: line.thickness, color });
         }
         for cylinder in entity.cylinders {
-            let centre = position(cylinder.pose.as_ref())?;
+            let center = position(cylinder.pose.as_ref())?;
             let radius = cylinder.size.as_ref()?.x / 2.0;
-            shapes.push(Shape::Disc { centre, radius, colour: rgb(cylinder.color.as_ref()) });
+            shapes.push(Shape::Disc { center, radius, color: rgb(cylinder.color.as_ref()) });
         }
         for cube in entity.cubes {
-            let (centre, size) = (position(cube.pose.as_ref())?, cube.size.as_ref()?);
-            let (size, colour) = ([size.x, size.y], rgb(cube.color.as_ref()));
-            shapes.push(Shape::Rectangle { centre, size, colour });
+            let (center, size) = (position(cube.pose.as_ref())?, cube.size.as_ref()?);
+            let (size, color) = ([size.x, size.y], rgb(cube.color.as_ref()));
+            shapes.push(Shape::Rectangle { center, size, color });
         }
         for text in entity.texts {
-            shapes.push(Shape::Text { centre: position(text.pose.as_ref())?, text: text.text });
+            shapes.push(Shape::Text { center: position(text.pose.as_ref())?, text: text.text });
         }
     }
     Some(shapes)
@@ -97,10 +97,10 @@ fn position(pose: Option<&Pose>) -> Option<[f64; 2]> {
     Some([position.x, position.y])
 }
 
-fn rgb(colour: Option<&Color>) -> Rgb {
+fn rgb(color: Option<&Color>) -> Rgb {
     // A cast from float saturates.
-    colour.map_or([0; 3], |colour| {
-        [colour.r, colour.g, colour.b].map(|part| (part * 255.0).round() as u8)
+    color.map_or([0; 3], |color| {
+        [color.r, color.g, color.b].map(|part| (part * 255.0).round() as u8)
     })
 }
 
@@ -147,20 +147,20 @@ mod tests {
             ..SceneEntity::default()
         };
         let scene = SceneUpdate { deletions: Vec::new(), entities: vec![entity] };
-        let colour = [255, 128, 0];
+        let color = [255, 128, 0];
         let [a, b, c, d] = [[10.0, 0.0], [11.0, 1.0], [12.0, 4.0], [13.0, 9.0]];
         let segments = |segments: &[[[f64; 2]; 2]]| Shape::Segments {
             segments: segments.to_vec(),
             width_px: 2.5,
-            colour,
+            color,
         };
         let shapes = [
             segments(&[[a, b], [b, c], [c, d]]),
             segments(&[[a, b], [b, c], [c, d], [d, a]]),
             segments(&[[a, b], [c, d]]),
-            Shape::Disc { centre: [1.0, 2.0], radius: 1.5, colour },
-            Shape::Rectangle { centre: [4.0, 5.0], size: [3.0, 3.0], colour },
-            Shape::Text { centre: [6.0, 7.0], text: "0 m/s".to_owned() },
+            Shape::Disc { center: [1.0, 2.0], radius: 1.5, color },
+            Shape::Rectangle { center: [4.0, 5.0], size: [3.0, 3.0], color },
+            Shape::Text { center: [6.0, 7.0], text: "0 m/s".to_owned() },
         ];
         assert_eq!(read_shapes(&scene.encode_to_vec()), Some(shapes.to_vec()));
         assert_eq!(read_shapes(&[0xff; 7]), None);

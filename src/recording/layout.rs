@@ -5,11 +5,11 @@ use crate::error::RecordError;
 use crate::header::Header;
 use serde_json::{Map, Value, json};
 
-/// Height of the strip for the colour bar below the container, over the container's longer side.
+/// Height of the strip for the color bar below the container, over the container's longer side.
 const LEGEND_STRIP: f64 = 0.1;
-/// Space around container and colour bar.
+/// Space around container and color bar.
 const MARGIN: f64 = 1.12;
-/// Space around a view without a colour bar.
+/// Space around a view without a color bar.
 const MARGIN_WITHOUT_LEGEND: f64 = 1.06;
 
 /// The template of a model, as it stands in `experiments/layouts/`.
@@ -120,10 +120,10 @@ fn aim_camera(panel: &mut Map<String, Value>, view: [[f64; 2]; 2]) {
     let strip = strip * if height > width { height } else { width };
     let shown = height + strip;
     let distance = margin * if shown > width { shown } else { width };
-    let centre = [(x0 + x1) / 2.0, (y0 + y1 - strip) / 2.0];
+    let center = [(x0 + x1) / 2.0, (y0 + y1 - strip) / 2.0];
     if let Some(camera) = panel.get_mut("cameraState").and_then(Value::as_object_mut) {
         camera.insert("distance".to_owned(), json!(distance));
-        camera.insert("targetOffset".to_owned(), json!([centre[0], centre[1], 0.0]));
+        camera.insert("targetOffset".to_owned(), json!([center[0], center[1], 0.0]));
         camera.insert("near".to_owned(), json!(0.01 * distance));
         camera.insert("far".to_owned(), json!(20.0 * distance));
     }

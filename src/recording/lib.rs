@@ -18,7 +18,7 @@ pub mod scenery;
 pub mod spectator;
 pub mod storage;
 
-mod colour;
+mod color;
 mod container;
 mod data_section;
 mod descriptor;

@@ -1,8 +1,8 @@
-//! The state as Foxglove scenes: discs to scale, arrows, force chains, container and colour bar.
+//! The state as Foxglove scenes: discs to scale, arrows, force chains, container and color bar.
 //!
 //! Drawings are rounded and thinned; the exact state is on `/state` alone.
 
-use crate::colour::{self, ColourMap};
+use crate::color::{self, ColorMap};
 use crate::error::RecordError;
 use crate::force_lines::weakest_drawn;
 use crate::frame::{ContactLine, StateColumn};
@@ -30,7 +30,7 @@ const ARROW_OVER_EXTENT: f64 = 0.06;
 const FORCE_WIDTHS_PX: [f64; 3] = [0.8, 1.8, 3.4];
 /// Corners of a circular wall.
 const CIRCLE_CORNERS: usize = 128;
-/// Cubes of the colour bar.
+/// Cubes of the color bar.
 const LEGEND_CUBES: usize = 40;
 
 /// Which columns of the state are drawn.
@@ -67,7 +67,7 @@ impl DrawnColumns {
 pub(crate) struct Stage {
     scenery: Scenery,
     columns: DrawnColumns,
-    colours: ColourMap,
+    colors: ColorMap,
     grid: f64,
     // The container's longer side.
     extent: f64,
@@ -86,7 +86,7 @@ impl Stage {
         let extent = if width > height { width } else { height };
         Ok(Self {
             columns: DrawnColumns::new(columns, scenery.drawn_radius)?,
-            colours: ColourMap::new(),
+            colors: ColorMap::new(),
             grid: power_of_two_below(GRID_OVER_CONTAINER * extent),
             extent,
             drawn_at_most: drawn_at_most.get() as usize,
@@ -94,7 +94,7 @@ impl Stage {
         })
     }
 
-    /// All discs as flat cylinders of one entity, coloured by speed.
+    /// All discs as flat cylinders of one entity, colored by speed.
     pub(crate) fn discs(&self, state: &[f64], time: Timestamp) -> SceneUpdate {
         let cylinders = self
             .drawn_rows(state)
@@ -105,13 +105,13 @@ impl Stage {
                     (None, DrawnRadius::Column) => 0.0,
                 };
                 let share = self.speed(row) / self.scenery.speed_range_top;
-                cylinder(self.point(row), radius, self.layer(1.0), self.colours.at(share))
+                cylinder(self.point(row), radius, self.layer(1.0), self.colors.at(share))
             })
             .collect();
         update(SceneEntity { cylinders, ..entity("discs", time) })
     }
 
-    /// Velocities as lines from the discs' centres, all in one line list.
+    /// Velocities as lines from the discs' centers, all in one line list.
     pub(crate) fn velocity(&self, state: &[f64], time: Timestamp) -> SceneUpdate {
         let scale = ARROW_OVER_EXTENT * self.extent / self.scenery.speed_range_top;
         let mut points = Vec::new();
@@ -122,7 +122,7 @@ impl Stage {
                 points.push(self.rounded([x + scale * row[vx], y + scale * row[vy]]));
             }
         }
-        let lines = line_list(points, 1.0, self.layer(2.0), colour::DARK_GREY);
+        let lines = line_list(points, 1.0, self.layer(2.0), color::DARK_GRAY);
         update(SceneEntity { lines, ..entity("velocity", time) })
     }
 
@@ -142,7 +142,7 @@ impl Stage {
             .into_iter()
             .zip(FORCE_WIDTHS_PX)
             .flat_map(|(points, width)| {
-                line_list(points, width, self.layer(3.0), colour::NEARLY_BLACK)
+                line_list(points, width, self.layer(3.0), color::NEARLY_BLACK)
             })
             .collect();
         update(SceneEntity { lines, ..entity("contacts", time) })
@@ -157,7 +157,7 @@ impl Stage {
     pub(crate) fn trail(&self, trails: &Trails, time: Timestamp) -> SceneUpdate {
         let lines = trails.paths().map(|path| {
             let points: Vec<Point3> = path.map(|point| self.rounded(point)).collect();
-            line(line_primitive::Type::LineStrip, points, 1.5, -self.layer(1.0), colour::SKY)
+            line(line_primitive::Type::LineStrip, points, 1.5, -self.layer(1.0), color::SKY)
         });
         update(SceneEntity { lines: lines.collect(), ..entity("trail", time) })
     }
@@ -176,54 +176,54 @@ impl Stage {
                 Wall::Rectangle { min, max } => {
                     [min, [max[0], min[1]], max, [min[0], max[1]]].map(exact).to_vec()
                 }
-                Wall::Circle { centre, radius } => arc(centre, radius, [0.0, TAU])[1..].to_vec(),
-                Wall::Arc { centre, radius, angles_rad } => {
+                Wall::Circle { center, radius } => arc(center, radius, [0.0, TAU])[1..].to_vec(),
+                Wall::Arc { center, radius, angles_rad } => {
                     kind = line_primitive::Type::LineStrip;
-                    arc(centre, radius, angles_rad)
+                    arc(center, radius, angles_rad)
                 }
                 Wall::Segment { from, to } => [from, to].map(exact).to_vec(),
-                Wall::Body { centre, radius } => {
+                Wall::Body { center, radius } => {
                     walls.cylinders.push(cylinder(
-                        exact(centre),
+                        exact(center),
                         radius,
                         self.layer(1.0),
-                        colour::YELLOW,
+                        color::YELLOW,
                     ));
                     continue;
                 }
             };
-            walls.lines.push(line(kind, corners, 3.5, 0.0, colour::GREY));
+            walls.lines.push(line(kind, corners, 3.5, 0.0, color::GRAY));
         }
         update(walls)
     }
 
-    /// The colour bar below the container: the 3D panel has none of its own.
+    /// The color bar below the container: the 3D panel has none of its own.
     pub(crate) fn legend(&self, time: Timestamp) -> SceneUpdate {
         let [low, high] = self.scenery.view;
-        let centre = (low[0] + high[0]) / 2.0;
+        let center = (low[0] + high[0]) / 2.0;
         let (width, y) = (self.extent / 2.0, low[1] - 0.07 * self.extent);
         let cube_width = width / LEGEND_CUBES as f64;
         let cubes = (0..LEGEND_CUBES)
             .map(|cube| {
                 let share = (cube as f64 + 0.5) / LEGEND_CUBES as f64;
                 CubePrimitive {
-                    pose: Some(pose([centre + (share - 0.5) * width, y, 0.0])),
+                    pose: Some(pose([center + (share - 0.5) * width, y, 0.0])),
                     size: Some(Vector3 {
                         x: cube_width,
                         y: 0.03 * self.extent,
                         z: self.layer(1.0),
                     }),
-                    color: Some(self.colours.at(share)),
+                    color: Some(self.colors.at(share)),
                 }
             })
             .collect();
         let unit = self.scenery.speed_unit;
         let text = |speed: f64, side: f64| TextPrimitive {
-            pose: Some(pose([centre + side * (width / 2.0 + 0.11 * self.extent), y, 0.0])),
+            pose: Some(pose([center + side * (width / 2.0 + 0.11 * self.extent), y, 0.0])),
             billboard: true,
             font_size: 12.0,
             scale_invariant: true,
-            color: Some(colour::WHITE),
+            color: Some(color::WHITE),
             text: format!("{} {unit}", three_digits(speed)).trim_end().to_owned(),
         };
         let texts = vec![text(0.0, -1.0), text(self.scenery.speed_range_top, 1.0)];
@@ -273,10 +273,10 @@ fn power_of_two_below(value: f64) -> f64 {
 }
 
 /// Corners of a part of a circle, its ends among them.
-fn arc(centre: [f64; 2], radius: f64, [from, to]: [f64; 2]) -> Vec<Point3> {
+fn arc(center: [f64; 2], radius: f64, [from, to]: [f64; 2]) -> Vec<Point3> {
     let corner = |corner: usize| {
         let angle = from + (to - from) * corner as f64 / CIRCLE_CORNERS as f64;
-        exact([centre[0] + radius * libm::cos(angle), centre[1] + radius * libm::sin(angle)])
+        exact([center[0] + radius * libm::cos(angle), center[1] + radius * libm::sin(angle)])
     };
     (0..=CIRCLE_CORNERS).map(corner).collect()
 }
@@ -295,9 +295,9 @@ pub(crate) fn pose(position: [f64; 3]) -> Pose {
 }
 
 /// A disc: `size` is the diameter, and unset scales would make it invisible.
-fn cylinder(centre: Point3, radius: f64, thickness: f64, color: Color) -> CylinderPrimitive {
+fn cylinder(center: Point3, radius: f64, thickness: f64, color: Color) -> CylinderPrimitive {
     CylinderPrimitive {
-        pose: Some(pose([centre.x, centre.y, 0.0])),
+        pose: Some(pose([center.x, center.y, 0.0])),
         size: Some(Vector3 { x: 2.0 * radius, y: 2.0 * radius, z: thickness }),
         bottom_scale: 1.0,
         top_scale: 1.0,

@@ -1,4 +1,4 @@
-//! What of a run is drawn and does not change: the container, the view, the range of colours.
+//! What of a run is drawn and does not change: the container, the view, the range of colors.
 
 /// A wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,15 +12,15 @@ pub enum Wall {
     },
     /// A circle.
     Circle {
-        /// Its centre.
-        centre: [f64; 2],
+        /// Its center.
+        center: [f64; 2],
         /// Its radius.
         radius: f64,
     },
     /// A part of a circle.
     Arc {
-        /// The circle's centre.
-        centre: [f64; 2],
+        /// The circle's center.
+        center: [f64; 2],
         /// The circle's radius.
         radius: f64,
         /// Where it begins and ends, counter-clockwise from the direction of x, rad.
@@ -35,8 +35,8 @@ pub enum Wall {
     },
     /// A body at rest, drawn as a filled disc (the Sun).
     Body {
-        /// Its centre.
-        centre: [f64; 2],
+        /// Its center.
+        center: [f64; 2],
         /// Its drawn radius.
         radius: f64,
     },
@@ -60,9 +60,9 @@ pub struct Scenery {
     pub view: [[f64; 2]; 2],
     /// How large a particle is drawn.
     pub drawn_radius: DrawnRadius,
-    /// Speed at the upper end of the colour bar; fixed for the run, above zero.
+    /// Speed at the upper end of the color bar; fixed for the run, above zero.
     pub speed_range_top: f64,
-    /// Unit of the speeds as written beside the colour bar, such as "m/s".
+    /// Unit of the speeds as written beside the color bar, such as "m/s".
     pub speed_unit: &'static str,
     /// Whether velocities are drawn as arrows.
     pub arrows: bool,

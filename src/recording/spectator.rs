@@ -12,7 +12,7 @@ pub struct ShownChannel {
     pub topic: &'static str,
     /// Name of the schema, such as `foxglove.SceneUpdate`.
     pub schema_name: String,
-    /// The schema: a serialised protobuf `FileDescriptorSet`, which every channel has.
+    /// The schema: a serialized protobuf `FileDescriptorSet`, which every channel has.
     pub schema: Vec<u8>,
 }
 

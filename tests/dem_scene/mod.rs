@@ -129,10 +129,10 @@ pub(crate) fn segment(from: [f64; 2], to: [f64; 2]) -> DemWall {
     }
 }
 
-pub(crate) fn drum(centre: [f64; 2], radius: f64, spin: f64) -> DemWall {
+pub(crate) fn drum(center: [f64; 2], radius: f64, spin: f64) -> DemWall {
     let spin_rad_per_s = Finite::new(spin).expect("finite");
     let shape =
-        DemWallShape::Drum { centre_m: finite(centre), radius_m: positive(radius), spin_rad_per_s };
+        DemWallShape::Drum { center_m: finite(center), radius_m: positive(radius), spin_rad_per_s };
     DemWall { shape, ..segment([0.0; 2], [1.0; 2]) }
 }
 

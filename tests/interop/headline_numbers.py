@@ -197,12 +197,12 @@ def rebounds(recording, model, gravity):
 
 
 def gas(recording, model):
-    state, centre = recording.states[-1], model["centre_m"]
+    state, center = recording.states[-1], model["center_m"]
     ledger = recording.messages.get("/ledger")
     radius = ledger[-1].radius_m if ledger else model["radius_m"]
     # Particles that left through an opening fly on outside.
     left = "opening_width_m" in model
-    inside = numpy.hypot(state["x"] - centre[0], state["y"] - centre[1]) <= radius * (1 + 1e-9)
+    inside = numpy.hypot(state["x"] - center[0], state["y"] - center[1]) <= radius * (1 + 1e-9)
     kept = inside if left else numpy.ones(len(inside), bool)
     square = (state["vx"] ** 2 + state["vy"] ** 2)[kept]
     speed = numpy.sqrt(square)
@@ -212,8 +212,8 @@ def gas(recording, model):
     boltzmann = {"codata-1986": 1.380658e-23, "si-2019": 1.380649e-23}[model["boltzmann_constant"]]
     hits = recording.messages["/collisions"][-1].wall
     speeds = recording.messages["/speeds"][-1]
-    centres, density = numpy.array(speeds.speed_m_per_s), numpy.array(speeds.density)
-    width = centres[1] - centres[0]
+    centers, density = numpy.array(speeds.speed_m_per_s), numpy.array(speeds.density)
+    width = centers[1] - centers[0]
     numbers = {
         "temperature.mean_square": mass * square.mean() / (2 * boltzmann),
         "temperature.mean_speed": mass * speed.mean() ** 2 / (2 * boltzmann),
@@ -229,7 +229,7 @@ def gas(recording, model):
         numbers["mean_speed_over_rms"] = speed.mean() / math.sqrt(square.mean())
         numbers["speed_kurtosis"] = (square**2).mean() / square.mean() ** 2
     if not left and not model.get("wall_speed_m_per_s"):
-        distance = numpy.hypot(state["x"] - centre[0], state["y"] - centre[1])
+        distance = numpy.hypot(state["x"] - center[0], state["y"] - center[1])
         numbers["share_inside_half_radius"] = (distance < model["radius_m"] / 2).mean()
     if "disc_radius_m" in model:
         collisions = recording.messages["/collisions"]

@@ -76,7 +76,7 @@ pub fn excess_and_rate(config: &PackingConfig, blocks: u64) -> ([f64; 2], [f64; 
     ([virial, virial_error], [rate, rate_error])
 }
 
-/// |mean over discs of the mean over neighbours of exp(6 i angle)|, neighbours nearer than 1.4 diameters.
+/// |mean over discs of the mean over neighbors of exp(6 i angle)|, neighbors nearer than 1.4 diameters.
 pub fn hexatic_order(discs: &[Seen], side: f64) -> f64 {
     let mut sum = [0.0; 2];
     for one in discs {

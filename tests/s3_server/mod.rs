@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
-/// What the wire does when as many bytes have passed towards the server as were allowed.
+/// What the wire does when as many bytes have passed toward the server as were allowed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Wire {
     /// It is cut, and stays so.
@@ -23,7 +23,7 @@ pub(crate) struct S3Server {
     child: Child,
     port: u16,
     wire: u16,
-    /// Bytes that may still pass towards the server.
+    /// Bytes that may still pass toward the server.
     allowed: Arc<AtomicI64>,
 }
 
@@ -59,7 +59,7 @@ impl S3Server {
         server
     }
 
-    /// Lets so many more bytes pass towards the server.
+    /// Lets so many more bytes pass toward the server.
     pub(crate) fn allow(&self, bytes: i64) {
         self.allowed.store(bytes, Ordering::SeqCst);
     }

@@ -52,7 +52,7 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
         "dem_rubbing_in_a_drum",
         "seed = 10\n[model.dem]\ndiscs = 60\nradius_m = { mean = 5e-4, deviation = 5e-5 }\nwidth_m = 0.016\nheight_m = 0.016\n\
          friction = 0.5\nrolling_friction = 0.05\nduration_s = 0.03\nregion_m = [[0.0, 0.0], [0.016, 0.01]]\n\
-         walls = [{ centre_m = [0.008, 0.008], radius_m = 0.008, spin_rad_per_s = -12.0 }]\n[record]\nframes = 20\n",
+         walls = [{ center_m = [0.008, 0.008], radius_m = 0.008, spin_rad_per_s = -12.0 }]\n[record]\nframes = 20\n",
     ),
     (
         "dem_periodic_with_an_outlet",

@@ -90,8 +90,8 @@ impl Subject {
                 Some([half.map(|side| -side), half])
             }
             ModelConfig::Gas(config) => {
-                let (centre, radius) = (config.centre_m.map(|part| part.get()), config.radius_m);
-                Some([centre.map(|c| c - radius.get()), centre.map(|c| c + radius.get())])
+                let (center, radius) = (config.center_m.map(|part| part.get()), config.radius_m);
+                Some([center.map(|c| c - radius.get()), center.map(|c| c + radius.get())])
             }
             ModelConfig::Orbit(_) => None,
         }

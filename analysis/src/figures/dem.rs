@@ -131,10 +131,10 @@ fn stress_by_height(run: &DemRun) -> Option<Plot> {
         });
         points.collect::<Vec<Point>>()
     };
-    let data = |name: &str, colour: usize, of: fn(&StressLayer) -> Estimate| Curve {
+    let data = |name: &str, color: usize, of: fn(&StressLayer) -> Estimate| Curve {
         name: name.to_owned(),
         style: Style::Data,
-        colour,
+        color,
         points: points(of),
     };
     let above = layers.iter().map(|layer| (layer.height_m, layer.weight_above));
@@ -154,7 +154,7 @@ fn stress_by_height(run: &DemRun) -> Option<Plot> {
     Some(chart("stress_by_height", title, x, y, curves))
 }
 
-/// Area of a disc below a line that passes its centre at this height.
+/// Area of a disc below a line that passes its center at this height.
 fn area_below(line: f64, radius: f64) -> f64 {
     let share = (line / radius).clamp(-1.0, 1.0);
     radius * radius * (PI / 2.0 + share.asin() + share * (1.0 - share * share).sqrt())
@@ -194,8 +194,8 @@ pub(crate) fn wall_at(wall: &DemWall, time: f64) -> InnerWall {
     };
     match wall.shape {
         DemWallShape::Segment { from_m, to_m } => InnerWall::Segment(moved(from_m), moved(to_m)),
-        DemWallShape::Drum { centre_m, radius_m, .. } => {
-            InnerWall::Circle(moved(centre_m), radius_m.get())
+        DemWallShape::Drum { center_m, radius_m, .. } => {
+            InnerWall::Circle(moved(center_m), radius_m.get())
         }
     }
 }

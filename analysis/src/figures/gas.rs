@@ -83,8 +83,8 @@ fn speeds(histogram: &GasSpeeds, particles: u32) -> Plot {
 
 fn states(run: &GasRun) -> Vec<Plot> {
     let radius = run.config.radius_m.get();
-    let centre = run.config.centre_m.map(|centre| centre.get());
-    let sheet = Picture::empty(Container::Circle(centre, radius), "m", "m/s");
+    let center = run.config.center_m.map(|center| center.get());
+    let sheet = Picture::empty(Container::Circle(center, radius), "m", "m/s");
     let caption =
         |count: &str, time: &str| format!("{count}, r = {} m, t = {time} s", short_number(radius));
     pictures(run.pictures.placed(None), "Gas", caption, &sheet)

@@ -41,11 +41,11 @@ const MOST_POINTS: usize = 1500;
 pub(crate) fn curve(
     name: impl Into<String>,
     style: Style,
-    colour: usize,
+    color: usize,
     points: impl IntoIterator<Item = (f64, f64)>,
 ) -> Curve {
     let points = points.into_iter().map(|(x, y)| Point::bare(x, y)).collect();
-    Curve { name: name.into(), style, colour, points: thinned(points, MOST_POINTS) }
+    Curve { name: name.into(), style, color, points: thinned(points, MOST_POINTS) }
 }
 
 /// A chart with unequal axes.

@@ -21,13 +21,13 @@ fn time_axis() -> Axis {
 }
 
 fn path(run: &OrbitRun) -> Plot {
-    // Neighbours of a closed path are not at its extremes: it is thinned by taking every so many stations.
+    // Neighbors of a closed path are not at its extremes: it is thinned by taking every so many stations.
     let stride = run.stations.len().div_ceil(6000);
     let stations = run.stations.iter().step_by(stride.max(1));
     let points =
         stations.map(|station| Point::bare(station.position_au[0], station.position_au[1]));
     let earth =
-        Curve { name: "Earth".to_owned(), style: Style::Line, colour: 0, points: points.collect() };
+        Curve { name: "Earth".to_owned(), style: Style::Line, color: 0, points: points.collect() };
     Plot::Chart(Chart {
         stem: "path".to_owned(),
         title: "Path about the Sun".to_owned(),

@@ -52,7 +52,7 @@ const ORDINATES: &[Ordinate] = &[
     },
 ];
 
-/// More curves than there are colours can't be told apart.
+/// More curves than there are colors can't be told apart.
 pub const MOST_CURVES: usize = 7;
 
 /// All plots of the sweep's numeric axes.
@@ -83,7 +83,7 @@ fn cost_against_error(points: &[SweepPoint<'_>]) -> Option<Plot> {
     let groups = grouped(points.iter().map(|point| (others(point), point)));
     let groups = groups.iter().filter(|(_, group)| group.len() > 1).take(MOST_CURVES);
     let mut curves = Vec::new();
-    for (colour, (others, group)) in groups.enumerate() {
+    for (color, (others, group)) in groups.enumerate() {
         let found = group.iter().filter_map(|point| {
             let value = |name| point.runs.first()?.measurement(name).map(|it| it.estimate.value);
             let (cost, error) = (value("force_evaluations")?, value("position_error.final")?);
@@ -95,7 +95,7 @@ fn cost_against_error(points: &[SweepPoint<'_>]) -> Option<Plot> {
             curves.push(Curve {
                 name: coordinates::label(others),
                 style: Style::Data,
-                colour,
+                color,
                 points,
             });
         }
@@ -122,23 +122,23 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
     let mut curves = Vec::new();
     let groups = groups.iter().filter(|(_, group)| group.len() > 1).take(MOST_CURVES);
     for (index, (others, group)) in groups.enumerate() {
-        let colour = if ordinate.beside.is_some() { 2 * index } else { index };
+        let color = if ordinate.beside.is_some() { 2 * index } else { index };
         let label = coordinates::label(others);
         curves.extend(curves_of(
             group,
             key,
             ordinate.metric,
             &label,
-            colour,
+            color,
             ["measured", "theory"],
         ));
         if key == "model.orbit.time_step_days" {
-            curves.extend(order_line(group, &curves, ordinate, &label, colour));
+            curves.extend(order_line(group, &curves, ordinate, &label, color));
         }
         if let Some((metric, name)) = ordinate.beside {
             let name = [name, ""];
-            let colour = colour + 1;
-            curves.extend(curves_of(group, key, metric, &label, colour, name).into_iter().take(1));
+            let color = color + 1;
+            curves.extend(curves_of(group, key, metric, &label, color, name).into_iter().take(1));
         }
     }
     if is_flat(&curves) {
@@ -180,15 +180,15 @@ fn order_line(
     curves: &[Curve],
     ordinate: &Ordinate,
     label: &str,
-    colour: usize,
+    color: usize,
 ) -> Option<Curve> {
-    let last = curves.last().filter(|last| last.style == Style::Data && last.colour == colour)?;
+    let last = curves.last().filter(|last| last.style == Style::Data && last.color == color)?;
     let order = (ordinate.order)(group.first()?.runs.first()?.model())?;
     let (first, end) = (last.points.first()?, last.points.last()?);
     let at = |x: f64| Point::bare(x, first.y * (x / first.x).powf(order));
     let name = format!("order {order}");
     let name = if label.is_empty() { name } else { format!("{label}: {name}") };
-    Some(Curve { name, style: Style::Theory, colour, points: vec![at(first.x), at(end.x)] })
+    Some(Curve { name, style: Style::Theory, color, points: vec![at(first.x), at(end.x)] })
 }
 
 /// Whether there is nothing to see: no points, or all the same up to rounding.
@@ -206,7 +206,7 @@ fn curves_of(
     key: &str,
     metric: &str,
     label: &str,
-    colour: usize,
+    color: usize,
     names: [&str; 2],
 ) -> Vec<Curve> {
     let (mut data, mut theory) = (Vec::new(), Vec::new());
@@ -230,10 +230,10 @@ fn curves_of(
     };
     let mut curves = Vec::new();
     if !data.is_empty() {
-        curves.push(Curve { name: name(names[0]), style: Style::Data, colour, points: data });
+        curves.push(Curve { name: name(names[0]), style: Style::Data, color, points: data });
     }
     if theory.len() > 1 {
-        curves.push(Curve { name: name(names[1]), style: Style::Theory, colour, points: theory });
+        curves.push(Curve { name: name(names[1]), style: Style::Theory, color, points: theory });
     }
     curves
 }
@@ -285,10 +285,10 @@ pub fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
             .iter()
             .take(MOST_CURVES)
             .enumerate()
-            .filter_map(|(colour, run)| {
+            .filter_map(|(color, run)| {
                 let points = of(run)?.points;
                 let name = coordinates::label(&run.coordinates);
-                Some(Curve { name, style: Style::Line, colour, points })
+                Some(Curve { name, style: Style::Line, color, points })
             })
             .collect();
         let mut y = shared.y.clone();

@@ -33,7 +33,7 @@ pub const WEIGHT: Law = Law {
 
 /// What presses on a height in a bed.
 pub const WEIGHT_ABOVE: Law = Law {
-    statement: "sum of m g over the box's width, of the discs whose centres are above, mean over the layer's heights",
+    statement: "sum of m g over the box's width, of the discs whose centers are above, mean over the layer's heights",
     source: "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum rho g (h - y)",
 };
 

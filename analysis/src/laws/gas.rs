@@ -119,7 +119,7 @@ pub fn has_several_masses(config: &GasConfig) -> bool {
     !config.further_masses_kg.is_empty()
 }
 
-/// Particles leaving an opening of width w at first, N <v> w / (pi A): n <v> / pi for each metre of wall.
+/// Particles leaving an opening of width w at first, N <v> w / (pi A): n <v> / pi for each meter of wall.
 #[must_use]
 pub fn effusion_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> Option<f64> {
     let width = config.opening_width_m?.get();

@@ -134,7 +134,7 @@ impl Sizes {
         (1.0 + 9.0 / 16.0 * x * f / (1.0 - f)) / (1.0 - f)
     }
 
-    /// Mean distance of centres in a collision, <s_ij^2 g_ij>/<s_ij g_ij> with s_ij = (s_i + s_j)/2 and the contact values of
+    /// Mean distance of centers in a collision, <s_ij^2 g_ij>/<s_ij g_ij> with s_ij = (s_i + s_j)/2 and the contact values of
     /// [`Sizes::contact_value`].
     #[must_use]
     pub fn collision_diameter(&self) -> f64 {
@@ -201,14 +201,14 @@ pub fn packing_fraction(config: &PackingConfig) -> f64 {
 
 /// Equilibrium of discs between walls, by the pressure of Henderson and of Santos, Yuste and Lopez de Haro with three corrections for a
 /// small box:
-/// - walls keep the centres off by a radius, so that the bulk is denser than n/A. The line tension at a wall is
+/// - walls keep the centers off by a radius, so that the bulk is denser than n/A. The line tension at a wall is
 ///   kT rho <r> [1/(1 - f) + (1 - 8/(3 pi)) f]: scaled-particle theory, made exact to second order in the density for one size. Hence the
 ///   number of discs that a wall is short of by unit length, and the force on a wall of length l, P l - 2 tension;
 /// - n is fixed: a density's function y is less by y'' rho S/(2A) than where n fluctuates, S = kT d(rho)/dP;
 /// - the energy is fixed: mean speeds are larger than Maxwell's by sqrt(n) Gamma(n)/Gamma(n + 1/2).
 ///
 /// The virial theorem for the box then gives the pair virial. Against event-driven runs of 5 to 150 discs of one size with f up to 0.3
-/// this is good to half a per cent of Z - 1, and to two per cent at n = 5.
+/// this is good to half a percent of Z - 1, and to two percent at n = 5.
 #[must_use]
 pub fn equilibrium(config: &PackingConfig, sizes: Sizes) -> Equilibrium {
     const SECOND_ORDER: f64 = 1.0 - 8.0 / (3.0 * PI);

@@ -2,7 +2,7 @@
 
 use super::dem::largest_or_nan;
 use super::{Observer, Series, relative_change};
-use crate::catalogue::orbit as metric;
+use crate::catalog::orbit as metric;
 use crate::figures::{Figures, chart, curve};
 use crate::laws::orbit::{self as law, cross, dot, norm};
 use crate::measurement::Measurement;
@@ -126,18 +126,18 @@ impl Observer for BodiesRun {
 
     fn figures(&self) -> Figures {
         let Some(first) = self.instants.first() else { return Figures::default() };
-        // Neighbours of a closed path are not at its extremes: it is thinned by taking every so many frames.
+        // Neighbors of a closed path are not at its extremes: it is thinned by taking every so many frames.
         let stride = self.instants.len().div_ceil(2000).max(1);
         let paths = (0..first.positions.len()).map(|body| {
             let instants = self.instants.iter().step_by(stride);
             let positions = instants.map(|instant| instant.positions[body]);
             let points = positions.map(|position| Point::bare(position[0], position[1]));
             let name = format!("body {body}");
-            Curve { name, style: Style::Line, colour: body, points: points.collect() }
+            Curve { name, style: Style::Line, color: body, points: points.collect() }
         });
         let path = Plot::Chart(Chart {
             stem: "path".to_owned(),
-            title: "Paths about the centre of mass".to_owned(),
+            title: "Paths about the center of mass".to_owned(),
             x: Axis::linear("x", "AU"),
             y: Axis::linear("y", "AU"),
             equal_aspect: true,

@@ -4,7 +4,7 @@ use super::rebounds::Rebounds;
 use super::scenes::{self, Cooling, Outflow};
 use super::stress::{self, Grain, Stress};
 use super::{Observer, Pictures, Series, relative_change};
-use crate::catalogue::dem as metric;
+use crate::catalog::dem as metric;
 use crate::figures::{self, Figures};
 use crate::laws::dem as law;
 use crate::measurement::Measurement;

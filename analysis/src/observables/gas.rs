@@ -3,7 +3,7 @@
 use super::dem::largest_or_nan;
 use super::gas_kinetics::{Kinetics, Seen, share_inside_half};
 use super::{Observer, Pictures, Series, relative_change};
-use crate::catalogue::gas as metric;
+use crate::catalog::gas as metric;
 use crate::figures::{self, Figures};
 use crate::laws::gas as law;
 use crate::laws::gas_kinetics as kinetics;
@@ -369,12 +369,12 @@ fn own_hit_rates(state: &StateTable, config: &GasConfig) -> Vec<f64> {
     let columns = ["x", "y", "vx", "vy"];
     let places = columns.map(|name| state.columns().iter().position(|column| column == name));
     let [Some(x), Some(y), Some(vx), Some(vy)] = places else { return Vec::new() };
-    let [centre_x, centre_y] = config.centre_m.map(|component| component.get());
+    let [center_x, center_y] = config.center_m.map(|component| component.get());
     let radius = config.radius_m.get();
     (0..state.rows())
         .map(|particle| {
             let row = state.row(particle);
-            let moment = (row[x] - centre_x) * row[vy] - (row[y] - centre_y) * row[vx];
+            let moment = (row[x] - center_x) * row[vy] - (row[y] - center_y) * row[vx];
             let square = row[vx] * row[vx] + row[vy] * row[vy];
             let chord = 2.0 * (radius * radius - moment * moment / square).sqrt();
             if square > 0.0 { square.sqrt() / chord } else { 0.0 }

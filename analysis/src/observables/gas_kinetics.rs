@@ -1,7 +1,7 @@
 //! What collisions and time do to a gas: whether its speeds are Maxwell's, how often discs meet, whether anything drifts.
 
 use super::Series;
-use crate::catalogue::gas as metric;
+use crate::catalog::gas as metric;
 use crate::laws::gas as ideal;
 use crate::laws::gas_kinetics as law;
 use crate::measurement::Measurement;
@@ -214,7 +214,7 @@ pub(crate) fn share_inside_half(state: &StateTable, config: &GasConfig) -> Optio
     if config.wall_speed_m_per_s.get() != 0.0 || config.opening_width_m.is_some() {
         return None;
     }
-    let [cx, cy] = config.centre_m.map(|component| component.get());
+    let [cx, cy] = config.center_m.map(|component| component.get());
     let half = config.radius_m.get() / 2.0;
     let inside = state
         .column("x")?

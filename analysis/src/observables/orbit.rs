@@ -2,7 +2,7 @@
 
 use super::dem::largest_or_nan;
 use super::{Observer, Series, relative_change};
-use crate::catalogue::orbit as metric;
+use crate::catalog::orbit as metric;
 use crate::figures::{self, Figures};
 use crate::laws::Law;
 use crate::laws::orbit::{self as law, GM_SUN_AU3_PER_DAY2, KeplerOrbit, cross, dot, norm};

@@ -3,7 +3,7 @@
 use super::displacement::Displacement;
 use super::structure::Structure;
 use super::{Observer, Pictures, Series, relative_change};
-use crate::catalogue::packing as metric;
+use crate::catalog::packing as metric;
 use crate::figures::{self, Figures};
 use crate::laws::Law;
 use crate::laws::packing as law;

@@ -26,7 +26,7 @@ impl Snapshot {
         let body = |particle: usize| {
             let row = state.row(particle);
             Body {
-                centre: [row[x], row[y]],
+                center: [row[x], row[y]],
                 radius: column.map_or(radius, |column| Some(row[column])),
                 speed: velocity.map_or(0.0, |(vx, vy)| row[vx].hypot(row[vy])),
             }

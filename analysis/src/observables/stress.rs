@@ -4,9 +4,9 @@
 //!
 //! sigma_ab = (1/A) [ sum over contacts f_a l_b + sum over discs m u_a u_b ],
 //!
-//! with the force f on a disc, the branch l to its centre from that of the disc that it touches, or from the wall, as far
+//! with the force f on a disc, the branch l to its center from that of the disc that it touches, or from the wall, as far
 //! as the branch lies in the layer, and the velocity u against the layer's mean (Goldhirsch 2010). Of discs at rest between
-//! smooth walls sigma_yy is, by the balance of forces at every height, exactly the weight of the discs whose centres are
+//! smooth walls sigma_yy is, by the balance of forces at every height, exactly the weight of the discs whose centers are
 //! above, over the width.
 
 use crate::figures::dem::wall_at;
@@ -67,7 +67,7 @@ struct LayerSums {
     mass: f64,
     momentum: [f64; 2],
     twice_kinetic: [f64; 2],
-    /// Weight of its own discs, N, and the same times the share of the layer below their centres.
+    /// Weight of its own discs, N, and the same times the share of the layer below their centers.
     weight: f64,
     weight_over_layer: f64,
 }

@@ -8,8 +8,8 @@ use std::f64::consts::PI;
 const BINS_PER_DIAMETER: usize = 20;
 /// g(r) is found up to this many diameters.
 const REACH_DIAMETERS: usize = 5;
-/// Neighbours of a disc are nearer than this many diameters: between the first and the second shell of a hexagonal bed.
-const NEIGHBOUR_DIAMETERS: f64 = 1.5;
+/// Neighbors of a disc are nearer than this many diameters: between the first and the second shell of a hexagonal bed.
+const NEIGHBOR_DIAMETERS: f64 = 1.5;
 /// Discs are near contact within this many diameters.
 const NEAR_CONTACT_DIAMETERS: f64 = 1.1;
 
@@ -17,7 +17,7 @@ const NEAR_CONTACT_DIAMETERS: f64 = 1.1;
 #[derive(Clone, Debug)]
 pub(crate) struct Structure {
     diameter: f64,
-    /// Lower left corner and sides of the room that centres have.
+    /// Lower left corner and sides of the room that centers have.
     corner: [f64; 2],
     room: [f64; 2],
     /// Whether each edge of the room is the opposite one.
@@ -31,7 +31,7 @@ pub(crate) struct Structure {
 }
 
 impl Structure {
-    /// Discs of this radius in a box of these sides, centred on the origin.
+    /// Discs of this radius in a box of these sides, centered on the origin.
     pub(super) fn new(radius: f64, sides: [f64; 2], periodic: bool) -> Self {
         let kept_off = if periodic { 0.0 } else { 2.0 * radius };
         let room = sides.map(|side| side - kept_off);
@@ -56,20 +56,20 @@ impl Structure {
     /// Samples a frame.
     pub(super) fn see(&mut self, state: &StateTable) {
         let (Some(x), Some(y)) = (state.column("x"), state.column("y")) else { return };
-        let centres: Vec<[f64; 2]> = x.zip(y).map(|(x, y)| [x, y]).collect();
+        let centers: Vec<[f64; 2]> = x.zip(y).map(|(x, y)| [x, y]).collect();
         // The room must be wide enough for a ring of the full reach about its middle.
         let widest = self.room[0].min(self.room[1]) / if self.periodic { 2.0 } else { 1.0 };
         let reach = (REACH_DIAMETERS as f64).min((widest / self.diameter).floor());
         let bins = reach as usize * BINS_PER_DIAMETER;
-        if centres.len() < 2 || reach < 2.0 {
+        if centers.len() < 2 || reach < 2.0 {
             return;
         }
         let bin_width = self.diameter / BINS_PER_DIAMETER as f64;
         let mut pairs = vec![0_u64; bins];
-        let mut bonds = vec![[0.0_f64; 3]; centres.len()];
-        let near = NEIGHBOUR_DIAMETERS * self.diameter;
+        let mut bonds = vec![[0.0_f64; 3]; centers.len()];
+        let near = NEIGHBOR_DIAMETERS * self.diameter;
         let mut close = 0_u64;
-        self.for_each_pair(&centres, reach * self.diameter, |first, second, apart| {
+        self.for_each_pair(&centers, reach * self.diameter, |first, second, apart| {
             let square = apart[0] * apart[0] + apart[1] * apart[1];
             // Rounding brings touching discs closer than they can be.
             let distance = square.sqrt().max(self.diameter);
@@ -87,7 +87,7 @@ impl Structure {
                 }
             }
         });
-        self.add_pairs(&pairs, close, bin_width, centres.len() as f64);
+        self.add_pairs(&pairs, close, bin_width, centers.len() as f64);
         self.add_bonds(&bonds);
         self.frames += 1;
     }
@@ -108,8 +108,8 @@ impl Structure {
 
     fn add_bonds(&mut self, bonds: &[[f64; 3]]) {
         let (mut total, mut local) = ([0.0, 0.0], 0.0);
-        for [real, imaginary, neighbours] in bonds.iter().filter(|bond| bond[2] > 0.0) {
-            let psi = [real / neighbours, imaginary / neighbours];
+        for [real, imaginary, neighbors] in bonds.iter().filter(|bond| bond[2] > 0.0) {
+            let psi = [real / neighbors, imaginary / neighbors];
             total = [total[0] + psi[0], total[1] + psi[1]];
             local += psi[0].hypot(psi[1]);
         }
@@ -132,27 +132,27 @@ impl Structure {
     /// Calls for each pair nearer than `reach`, by cells of that side.
     fn for_each_pair(
         &self,
-        centres: &[[f64; 2]],
+        centers: &[[f64; 2]],
         reach: f64,
         mut each: impl FnMut(usize, usize, [f64; 2]),
     ) {
         let cells = [0, 1].map(|axis| ((self.room[axis] / reach) as usize).max(1));
-        let place = |centre: &[f64; 2], axis: usize| {
-            let share = (centre[axis] - self.corner[axis]) / self.room[axis];
-            // A centre outside, as a foreign file may have it, is in the outermost cell: `as` saturates.
+        let place = |center: &[f64; 2], axis: usize| {
+            let share = (center[axis] - self.corner[axis]) / self.room[axis];
+            // A center outside, as a foreign file may have it, is in the outermost cell: `as` saturates.
             ((share * cells[axis] as f64) as usize).min(cells[axis] - 1)
         };
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); cells[0] * cells[1]];
-        for (index, centre) in centres.iter().enumerate() {
-            members[place(centre, 1) * cells[0] + place(centre, 0)].push(index);
+        for (index, center) in centers.iter().enumerate() {
+            members[place(center, 1) * cells[0] + place(center, 0)].push(index);
         }
-        for (first, centre) in centres.iter().enumerate() {
-            let around = |axis: usize| self.cells_around(place(centre, axis), cells[axis]);
+        for (first, center) in centers.iter().enumerate() {
+            let around = |axis: usize| self.cells_around(place(center, axis), cells[axis]);
             let (columns, rows) = (around(0), around(1));
             for row in rows {
                 for column in &columns {
                     for &second in members[row * cells[0] + column].iter().filter(|&&s| s > first) {
-                        let apart = self.apart(centre, &centres[second]);
+                        let apart = self.apart(center, &centers[second]);
                         if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
                             each(first, second, apart);
                         }
@@ -162,7 +162,7 @@ impl Structure {
         }
     }
 
-    /// A cell along an axis and its neighbours, each once.
+    /// A cell along an axis and its neighbors, each once.
     fn cells_around(&self, own: usize, count: usize) -> Vec<usize> {
         if self.periodic && count > 3 {
             vec![(own + count - 1) % count, own, (own + 1) % count]
@@ -173,7 +173,7 @@ impl Structure {
         }
     }
 
-    /// From one centre to another, or to its nearest image.
+    /// From one center to another, or to its nearest image.
     fn apart(&self, from: &[f64; 2], to: &[f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| {
             let apart = to[axis] - from[axis];
@@ -227,7 +227,7 @@ mod tests {
     }
 
     /// Over the edges of a periodic box pairs are as many as in the middle of it: a square lattice of pitch 1.25 fills it, each point
-    /// has four neighbours at 1, four at sqrt(2) and four at 2 pitches, and g has nothing else within 2.4 diameters.
+    /// has four neighbors at 1, four at sqrt(2) and four at 2 pitches, and g has nothing else within 2.4 diameters.
     #[test]
     fn pairs_reach_over_periodic_edges() {
         let structure = Structure::new(0.5, [10.0, 15.0], true);

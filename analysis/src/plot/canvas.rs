@@ -1,4 +1,4 @@
-//! The sheet that plots are drawn on: size, colours, text, and the legend above the axes.
+//! The sheet that plots are drawn on: size, colors, text, and the legend above the axes.
 
 use super::DrawingError;
 use plotters::coord::Shift;
@@ -14,7 +14,7 @@ pub(super) type Sheet<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) const INK: RGBColor = RGBColor(38, 38, 38);
 pub(super) const PALE: RGBColor = RGBColor(222, 222, 222);
 
-/// Colours that the colour-blind can tell apart (Okabe and Ito 2008), without the yellow that is pale on white.
+/// Colors that the color-blind can tell apart (Okabe and Ito 2008), without the yellow that is pale on white.
 const CURVES: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -25,8 +25,8 @@ const CURVES: [RGBColor; 7] = [
     RGBColor(90, 90, 90),
 ];
 
-/// The colour of the curve with this number.
-pub(super) const fn curve_colour(index: usize) -> RGBColor {
+/// The color of the curve with this number.
+pub(super) const fn curve_color(index: usize) -> RGBColor {
     CURVES[index % CURVES.len()]
 }
 
@@ -41,9 +41,9 @@ pub(super) fn text_style(size: i32, horizontal: HPos, vertical: VPos) -> TextSty
 }
 
 /// A line of this width in shown half pixels.
-pub(super) fn stroke(colour: RGBColor, half_pixels: u32) -> ShapeStyle {
+pub(super) fn stroke(color: RGBColor, half_pixels: u32) -> ShapeStyle {
     ShapeStyle {
-        color: colour.to_rgba(),
+        color: color.to_rgba(),
         filled: false,
         stroke_width: half_pixels * FINENESS.unsigned_abs() / 2,
     }

@@ -3,7 +3,7 @@
 use super::DrawingError;
 use super::axis::{Axis, Layout};
 use super::canvas::{
-    INK, PALE, Sheet, curve_colour, draw, failure, fine, stroke, text_style, text_width,
+    INK, PALE, Sheet, curve_color, draw, failure, fine, stroke, text_style, text_width,
 };
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -46,8 +46,8 @@ pub struct Curve {
     pub name: String,
     /// How it is drawn.
     pub style: Style,
-    /// Number of its colour: curves that belong together share one.
-    pub colour: usize,
+    /// Number of its color: curves that belong together share one.
+    pub color: usize,
     /// The points, in the order of the line.
     pub points: Vec<Point>,
 }
@@ -193,22 +193,22 @@ fn draw_legend_row(
 ) -> Result<(), DrawingError> {
     let middle = fine(top + LEGEND_ROW_HEIGHT / 2);
     for (left, curve) in entries {
-        let colour = curve_colour(curve.colour);
+        let color = curve_color(curve.color);
         let ends = [(fine(*left), middle), (fine(left + LEGEND_SAMPLE), middle)];
         match curve.style {
-            Style::Line => sheet.draw(&PathElement::new(ends, stroke(colour, 4))),
+            Style::Line => sheet.draw(&PathElement::new(ends, stroke(color, 4))),
             Style::Theory => {
                 let [from, to] = ends;
                 let dashes =
                     (from.0..to.0).step_by(fine(11).unsigned_abs() as usize).map(|start| {
                         let end = (start + fine(7)).min(to.0);
-                        PathElement::new([(start, middle), (end, middle)], stroke(colour, 3))
+                        PathElement::new([(start, middle), (end, middle)], stroke(color, 3))
                     });
                 dashes.into_iter().try_for_each(|dash| sheet.draw(&dash))
             }
             Style::Data => {
-                let centre = (fine(left + LEGEND_SAMPLE / 2), middle);
-                sheet.draw(&Circle::new(centre, fine(4), colour.filled()))
+                let center = (fine(left + LEGEND_SAMPLE / 2), middle);
+                sheet.draw(&Circle::new(center, fine(4), color.filled()))
             }
         }
         .map_err(failure)?;
@@ -244,24 +244,24 @@ fn draw_plot(
         .draw()
         .map_err(failure)?;
     for curve in curves {
-        let colour = curve_colour(curve.colour);
+        let color = curve_color(curve.color);
         let places: Vec<(f64, f64)> =
             curve.points.iter().map(|point| (x.place(point.x), y.place(point.y))).collect();
         match curve.style {
             Style::Line => {
-                chart.draw_series(LineSeries::new(places, stroke(colour, 3))).map_err(failure)?;
+                chart.draw_series(LineSeries::new(places, stroke(color, 3))).map_err(failure)?;
             }
             Style::Theory => {
-                let dashes = DashedLineSeries::new(places, fine(7), fine(4), stroke(colour, 3));
+                let dashes = DashedLineSeries::new(places, fine(7), fine(4), stroke(color, 3));
                 chart.draw_series(dashes).map_err(failure)?;
             }
             Style::Data => {
                 chart
                     .draw_series(
-                        places.iter().map(|place| Circle::new(*place, fine(4), colour.filled())),
+                        places.iter().map(|place| Circle::new(*place, fine(4), color.filled())),
                     )
                     .map_err(failure)?;
-                chart.draw_series(error_bars(curve, x, y, colour)).map_err(failure)?;
+                chart.draw_series(error_bars(curve, x, y, color)).map_err(failure)?;
             }
         }
     }
@@ -273,18 +273,18 @@ fn error_bars(
     curve: &Curve,
     x: &Layout,
     y: &Layout,
-    colour: RGBColor,
+    color: RGBColor,
 ) -> Vec<PathElement<(f64, f64)>> {
     let cap = (x.high - x.low) * 0.006;
-    let style = stroke(colour, 3);
+    let style = stroke(color, 3);
     let bar = |point: &Point| {
         let error = point.error.filter(|error| *error > 0.0)?;
-        let (centre, top) = (x.place(point.x), y.place(point.y + error));
+        let (center, top) = (x.place(point.x), y.place(point.y + error));
         let low = y.place(point.y - error);
         let reached = low.is_finite() && low >= y.low;
         let bottom = if reached { low } else { y.low };
-        let across = |height: f64| vec![(centre - cap, height), (centre + cap, height)];
-        let mut paths = vec![vec![(centre, bottom), (centre, top)], across(top)];
+        let across = |height: f64| vec![(center - cap, height), (center + cap, height)];
+        let mut paths = vec![vec![(center, bottom), (center, top)], across(top)];
         if reached {
             paths.push(across(bottom));
         }
@@ -299,7 +299,7 @@ fn error_bars(
         .collect()
 }
 
-/// Keeps at most about `most` points of a long curve: of each run of neighbours the least and the greatest, in order.
+/// Keeps at most about `most` points of a long curve: of each run of neighbors the least and the greatest, in order.
 #[must_use]
 pub fn thinned(points: Vec<Point>, most: usize) -> Vec<Point> {
     if points.len() <= most {
@@ -307,10 +307,10 @@ pub fn thinned(points: Vec<Point>, most: usize) -> Vec<Point> {
     }
     let run = points.len().div_ceil(most / 2);
     let mut kept = Vec::with_capacity(most);
-    for neighbours in points.chunks(run) {
+    for neighbors in points.chunks(run) {
         let by_height = |a: &&Point, b: &&Point| a.y.total_cmp(&b.y);
-        let least = neighbours.iter().min_by(by_height);
-        let greatest = neighbours.iter().max_by(by_height);
+        let least = neighbors.iter().min_by(by_height);
+        let greatest = neighbors.iter().max_by(by_height);
         if let (Some(a), Some(b)) = (least, greatest) {
             let (first, second) = if a.x <= b.x { (a, b) } else { (b, a) };
             kept.push(*first);

@@ -1,4 +1,4 @@
-//! Pictures of a state: particles in their container, to scale, coloured by speed.
+//! Pictures of a state: particles in their container, to scale, colored by speed.
 
 use super::DrawingError;
 use super::axis::{short_number, three_digits};
@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 /// A particle as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Body {
-    /// Centre, in the picture's length unit.
-    pub centre: [f64; 2],
+    /// Center, in the picture's length unit.
+    pub center: [f64; 2],
     /// Radius; `None` for a point, drawn as a dot.
     pub radius: Option<f64>,
-    /// Speed, for its colour.
+    /// Speed, for its color.
     pub speed: f64,
 }
 
@@ -23,7 +23,7 @@ pub struct Body {
 pub enum Container {
     /// A rectangle from its lower left to its upper right corner.
     Rectangle([f64; 2], [f64; 2]),
-    /// A circle by centre and radius.
+    /// A circle by center and radius.
     Circle([f64; 2], f64),
 }
 
@@ -32,7 +32,7 @@ pub enum Container {
 pub enum InnerWall {
     /// A straight piece between two points.
     Segment([f64; 2], [f64; 2]),
-    /// A circle by centre and radius.
+    /// A circle by center and radius.
     Circle([f64; 2], f64),
 }
 
@@ -80,8 +80,8 @@ impl View {
     fn new(container: Container) -> (Self, i32) {
         let (low, high) = match container {
             Container::Rectangle(low, high) => (low, high),
-            Container::Circle(centre, radius) => {
-                let reach = |sign: f64| [centre[0] + sign * radius, centre[1] + sign * radius];
+            Container::Circle(center, radius) => {
+                let reach = |sign: f64| [center[0] + sign * radius, center[1] + sign * radius];
                 (reach(-1.0), reach(1.0))
             }
         };
@@ -146,14 +146,14 @@ impl Picture {
                 let share = if fastest > 0.0 { body.speed / fastest } else { 0.0 };
                 let radius = body.radius.map_or(fine(5) / 2, |radius| view.length(radius));
                 let disc =
-                    Circle::new(view.place(body.centre), radius, speed_colour(share).filled());
+                    Circle::new(view.place(body.center), radius, speed_color(share).filled());
                 sheet.draw(&disc).map_err(failure)?;
             }
             self.draw_container(sheet, &view)?;
             let below = (middle, fine(height - SIDE / 2));
             let style = text_style(14, HPos::Center, VPos::Center);
             sheet.draw(&Text::new(self.size_text(), below, style)).map_err(failure)?;
-            self.draw_colour_bar(sheet, height, fastest)
+            self.draw_color_bar(sheet, height, fastest)
         })
     }
 
@@ -162,8 +162,8 @@ impl Picture {
         let [least, most] = [0.0, f64::from(fine(WIDTH - BAR_ROOM))];
         let on_sheet = |body: &&Body| {
             let reach = body.radius.unwrap_or(0.0) * view.scale;
-            let across = (body.centre[0] - view.low[0]) * view.scale + view.left;
-            let up = (body.centre[1] - view.low[1]) * view.scale;
+            let across = (body.center[0] - view.low[0]) * view.scale + view.left;
+            let up = (body.center[1] - view.low[1]) * view.scale;
             let room = f64::from(fine(SIDE));
             across - reach >= least
                 && across + reach <= most
@@ -200,8 +200,8 @@ impl Picture {
                 let corners = [low, [high[0], low[1]], high, [low[0], high[1]], low];
                 sheet.draw(&PathElement::new(corners.map(|corner| view.place(corner)), line))
             }
-            Container::Circle(centre, radius) => {
-                sheet.draw(&Circle::new(view.place(centre), view.length(radius), line))
+            Container::Circle(center, radius) => {
+                sheet.draw(&Circle::new(view.place(center), view.length(radius), line))
             }
         }
         .map_err(failure)?;
@@ -212,8 +212,8 @@ impl Picture {
                     let Some(ends) = self.within(from, to) else { continue };
                     sheet.draw(&PathElement::new(ends.map(|end| view.place(end)), line))
                 }
-                InnerWall::Circle(centre, radius) => {
-                    sheet.draw(&Circle::new(view.place(centre), view.length(radius), line))
+                InnerWall::Circle(center, radius) => {
+                    sheet.draw(&Circle::new(view.place(center), view.length(radius), line))
                 }
             }
             .map_err(failure)?;
@@ -242,7 +242,7 @@ impl Picture {
         (first < last).then(|| [at(first), at(last)])
     }
 
-    fn draw_colour_bar(
+    fn draw_color_bar(
         &self,
         sheet: &Sheet<'_>,
         height: i32,
@@ -265,7 +265,7 @@ impl Picture {
             let corners =
                 [(fine(left), edge((step + 2).min(STEPS))), (fine(left + 16), edge(step))];
             let share = (f64::from(step) + 0.5) / f64::from(STEPS);
-            sheet.draw(&Rectangle::new(corners, speed_colour(share).filled())).map_err(failure)?;
+            sheet.draw(&Rectangle::new(corners, speed_color(share).filled())).map_err(failure)?;
         }
         for (share, down) in [(1.0, top), (0.5, (top + bottom) / 2), (0.0, bottom)] {
             let text = three_digits(share * fastest);
@@ -277,7 +277,7 @@ impl Picture {
 }
 
 /// Dark blue for rest to orange for the fastest: even in brightness on white.
-fn speed_colour(share: f64) -> RGBColor {
+fn speed_color(share: f64) -> RGBColor {
     const STOPS: [[f64; 3]; 4] =
         [[40.0, 44.0, 120.0], [30.0, 130.0, 170.0], [120.0, 180.0, 90.0], [240.0, 150.0, 30.0]];
     let place = share.clamp(0.0, 1.0) * 3.0;

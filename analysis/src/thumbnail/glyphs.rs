@@ -1,4 +1,4 @@
-//! Letters as strokes, for what a colour bar says: numbers and units of speed.
+//! Letters as strokes, for what a color bar says: numbers and units of speed.
 
 /// Points of a stroke, in units of the grid: 4 wide and 6 high, from the upper left corner.
 type Stroke = &'static [[u8; 2]];
@@ -6,7 +6,7 @@ type Stroke = &'static [[u8; 2]];
 /// Height of the grid.
 const GRID_HEIGHT: f64 = 6.0;
 
-/// The strokes of a letter and its width; `None` for one that no colour bar has.
+/// The strokes of a letter and its width; `None` for one that no color bar has.
 fn glyph(letter: char) -> Option<(&'static [Stroke], f64)> {
     let (strokes, width): (&'static [Stroke], f64) = match letter {
         '0' => (&[&[[1, 0], [3, 0], [4, 1], [4, 5], [3, 6], [1, 6], [0, 5], [0, 1], [1, 0]]], 4.0),
@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_letter_of_a_colour_bar_has_strokes() {
+    fn every_letter_of_a_color_bar_has_strokes() {
         for letter in "0123456789.-e m/sAU/d".chars() {
             assert!(glyph(letter).is_some(), "{letter}");
         }

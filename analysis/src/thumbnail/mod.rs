@@ -1,5 +1,5 @@
 //! A small picture of a recording, still or moving, for a page or a slide: drawn from the recording's own scenes, with their
-//! colours, without a viewer.
+//! colors, without a viewer.
 
 mod glyphs;
 mod png_file;

@@ -1,4 +1,4 @@
-//! Rasters as a PNG file, or several as an APNG, with at most 256 colours: a fifth of the size.
+//! Rasters as a PNG file, or several as an APNG, with at most 256 colors: a fifth of the size.
 
 use super::raster::Raster;
 use kinetoscope_recording::drawing::Rgb;
@@ -18,7 +18,7 @@ pub(super) fn file(rasters: &[Raster], seconds: f64) -> Result<Vec<u8>, String> 
     let mut encoder = png::Encoder::new(&mut bytes, first.width, first.height);
     encoder.set_color(png::ColorType::Indexed);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_palette(palette.colours.concat());
+    encoder.set_palette(palette.colors.concat());
     encoder.set_compression(png::Compression::High);
     let words = |error: png::EncodingError| error.to_string();
     if rasters.len() > 1 {
@@ -89,9 +89,9 @@ impl Part {
     }
 }
 
-/// The most frequent colours; any other is shown as the nearest of them.
+/// The most frequent colors; any other is shown as the nearest of them.
 struct Palette {
-    colours: Vec<Rgb>,
+    colors: Vec<Rgb>,
     nearest: HashMap<Rgb, u8>,
 }
 
@@ -106,23 +106,23 @@ impl Palette {
             }
         }
         let mut counted: Vec<(u64, Rgb)> =
-            counts.into_iter().map(|(colour, count)| (count, colour)).collect();
-        // Equal counts by their colour: the file does not depend on the map's order.
+            counts.into_iter().map(|(color, count)| (count, color)).collect();
+        // Equal counts by their color: the file does not depend on the map's order.
         counted.sort_unstable_by(|one, other| other.cmp(one));
-        let colours: Vec<Rgb> =
-            counted.into_iter().take(Self::SIZE).map(|(_, colour)| colour).collect();
-        let nearest = (0..=u8::MAX).zip(&colours).map(|(index, colour)| (*colour, index)).collect();
-        Self { colours, nearest }
+        let colors: Vec<Rgb> =
+            counted.into_iter().take(Self::SIZE).map(|(_, color)| color).collect();
+        let nearest = (0..=u8::MAX).zip(&colors).map(|(index, color)| (*color, index)).collect();
+        Self { colors, nearest }
     }
 
-    fn index(&mut self, colour: Rgb) -> u8 {
-        let Self { colours, nearest } = self;
-        *nearest.entry(colour).or_insert_with(|| {
+    fn index(&mut self, color: Rgb) -> u8 {
+        let Self { colors, nearest } = self;
+        *nearest.entry(color).or_insert_with(|| {
             let distance = |other: &Rgb| -> i32 {
-                let parts = colour.iter().zip(other);
+                let parts = color.iter().zip(other);
                 parts.map(|(one, other)| (i32::from(*one) - i32::from(*other)).pow(2)).sum()
             };
-            let indexed = (0..=u8::MAX).zip(colours.iter());
+            let indexed = (0..=u8::MAX).zip(colors.iter());
             indexed.min_by_key(|(_, other)| distance(other)).map_or(0, |(index, _)| index)
         })
     }

@@ -1,14 +1,14 @@
-//! A drawing as pixels. How much of a pixel a shape covers follows from the distance of the pixel's centre to its edge.
+//! A drawing as pixels. How much of a pixel a shape covers follows from the distance of the pixel's center to its edge.
 
 use super::Drawing;
 use super::glyphs;
 use super::sheet::Sheet;
 use kinetoscope_recording::drawing::{Rgb, Shape};
 
-/// Dark grey, for text.
+/// Dark gray, for text.
 const INK: Rgb = [0x20, 0x20, 0x20];
 
-/// Shares of a pixel that are told apart: few, so that the colours of a drawing fit a palette.
+/// Shares of a pixel that are told apart: few, so that the colors of a drawing fit a palette.
 const RIM_STEPS: f64 = 8.0;
 
 /// A picture, row by row from its upper left corner.
@@ -33,32 +33,32 @@ impl Raster {
 
     fn draw(&mut self, sheet: &Sheet, shape: &Shape) {
         match shape {
-            Shape::Disc { centre, radius, colour } => {
-                let (centre, radius) = (sheet.place(*centre), sheet.length(*radius));
-                self.fill(*colour, [centre, centre], radius, |point| {
-                    radius - (point[0] - centre[0]).hypot(point[1] - centre[1])
+            Shape::Disc { center, radius, color } => {
+                let (center, radius) = (sheet.place(*center), sheet.length(*radius));
+                self.fill(*color, [center, center], radius, |point| {
+                    radius - (point[0] - center[0]).hypot(point[1] - center[1])
                 });
             }
-            Shape::Segments { segments, width_px, colour } => {
+            Shape::Segments { segments, width_px, color } => {
                 let half_width = sheet.line_width(*width_px) / 2.0;
                 for [from, to] in segments {
-                    self.segment([sheet.place(*from), sheet.place(*to)], half_width, *colour);
+                    self.segment([sheet.place(*from), sheet.place(*to)], half_width, *color);
                 }
             }
-            Shape::Rectangle { centre, size, colour } => {
-                let centre = sheet.place(*centre);
+            Shape::Rectangle { center, size, color } => {
+                let center = sheet.place(*center);
                 let [width, height] = size.map(|length| sheet.length(length) / 2.0);
-                // Neighbours overlap a little, so that no seam shows.
+                // Neighbors overlap a little, so that no seam shows.
                 let half = [width + 0.5, height];
                 let reach = half[0].max(half[1]);
-                self.fill(*colour, [centre, centre], reach, |point| {
-                    let inside = |axis: usize| half[axis] - (point[axis] - centre[axis]).abs();
+                self.fill(*color, [center, center], reach, |point| {
+                    let inside = |axis: usize| half[axis] - (point[axis] - center[axis]).abs();
                     inside(0).min(inside(1))
                 });
             }
-            Shape::Text { centre, text } => {
+            Shape::Text { center, text } => {
                 let height = sheet.text_height();
-                for segment in glyphs::strokes(text, sheet.place(*centre), height) {
+                for segment in glyphs::strokes(text, sheet.place(*center), height) {
                     self.segment(segment, (height / 14.0).max(0.55), INK);
                 }
             }
@@ -66,10 +66,10 @@ impl Raster {
     }
 
     /// A line with round ends.
-    fn segment(&mut self, [from, to]: [[f64; 2]; 2], half_width: f64, colour: Rgb) {
+    fn segment(&mut self, [from, to]: [[f64; 2]; 2], half_width: f64, color: Rgb) {
         let along = [to[0] - from[0], to[1] - from[1]];
         let length_squared = along[0] * along[0] + along[1] * along[1];
-        self.fill(colour, [from, to], half_width, |point| {
+        self.fill(color, [from, to], half_width, |point| {
             let off = [point[0] - from[0], point[1] - from[1]];
             let share = if length_squared > 0.0 {
                 ((off[0] * along[0] + off[1] * along[1]) / length_squared).clamp(0.0, 1.0)
@@ -80,11 +80,11 @@ impl Raster {
         });
     }
 
-    /// Mixes a colour into the pixels of a box around two points. `depth` is how deep a point lies inside of the shape, px,
+    /// Mixes a color into the pixels of a box around two points. `depth` is how deep a point lies inside of the shape, px,
     /// negative outside.
     fn fill(
         &mut self,
-        colour: Rgb,
+        color: Rgb,
         around: [[f64; 2]; 2],
         reach: f64,
         depth: impl Fn([f64; 2]) -> f64,
@@ -101,7 +101,7 @@ impl Raster {
                 let share = (share * RIM_STEPS).round() / RIM_STEPS;
                 if share > 0.0 {
                     let pixel = &mut self.pixels[(y * self.width + x) as usize];
-                    *pixel = mixed(*pixel, colour, share);
+                    *pixel = mixed(*pixel, color, share);
                 }
             }
         }
@@ -126,10 +126,10 @@ mod tests {
         let container = Shape::Segments {
             segments: vec![[[0.0, 0.0], [1.0, 1.0]]],
             width_px: 1.0,
-            colour: [0xff; 3],
+            color: [0xff; 3],
         };
         let black = [0; 3];
-        let disc = Shape::Disc { centre: [0.43, 0.52], radius: 0.2, colour: black };
+        let disc = Shape::Disc { center: [0.43, 0.52], radius: 0.2, color: black };
         let drawing = [Vec::new(), vec![container], vec![disc], Vec::new()];
         let sheet = Sheet::new(std::slice::from_ref(&drawing), 106).unwrap();
         let raster = Raster::of(&sheet, &drawing);

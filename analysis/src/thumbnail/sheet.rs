@@ -28,7 +28,7 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    /// A sheet for the walls and the colour bar; where no wall is a line, for all that these drawings show. `None` where
+    /// A sheet for the walls and the color bar; where no wall is a line, for all that these drawings show. `None` where
     /// nothing is drawn.
     pub(super) fn new(drawings: &[Drawing], width: u32) -> Option<Self> {
         let is_line = |shape: &Shape| matches!(shape, Shape::Segments { .. });
@@ -40,8 +40,8 @@ impl Sheet {
         }
         let letter = LETTER * TEXT_HEIGHT * (bounds.high[0] - bounds.low[0]);
         for shape in drawings.iter().flatten().flatten() {
-            if let Shape::Text { centre, text } = shape {
-                bounds.include_box(*centre, [text.chars().count() as f64 * letter / 2.0, 0.0]);
+            if let Shape::Text { center, text } = shape {
+                bounds.include_box(*center, [text.chars().count() as f64 * letter / 2.0, 0.0]);
             }
         }
         let [low, high] = [bounds.low, bounds.high];
@@ -93,11 +93,11 @@ impl Bounds {
 
     fn include(&mut self, shape: &Shape) {
         match shape {
-            Shape::Disc { centre, radius, .. } => self.include_box(*centre, [*radius; 2]),
-            Shape::Rectangle { centre, size, .. } => {
-                self.include_box(*centre, size.map(|length| length / 2.0));
+            Shape::Disc { center, radius, .. } => self.include_box(*center, [*radius; 2]),
+            Shape::Rectangle { center, size, .. } => {
+                self.include_box(*center, size.map(|length| length / 2.0));
             }
-            Shape::Text { centre, .. } => self.include_box(*centre, [0.0; 2]),
+            Shape::Text { center, .. } => self.include_box(*center, [0.0; 2]),
             Shape::Segments { segments, .. } => {
                 for point in segments.iter().flatten() {
                     self.include_box(*point, [0.0; 2]);
@@ -106,10 +106,10 @@ impl Bounds {
         }
     }
 
-    fn include_box(&mut self, centre: [f64; 2], reach: [f64; 2]) {
+    fn include_box(&mut self, center: [f64; 2], reach: [f64; 2]) {
         for axis in 0..2 {
-            self.low[axis] = self.low[axis].min(centre[axis] - reach[axis]);
-            self.high[axis] = self.high[axis].max(centre[axis] + reach[axis]);
+            self.low[axis] = self.low[axis].min(center[axis] - reach[axis]);
+            self.high[axis] = self.high[axis].max(center[axis] + reach[axis]);
         }
     }
 }

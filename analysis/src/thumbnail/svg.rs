@@ -20,24 +20,24 @@ pub(super) fn document(sheet: &Sheet, drawing: &Drawing) -> String {
 
 fn write_shape(svg: &mut String, sheet: &Sheet, shape: &Shape) -> std::fmt::Result {
     match shape {
-        Shape::Disc { centre, radius, colour } => {
-            let ([x, y], radius) = (sheet.place(*centre), sheet.length(*radius));
-            let fill = hexadecimal(*colour);
+        Shape::Disc { center, radius, color } => {
+            let ([x, y], radius) = (sheet.place(*center), sheet.length(*radius));
+            let fill = hexadecimal(*color);
             writeln!(svg, "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius:.2}\" fill=\"{fill}\"/>")
         }
-        Shape::Rectangle { centre, size, colour } => {
-            let corner = [centre[0] - size[0] / 2.0, centre[1] + size[1] / 2.0];
+        Shape::Rectangle { center, size, color } => {
+            let corner = [center[0] - size[0] / 2.0, center[1] + size[1] / 2.0];
             let ([x, y], [width, height]) =
                 (sheet.place(corner), size.map(|length| sheet.length(length)));
-            // Neighbours overlap a little, so that no seam shows.
-            let (width, fill) = (width + 0.3, hexadecimal(*colour));
+            // Neighbors overlap a little, so that no seam shows.
+            let (width, fill) = (width + 0.3, hexadecimal(*color));
             writeln!(
                 svg,
                 "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{fill}\"/>"
             )
         }
-        Shape::Segments { segments, width_px, colour } => {
-            let (width, stroke) = (sheet.line_width(*width_px), hexadecimal(*colour));
+        Shape::Segments { segments, width_px, color } => {
+            let (width, stroke) = (sheet.line_width(*width_px), hexadecimal(*color));
             write!(
                 svg,
                 "<path fill=\"none\" stroke-linecap=\"round\" stroke-width=\"{width:.2}\" stroke=\"{stroke}\" d=\""
@@ -48,8 +48,8 @@ fn write_shape(svg: &mut String, sheet: &Sheet, shape: &Shape) -> std::fmt::Resu
             }
             writeln!(svg, "\"/>")
         }
-        Shape::Text { centre, text } => {
-            let ([x, y], size) = (sheet.place(*centre), 1.4 * sheet.text_height());
+        Shape::Text { center, text } => {
+            let ([x, y], size) = (sheet.place(*center), 1.4 * sheet.text_height());
             let baseline = y + sheet.text_height() / 2.0;
             writeln!(
                 svg,

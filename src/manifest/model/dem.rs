@@ -47,7 +47,7 @@ pub struct DemConfig {
     pub periodic: PeriodicSides,
     /// Walls besides the box's own.
     pub walls: Vec<DemWall>,
-    /// Discs whose centre sinks below this height are removed, m.
+    /// Discs whose center sinks below this height are removed, m.
     pub outlet_below_m: Option<Finite>,
     /// The part of the box that discs are placed in at the start, lower left and upper right corner, m.
     pub region_m: Option<[[Finite; 2]; 2]>,
@@ -314,7 +314,7 @@ impl DemConfig {
         keys.key(
             "walls",
             "",
-            "Walls besides the box's: { from_m, to_m } or { centre_m, radius_m, spin_rad_per_s } (a drum, discs inside), \
+            "Walls besides the box's: { from_m, to_m } or { center_m, radius_m, spin_rad_per_s } (a drum, discs inside), \
             each with velocity_m_per_s, amplitude_m, frequency_hz: displacement u t + A sin(2 pi f t), the clock t running \
             within moves_s = [from, to] only, where it is given.",
             &mut self.walls,
@@ -322,7 +322,7 @@ impl DemConfig {
         self.outlet_below_m = keys.optional(
             "outlet_below_m",
             "m",
-            "Discs whose centre sinks below this height are removed.",
+            "Discs whose center sinks below this height are removed.",
             self.outlet_below_m,
         );
         self.region_m = keys.optional(

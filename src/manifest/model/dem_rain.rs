@@ -15,7 +15,7 @@ pub struct DemRain {
     pub discs: NonZeroU32,
     /// How many are due in a second; they come later where there is no room.
     pub discs_per_s: Positive,
-    /// One end of the line that their centres enter on, m.
+    /// One end of the line that their centers enter on, m.
     pub from_m: [Finite; 2],
     /// The other, m.
     pub to_m: [Finite; 2],

@@ -27,7 +27,7 @@ impl DemConfig {
                 "take \"semi-implicit-euler\" or \"velocity-verlet\"",
             );
         }
-        // Neighbours across a periodic side must not be neighbours within the box as well.
+        // Neighbors across a periodic side must not be neighbors within the box as well.
         let least = 12.0 * largest_radius;
         let (x, y) = match self.periodic {
             PeriodicSides::None => (false, false),
@@ -148,8 +148,8 @@ impl DemConfig {
             DemWallShape::Segment { from_m, to_m } => {
                 [from_m, to_m].iter().all(|end| is_inside(end[0].get(), end[1].get()))
             }
-            DemWallShape::Drum { centre_m, radius_m, .. } => {
-                let ([x, y], r) = (centre_m.map(Finite::get), radius_m.get());
+            DemWallShape::Drum { center_m, radius_m, .. } => {
+                let ([x, y], r) = (center_m.map(Finite::get), radius_m.get());
                 let slack = 1e-9 * r;
                 is_inside(x - r + slack, y - r + slack) && is_inside(x + r - slack, y + r - slack)
             }

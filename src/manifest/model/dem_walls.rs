@@ -34,8 +34,8 @@ pub enum DemWallShape {
     },
     /// A circle with the discs inside.
     Drum {
-        /// Its centre, m.
-        centre_m: [Finite; 2],
+        /// Its center, m.
+        center_m: [Finite; 2],
         /// Its radius, m.
         radius_m: Positive,
         /// Its angular velocity, rad/s.
@@ -60,17 +60,17 @@ impl DemWall {
 impl TomlValue for DemWall {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         let Value::Table(table) = &node.value else {
-            refuse(node, name, "a table { from_m, to_m } or { centre_m, radius_m }", errors);
+            refuse(node, name, "a table { from_m, to_m } or { center_m, radius_m }", errors);
             return None;
         };
         let zero = [Finite::literal(0.0); 2];
         let mut reader = Reader::new(name, table, errors);
-        let shape = if reader.has("centre_m") || reader.has("radius_m") {
-            let centre: Option<[Finite; 2]> = reader.required("centre_m", node.span);
+        let shape = if reader.has("center_m") || reader.has("radius_m") {
+            let center: Option<[Finite; 2]> = reader.required("center_m", node.span);
             let radius: Option<Positive> = reader.required("radius_m", node.span);
             let spin = optional(&mut reader, "spin_rad_per_s", Finite::literal(0.0));
-            centre.zip(radius).map(|(centre_m, radius_m)| DemWallShape::Drum {
-                centre_m,
+            center.zip(radius).map(|(center_m, radius_m)| DemWallShape::Drum {
+                center_m,
                 radius_m,
                 spin_rad_per_s: spin,
             })
@@ -109,9 +109,9 @@ impl TomlValue for DemWall {
             DemWallShape::Segment { from_m, to_m } => {
                 format!("from_m = {}, to_m = {}", from_m.write(), to_m.write())
             }
-            DemWallShape::Drum { centre_m, radius_m, spin_rad_per_s } => format!(
-                "centre_m = {}, radius_m = {}, spin_rad_per_s = {}",
-                centre_m.write(),
+            DemWallShape::Drum { center_m, radius_m, spin_rad_per_s } => format!(
+                "center_m = {}, radius_m = {}, spin_rad_per_s = {}",
+                center_m.write(),
                 radius_m.write(),
                 spin_rad_per_s.write()
             ),
@@ -138,9 +138,9 @@ impl TomlValue for DemWall {
             |own: &Json, required: &[&str]| table_schema(&joined(motion.clone(), own), required);
         let segment = json!({ "from_m": pair, "to_m": pair });
         let drum = json!({
-            "centre_m": pair, "radius_m": Positive::schema(), "spin_rad_per_s": Finite::schema()
+            "center_m": pair, "radius_m": Positive::schema(), "spin_rad_per_s": Finite::schema()
         });
-        json!({ "anyOf": [table(&segment, &["from_m", "to_m"]), table(&drum, &["centre_m", "radius_m"])] })
+        json!({ "anyOf": [table(&segment, &["from_m", "to_m"]), table(&drum, &["center_m", "radius_m"])] })
     }
 }
 

@@ -20,8 +20,8 @@ pub struct GasConfig {
     pub mass_kg: Positive,
     /// Radius r of the container, m.
     pub radius_m: Positive,
-    /// Centre c of the container, m.
-    pub centre_m: [Finite; 2],
+    /// Center c of the container, m.
+    pub center_m: [Finite; 2],
     /// The law that speeds are drawn from, unless they are listed.
     pub speed_distribution: SpeedDistribution,
     /// The scale of the speeds.
@@ -59,7 +59,7 @@ pub struct GasConfig {
 pub enum PlaceDistribution {
     /// Uniform over the area: stationary.
     Area,
-    /// Distance from the centre uniform in [0, r]: too many in the middle, and not stationary.
+    /// Distance from the center uniform in [0, r]: too many in the middle, and not stationary.
     Radius,
 }
 
@@ -127,7 +127,7 @@ impl Default for GasConfig {
             particles: const { NonZeroU32::new(1000).expect("not zero") },
             mass_kg: const { Positive::literal(1e-26) },
             radius_m: const { Positive::literal(1.0) },
-            centre_m: const { [Finite::literal(0.0), Finite::literal(0.0)] },
+            center_m: const { [Finite::literal(0.0), Finite::literal(0.0)] },
             speed_distribution: SpeedDistribution::Uniform,
             speed_scale: SpeedScale::Temperature(const { NonNegative::literal(300.0) }),
             temperature_definition: TemperatureDefinition::MeanSpeed,
@@ -226,7 +226,7 @@ impl GasConfig {
         );
         keys.key("mass_kg", "kg", "Mass m of a particle.", &mut self.mass_kg);
         keys.key("radius_m", "m", "Radius r of the container.", &mut self.radius_m);
-        keys.key("centre_m", "m", "Centre c of the container, [x, y].", &mut self.centre_m);
+        keys.key("center_m", "m", "Center c of the container, [x, y].", &mut self.center_m);
         keys.key(
             "speed_distribution",
             "",
@@ -305,7 +305,7 @@ impl GasConfig {
             .optional(
                 "place_distribution",
                 "",
-                "area: uniform over the area (default). radius: distance from the centre uniform, which is not stationary.",
+                "area: uniform over the area (default). radius: distance from the center uniform, which is not stationary.",
                 places,
             )
             .unwrap_or(PlaceDistribution::Area);

@@ -87,7 +87,7 @@ impl GasConfig {
         if radius_at_end <= 0.0 {
             table.refuse(
                 &["wall_speed_m_per_s", "duration_s"],
-                "the wall reaches the centre before the run ends",
+                "the wall reaches the center before the run ends",
                 "shorten the duration or slow the wall",
             );
         }

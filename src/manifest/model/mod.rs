@@ -56,7 +56,7 @@ pub enum ModelConfig {
 /// Positions and velocities written out in a manifest, one pair a particle, in SI units or the model's own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GivenState {
-    /// Centres, `[x, y]` each.
+    /// Centers, `[x, y]` each.
     pub positions: Vec<[Finite; 2]>,
     /// Velocities, `[vx, vy]` each; as many as positions.
     pub velocities: Vec<[Finite; 2]>,

@@ -30,7 +30,7 @@ pub struct OrbitConfig {
 /// State at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OrbitStart {
-    /// As printed in the source document: relative to the solar system's barycentre, 2013-01-01.
+    /// As printed in the source document: relative to the solar system's barycenter, 2013-01-01.
     Document,
     /// The same day relative to the Sun.
     Heliocentric,
@@ -131,7 +131,7 @@ impl OrbitConfig {
             "bodies",
             "",
             "In place of start: two bodies or more that attract each other, each \
-            { gm_au3_per_day2, position_au, velocity_au_per_day }. Their centre of mass is put at rest in the origin.",
+            { gm_au3_per_day2, position_au, velocity_au_per_day }. Their center of mass is put at rest in the origin.",
             self.bodies.take(),
         );
         keys.key(

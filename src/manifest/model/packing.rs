@@ -9,7 +9,7 @@ use crate::value::{TomlValue, words};
 use serde_json::Value as Json;
 use std::num::NonZeroU32;
 
-/// All physics of a packing run. The box is centred on the origin.
+/// All physics of a packing run. The box is centered on the origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackingConfig {
     /// Number of discs n.
@@ -148,7 +148,7 @@ impl PackingConfig {
         keys.key(
             "width",
             "1",
-            "Width lx of the box, which is centred on the origin.",
+            "Width lx of the box, which is centered on the origin.",
             &mut self.width,
         );
         keys.key("height", "1", "Height ly of the box.", &mut self.height);

@@ -53,7 +53,7 @@ replicate = 0
 particles = 1000
 mass_kg = 1e-26
 radius_m = 1.0
-centre_m = [0.0, 0.0]
+center_m = [0.0, 0.0]
 speed_distribution = "uniform"
 temperature_k = 300.0
 temperature_definition = "mean-speed"
@@ -146,7 +146,7 @@ fn a_dem_scene_reads_back() {
 #[test]
 fn ways_of_writing_do_not_matter() {
     let written = "seed = 0x10\nname = \"a\"\ndescription = \"b\"\n[record]\nchannels = [\"pressure\", \"state\"]\n\
-        [model]\ngas.particles = 1e3\ngas.mass_kg = 0.01e-24\ngas.centre_m = [-0.0, 0]\n\
+        [model]\ngas.particles = 1e3\ngas.mass_kg = 0.01e-24\ngas.center_m = [-0.0, 0]\n\
         [[checks]]\nmetric = \"pressure.measured\"\nstandard_errors = 3\n";
     let other =
         "seed = 16\n[model.gas]\n[record]\ncompression = 'zstd'\nchannels = ['state', 'pressure']";
@@ -322,7 +322,7 @@ impl Numbers {
             particles,
             speeds_m_per_s,
             radius_m: self.positive(),
-            centre_m: [self.finite(), self.finite()],
+            center_m: [self.finite(), self.finite()],
             speed_scale,
             propagation: [
                 Propagation::Exact,

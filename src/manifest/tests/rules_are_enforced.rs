@@ -44,7 +44,7 @@ fn numbers_keep_to_their_ranges() {
     refused("[model.gas]\nradius_m = \"1.0\" # <-", "`model.gas.radius_m` cannot be a string");
     refused("[model.gas]\nradius_m = true # <-", "`model.gas.radius_m` cannot be a boolean");
     refused("[model.gas]\nradius_m = 1979-05-27 # <-", "`model.gas.radius_m` cannot be a date");
-    refused("[model.gas]\ncentre_m = [nan, 0] # <-", "must be a finite number");
+    refused("[model.gas]\ncenter_m = [nan, 0] # <-", "must be a finite number");
     refused("[model.gas]\ntemperature_k = -1 # <-", "must be a number >= 0");
     refused("[model.dem]\nrestitution = 0 # <-", "must be a number in (0, 1]");
     refused("[model.dem]\nrestitution = 1.0000000000000002 # <-", "must be a number in (0, 1]");

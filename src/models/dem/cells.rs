@@ -1,4 +1,4 @@
-//! A grid of cells at least as wide as the reach: neighbours stand in the 3 x 3 block.
+//! A grid of cells at least as wide as the reach: neighbors stand in the 3 x 3 block.
 //!
 //! Cells are numbered band by band, column by column within a band, and upwards within a column. So the discs of a block,
 //! which follow each other in this order, fill a patch about as high as wide, and few of their pairs belong to two blocks.
@@ -13,8 +13,8 @@ type Place = [usize; 2];
 
 /// Discs sorted by cell.
 pub(super) struct Cells {
-    /// Cells a metre along each axis.
-    per_metre: [f64; 2],
+    /// Cells a meter along each axis.
+    per_meter: [f64; 2],
     /// Columns and rows.
     count: [usize; 2],
     periodic: Periodic,
@@ -27,7 +27,7 @@ pub(super) struct Cells {
     cells: Vec<u32>,
 }
 
-/// Discs that follow each other in one column of a band, all of whose neighbours stand in the three columns of cells around:
+/// Discs that follow each other in one column of a band, all of whose neighbors stand in the three columns of cells around:
 /// three cells of each lie side by side.
 pub(super) struct Stretch<'a> {
     /// The cell of each.
@@ -83,7 +83,7 @@ impl Cells {
         let most = 2 * ((positions.len() as f64).sqrt() as usize + 1);
         let along = |axis: usize| Ord::clamp((sides[axis] / reach) as usize, 1, most);
         let count = [along(0), along(1)];
-        let per_metre = [count[0] as f64 / sides[0], count[1] as f64 / sides[1]];
+        let per_meter = [count[0] as f64 / sides[0], count[1] as f64 / sides[1]];
         let cells_of_patch = (patch * count[0] * count[1] / Ord::max(positions.len(), 1)) as f64;
         // Three rows then lie in two bands at most.
         let band = Ord::clamp(cells_of_patch.sqrt() as usize, 2, Ord::max(2, count[1]));
@@ -94,7 +94,7 @@ impl Cells {
         });
         let rows = rows.collect();
         let (starts, cells) = (Vec::new(), Vec::new());
-        let mut cells = Self { per_metre, count, periodic, band, rows, starts, cells };
+        let mut cells = Self { per_meter, count, periodic, band, rows, starts, cells };
         let order = cells.fill(positions);
         (cells, order)
     }
@@ -130,7 +130,7 @@ impl Cells {
         Ord::min(self.starts[self.cells[disc] as usize + 1] as usize, own.end)
     }
 
-    /// The longest stretch that begins with a disc and whose neighbours are all among `own`, without any image; `None` where
+    /// The longest stretch that begins with a disc and whose neighbors are all among `own`, without any image; `None` where
     /// the disc's cell is not such a one.
     pub(super) fn stretch(&self, disc: usize, own: &Range<usize>) -> Option<Stretch<'_>> {
         let cell = self.cells[disc] as usize;
@@ -155,7 +155,7 @@ impl Cells {
     fn place(&self, point: [f64; 2]) -> Place {
         // A float that is negative or no number becomes 0 here.
         let along = |axis: usize| {
-            Ord::min((point[axis] * self.per_metre[axis]) as u32 as usize, self.count[axis] - 1)
+            Ord::min((point[axis] * self.per_meter[axis]) as u32 as usize, self.count[axis] - 1)
         };
         [along(0), along(1)]
     }

@@ -16,7 +16,7 @@ struct OtherSide {
 }
 
 impl Dem {
-    /// Tells of a contact, from centre to centre or to the wall, with the force of the step that comes next.
+    /// Tells of a contact, from center to center or to the wall, with the force of the step that comes next.
     pub(super) fn tell_force(
         &self,
         contact: &Contact,

@@ -3,7 +3,7 @@
 use super::discs::Discs;
 use super::forces::Scene;
 use super::materials::{Dashpot, Materials};
-use super::neighbours::{Block, Neighbours};
+use super::neighbors::{Block, Neighbors};
 use super::{motion, restitution};
 use crate::vector_width::{self, Kernel, each};
 use serde::{Deserialize, Serialize};
@@ -160,11 +160,11 @@ impl Contact {
 pub(super) fn find(
     discs: &Discs,
     scene: &Scene<'_>,
-    neighbours: &Neighbours,
+    neighbors: &Neighbors,
     contacts: &mut Vec<Contact>,
 ) {
     contacts.clear();
-    for block in &neighbours.blocks {
+    for block in &neighbors.blocks {
         contacts.extend(of_block(block, discs, scene));
     }
 }
@@ -227,7 +227,7 @@ fn pair_contact(
         return None;
     }
     let distance = distance_squared.sqrt();
-    // Centres on one point have no normal; any will do, for such an overlap ends the run.
+    // Centers on one point have no normal; any will do, for such an overlap ends the run.
     let normal =
         if distance > 0.0 { [apart[0] / distance, apart[1] / distance] } else { [0.0, 1.0] };
     let separating_speed = (vx - other_vx) * normal[0] + (vy - other_vy) * normal[1];

@@ -1,7 +1,7 @@
-//! The discs in memory, in the order of the cells that they stood in when the neighbour list was built.
+//! The discs in memory, in the order of the cells that they stood in when the neighbor list was built.
 
 use super::forces::Own;
-use super::neighbours::BLOCK;
+use super::neighbors::BLOCK;
 use serde::{Deserialize, Serialize};
 
 /// The discs, column by column, all of one length and in one order. `ids` says who stands where.
@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 pub(super) struct Discs {
     /// A disc's number, from 0.
     pub(super) ids: Vec<u32>,
-    /// Centres, m.
+    /// Centers, m.
     pub(super) positions: Vec<[f64; 2]>,
-    /// The integrator's velocities, half a step behind the centres, m/s. Most looks at discs need no velocity.
+    /// The integrator's velocities, half a step behind the centers, m/s. Most looks at discs need no velocity.
     pub(super) velocities: Vec<[f64; 2]>,
     /// The integrator's angular velocities, half a step behind, rad/s.
     pub(super) spins: Vec<f64>,
@@ -29,7 +29,7 @@ pub(super) struct Discs {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Disc {
     pub(super) id: u32,
-    /// Centre, m.
+    /// Center, m.
     pub(super) position: [f64; 2],
     /// The integrator's velocity, m/s.
     pub(super) velocity: [f64; 2],

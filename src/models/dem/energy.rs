@@ -26,7 +26,7 @@ pub(super) struct Energies {
 
 impl Energies {
     /// Energies at the positions' time: with the integrator's own velocities, which are half a step behind, the kinetic
-    /// energy has peaks of several per cent within a contact.
+    /// energy has peaks of several percent within a contact.
     pub(super) fn of(discs: &Discs, evaluation: &Evaluation, gravity: [f64; 2]) -> Self {
         let mut kinetic = CompensatedSum::default();
         let mut gravitational = CompensatedSum::default();

@@ -7,7 +7,7 @@
 use super::cells::{Cells, Run, Stretch};
 use super::discs::Discs;
 use super::found::{Among, Found, Looks, Turns};
-use super::neighbours::{Block, Pairs, Surroundings, WallPair};
+use super::neighbors::{Block, Pairs, Surroundings, WallPair};
 use super::tiers::{Sorter, TIERS};
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};

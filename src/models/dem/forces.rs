@@ -10,7 +10,7 @@ use super::contacts::{ContactLaw, Partner};
 use super::discs::Discs;
 use super::lanes::{self, Lanes, Memory};
 use super::near::{self, Good, Near, Touching};
-use super::neighbours::{Block, Pairs, Scope};
+use super::neighbors::{Block, Pairs, Scope};
 use super::rows::Rows;
 use super::rubbing;
 use super::springs::Stretch;
@@ -129,7 +129,7 @@ pub(super) struct Scene<'a> {
 
 /// The discs of a block, column by column.
 pub(super) struct Own<'a> {
-    /// Centres, m.
+    /// Centers, m.
     pub(super) positions: &'a mut [[f64; 2]],
     /// The integrator's velocities, m/s.
     pub(super) velocities: &'a mut [[f64; 2]],

@@ -46,7 +46,7 @@ pub(super) struct Found {
     touching: Vec<f64>,
     /// Their tiers.
     tiers: Vec<u8>,
-    /// Squares of the distances of the centres, m^2, for the tiers that are not yet found.
+    /// Squares of the distances of the centers, m^2, for the tiers that are not yet found.
     squared: Vec<f64>,
     /// Those of the others; empty where none is shifted.
     turns: Vec<Turns>,
@@ -98,7 +98,7 @@ impl Looks {
 }
 
 impl Among<'_> {
-    /// What is added to the centre of a disc, m.
+    /// What is added to the center of a disc, m.
     #[inline(always)]
     pub(super) fn shift(&self, turns: Turns) -> [f64; 2] {
         [0, 1].map(|axis: usize| f64::from(turns[axis]) * self.sides[axis])
@@ -243,7 +243,7 @@ mod avx2 {
         unsafe { _mm256_loadu_pd(values.as_ptr()) }
     }
 
-    /// The x of four centres, and their y.
+    /// The x of four centers, and their y.
     #[inline]
     #[target_feature(enable = "avx2")]
     fn columns(&[a, b, c, d]: &[[f64; 2]; LANES]) -> [__m256d; 2] {
@@ -302,13 +302,13 @@ mod avx2 {
         for (number, look) in looks.iter().enumerate() {
             let [disc, first] = look.ends.map(|disc| disc as usize);
             let others = first..first + LANES;
-            let centres = positions.get(others.clone()).and_then(|centres| centres.first_chunk());
+            let centers = positions.get(others.clone()).and_then(|centers| centers.first_chunk());
             let other_radii = radii.get(others).and_then(|radii| radii.first_chunk());
-            let (Some(centres), Some(other_radii)) = (centres, other_radii) else {
+            let (Some(centers), Some(other_radii)) = (centers, other_radii) else {
                 room.count = count;
                 return number;
             };
-            let [mut other_x, mut other_y] = columns(centres);
+            let [mut other_x, mut other_y] = columns(centers);
             if SHIFTED {
                 let [shift_x, shift_y] = among.shift(look.turns).map(|part| _mm256_set1_pd(part));
                 other_x = _mm256_add_pd(other_x, shift_x);

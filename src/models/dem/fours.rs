@@ -11,7 +11,7 @@
     allow(dead_code, reason = "only AVX2 takes four at a time")
 )]
 
-use super::neighbours::Pairs;
+use super::neighbors::Pairs;
 use std::ops::Range;
 
 /// Pairs at a time.

@@ -1,7 +1,7 @@
 //! Dashpots that take the velocities at the step's end, f = k delta - eta v_n': stable at any damping.
 //!
 //! For one contact alone this is v' = (v + k delta dt/m_eff) / (1 + c), c = eta dt/m_eff: it stops where the explicit
-//! dashpot would multiply the velocity by c. In a bed each force changes the velocities of its neighbours' contacts. So the
+//! dashpot would multiply the velocity by c. In a bed each force changes the velocities of its neighbors' contacts. So the
 //! contacts are solved in turn, in their fixed order, each by that formula with the velocities as the others have left
 //! them, sweep after sweep until nothing moves any more (projected Gauss–Seidel, which converges for dashpots and for
 //! forces clamped at zero; Cottle, Pang and Stone, The Linear Complementarity Problem, 1992, chapter 5).
@@ -12,7 +12,7 @@ use super::contacts::{Contact, Partner};
 use super::discs::Discs;
 use super::forces::{Forces, Scene};
 use super::motion;
-use super::neighbours::BLOCK;
+use super::neighbors::BLOCK;
 use super::parameters::Parameters;
 
 /// Change of a velocity in a sweep at which the solution is found, over the fastest contact's and what gravity adds to it.

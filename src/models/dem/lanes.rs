@@ -11,7 +11,7 @@
 use super::contacts::ContactLaw;
 use super::forces::{Deepest, Own};
 use super::near::{Near, Touching};
-use super::neighbours::{Pairs, Scope};
+use super::neighbors::{Pairs, Scope};
 use super::touched::Touched;
 
 /// What the lanes take their pairs from.

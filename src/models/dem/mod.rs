@@ -21,7 +21,7 @@ mod implicit;
 mod lanes;
 mod materials;
 mod near;
-mod neighbours;
+mod neighbors;
 mod observe;
 #[cfg(test)]
 mod pairs_are_all_there;
@@ -62,7 +62,7 @@ use kinetoscope_recording::channels::{
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
-use neighbours::{Neighbours, Scope, Surroundings};
+use neighbors::{Neighbors, Scope, Surroundings};
 use parameters::Parameters;
 use rain::Rain;
 use serde::{Deserialize, Serialize};
@@ -77,7 +77,7 @@ pub struct Dem {
     parameters: Parameters,
     discs: Discs,
     /// Who may touch whom, always good for the present positions; with the springs of the contacts.
-    neighbours: Neighbours,
+    neighbors: Neighbors,
     /// Steps since the start.
     count: u64,
     ledger: Ledger,
@@ -177,7 +177,7 @@ impl Model for Dem {
             step::set_back_by_half_a_step(&mut discs, parameters.gravity, parameters.time_step);
         }
         let mut model = Self {
-            neighbours: Neighbours::new(parameters.radius),
+            neighbors: Neighbors::new(parameters.radius),
             parameters,
             discs,
             count: 0,
@@ -192,7 +192,7 @@ impl Model for Dem {
             use_lanes: true,
             workspace: Workspace::default(),
         };
-        model.list_neighbours();
+        model.list_neighbors();
         model.open_ledger();
         Ok(model)
     }
@@ -249,13 +249,13 @@ impl Dem {
         Self { use_lanes, ..self }
     }
 
-    /// One time step: forces at the present state, the ledger's share, kick and drift; then a good neighbour list again.
+    /// One time step: forces at the present state, the ledger's share, kick and drift; then a good neighbor list again.
     fn step(&mut self) -> Result<(), BlowUp> {
         let walls = self.parameters.walls_at(self.count);
-        let scope = self.neighbours.scope();
+        let scope = self.neighbors.scope();
         let scene = scene(&self.parameters, &walls, &self.window, scope, self.use_lanes);
-        let (neighbours, discs) = (&mut self.neighbours, &mut self.discs);
-        let moved = self.workspace.advance(neighbours, discs, &scene, &self.parameters);
+        let (neighbors, discs) = (&mut self.neighbors, &mut self.discs);
+        let moved = self.workspace.advance(neighbors, discs, &scene, &self.parameters);
         self.window.take(&moved);
         let time_step = self.parameters.time_step;
         self.ledger.add(&moved, time_step);
@@ -265,17 +265,17 @@ impl Dem {
         }
         let displacements = self.parameters.displacements_at(self.count);
         let way = moved.longest_way(time_step);
-        if !self.neighbours.is_good_after(way, &self.discs, &displacements) {
-            self.neighbours.adapt_skin(self.parameters.radius);
+        if !self.neighbors.is_good_after(way, &self.discs, &displacements) {
+            self.neighbors.adapt_skin(self.parameters.radius);
             self.put_back();
-            self.list_neighbours();
+            self.list_neighbors();
             self.remove_discs();
         }
         self.let_discs_in();
         if self.count.is_multiple_of(AUDIT_INTERVAL) { self.audit() } else { Ok(()) }
     }
 
-    fn list_neighbours(&mut self) {
+    fn list_neighbors(&mut self) {
         let walls = self.parameters.walls_at(self.count);
         let around = Surroundings {
             sides: self.parameters.sides,
@@ -286,7 +286,7 @@ impl Dem {
             largest_radius: self.parameters.radius_range.1,
             finders: &self.workspace.finders,
         };
-        self.neighbours.build(&mut self.discs, &around);
+        self.neighbors.build(&mut self.discs, &around);
     }
 
     /// Takes discs that sank below the outlet out of the run, with their energy.
@@ -319,19 +319,19 @@ impl Dem {
             return;
         }
         let before = self.energies(&self.evaluate()).total();
-        let springs = self.neighbours.springs(&self.discs);
+        let springs = self.neighbors.springs(&self.discs);
         entering.iter().for_each(|disc| self.discs.push(disc));
-        self.neighbours.hold(springs);
-        self.list_neighbours();
+        self.neighbors.hold(springs);
+        self.list_neighbors();
         let after = self.energies(&self.evaluate()).total();
         self.ledger.entered.add(after - before);
     }
 
     fn list_only(&mut self, stays: &[u32]) {
-        let springs = self.neighbours.springs(&self.discs);
+        let springs = self.neighbors.springs(&self.discs);
         self.discs.reorder(stays);
-        self.neighbours.hold(springs);
-        self.list_neighbours();
+        self.neighbors.hold(springs);
+        self.list_neighbors();
     }
 
     /// Puts discs that left through a periodic side back at the other one.
@@ -384,9 +384,9 @@ impl Dem {
     /// The same; `on_contact` is shown all contacts.
     fn evaluate_showing(&self, on_contact: &mut dyn FnMut(&Contact)) -> Evaluation {
         let walls = self.parameters.walls_at(self.count);
-        let scope = self.neighbours.scope();
+        let scope = self.neighbors.scope();
         let scene = scene(&self.parameters, &walls, &Window::default(), scope, self.use_lanes);
-        Evaluation::of(&self.neighbours, &self.discs, &scene, &self.parameters, on_contact)
+        Evaluation::of(&self.neighbors, &self.discs, &scene, &self.parameters, on_contact)
     }
 
     fn energies(&self, evaluation: &Evaluation) -> Energies {

@@ -19,7 +19,7 @@ pub fn angular_acceleration(torque: f64, mass: f64, radius: f64) -> f64 {
     torque / moment_of_inertia(mass, radius)
 }
 
-/// Moment of inertia of a disc about its centre, I = m r^2/2, in kg m^2.
+/// Moment of inertia of a disc about its center, I = m r^2/2, in kg m^2.
 #[must_use]
 #[inline(always)]
 pub fn moment_of_inertia(mass: f64, radius: f64) -> f64 {
@@ -43,7 +43,7 @@ pub struct SpringSlider {
     pub force: f64,
     /// Share of the force that is the dashpot's, N; 0 while it slides.
     pub dashpot_force: f64,
-    /// Stretch of the spring afterwards, m.
+    /// Stretch of the spring afterward, m.
     pub stretch: f64,
     /// How far the slider moved, m.
     pub slip: f64,

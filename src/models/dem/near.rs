@@ -16,7 +16,7 @@
 )]
 
 use super::fours::{Fours, LANES};
-use super::neighbours::{Pairs, Scope};
+use super::neighbors::{Pairs, Scope};
 use super::tiers::TIERS;
 
 /// The near pairs of a block. They are no part of the state.
@@ -141,7 +141,7 @@ impl Columns {
 mod avx2 {
     use super::{Columns, Fours, Good, LANES, Near, Touching, horizon, make_room};
     use crate::models::dem::fours::{differences, those_first};
-    use crate::models::dem::neighbours::{Pairs, Scope};
+    use crate::models::dem::neighbors::{Pairs, Scope};
     use std::arch::x86_64::*;
 
     impl Near {

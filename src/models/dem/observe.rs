@@ -14,7 +14,7 @@ use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 
 /// Discs up to which velocities are drawn as arrows.
 const MOST_ARROWS: usize = 100;
-/// Upper end of the colour bar over the speed of a fall through the whole box: few discs fall that deep.
+/// Upper end of the color bar over the speed of a fall through the whole box: few discs fall that deep.
 const SPEED_RANGE: f64 = 0.75;
 
 impl Dem {
@@ -59,7 +59,7 @@ impl Dem {
         frame.push(&temperature(&evaluation.velocities));
     }
 
-    /// A place in the box: across a periodic side discs are put back only when the neighbour list is built.
+    /// A place in the box: across a periodic side discs are put back only when the neighbor list is built.
     pub(super) fn within(&self, position: [f64; 2]) -> [f64; 2] {
         let Parameters { sides, periodic, .. } = &self.parameters;
         [0, 1].map(|axis: usize| {
@@ -127,7 +127,7 @@ impl Dem {
         });
     }
 
-    /// From the disc's centre to the partner's (or its image beyond a periodic side), or to the foot on the wall.
+    /// From the disc's center to the partner's (or its image beyond a periodic side), or to the foot on the wall.
     pub(super) fn line(&self, contact: &Contact) -> ContactLine {
         let disc = contact.disc as usize;
         let from = self.within(self.discs.positions[disc]);
@@ -165,7 +165,7 @@ impl Dem {
         drawn.extend(self.parameters.walls_at(count).iter().filter_map(|wall| match wall.shape {
             Shape::Plane { .. } => None,
             Shape::Segment { from, to } => Some(Wall::Segment { from, to }),
-            Shape::Drum { centre, radius } => Some(Wall::Circle { centre, radius }),
+            Shape::Drum { center, radius } => Some(Wall::Circle { center, radius }),
         }));
         drawn
     }

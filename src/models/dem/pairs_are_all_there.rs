@@ -9,7 +9,7 @@
 
 use super::discs::Discs;
 use super::finder::Finders;
-use super::neighbours::{Neighbours, Surroundings};
+use super::neighbors::{Neighbors, Surroundings};
 use super::parameters::Parameters;
 use super::tiers::TIERS;
 use crate::random::{Generator, Seed, Stream};
@@ -27,7 +27,7 @@ struct Case {
     periodic: [bool; 2],
     radii: [f64; 2],
     discs: Discs,
-    neighbours: Neighbours,
+    neighbors: Neighbors,
 }
 
 impl Case {
@@ -53,8 +53,8 @@ impl Case {
             inverse_masses: vec![1.0; length],
             materials: vec![0; length],
         };
-        let neighbours = Neighbours::new(0.5 * (radii[0] + radii[1]));
-        let mut case = Self { sides, periodic, radii, discs, neighbours };
+        let neighbors = Neighbors::new(0.5 * (radii[0] + radii[1]));
+        let mut case = Self { sides, periodic, radii, discs, neighbors };
         case.build(finders);
         case
     }
@@ -69,7 +69,7 @@ impl Case {
             largest_radius: self.radii[1],
             finders,
         };
-        self.neighbours.build(&mut self.discs, &around);
+        self.neighbors.build(&mut self.discs, &around);
     }
 
     fn skin(&self) -> f64 {
@@ -85,7 +85,7 @@ impl Case {
     fn listed_in(&self, tiers: usize) -> (BTreeSet<Pair>, usize) {
         let ids = &self.discs.ids;
         let mut pairs = Vec::new();
-        for block in &self.neighbours.blocks {
+        for block in &self.neighbors.blocks {
             let ends = block.inner.first.iter().zip(&block.inner.second);
             for (&a, &b) in ends.take(block.inner.in_tiers(tiers)) {
                 let [a, b] = [a, b].map(|disc| ids[block.start + disc as usize]);
@@ -169,11 +169,11 @@ fn the_list_holds_all_that_touch_until_it_says_no() {
         }
         // So long a way that the true displacements are asked for.
         let way = case.skin();
-        assert!(case.neighbours.is_good_after(way, &case.discs, &[]));
+        assert!(case.neighbors.is_good_after(way, &case.discs, &[]));
         assert!(case.all(0.0).is_subset(&listed), "a pair that touches is not listed");
         // Control: one disc beyond the limit.
         case.discs.positions[7][0] += 2.0 * limit;
-        assert!(!case.neighbours.is_good_after(way, &case.discs, &[]));
+        assert!(!case.neighbors.is_good_after(way, &case.discs, &[]));
     }
 }
 
@@ -191,9 +191,9 @@ fn the_tiers_in_scope_hold_all_that_touch() {
         }
         let touching = case.all(0.0);
         // Control: the tiers of a list that nothing has moved since do not hold them all.
-        missing += touching.difference(&case.listed_in(case.neighbours.scope().tiers).0).count();
-        assert!(case.neighbours.is_good_after(way, &case.discs, &[]));
-        let (tiers, count) = case.listed_in(case.neighbours.scope().tiers);
+        missing += touching.difference(&case.listed_in(case.neighbors.scope().tiers).0).count();
+        assert!(case.neighbors.is_good_after(way, &case.discs, &[]));
+        let (tiers, count) = case.listed_in(case.neighbors.scope().tiers);
         assert!(touching.is_subset(&tiers), "a pair that touches is not looked at");
         looked_at += count;
         listed += case.listed().1;

@@ -34,7 +34,7 @@ pub(super) struct Parameters {
     pub(super) periodic: [bool; 2],
     /// The box's walls (left, right, floor, ceiling, those there are), then the manifest's.
     pub(super) walls: Vec<Wall>,
-    /// Discs whose centre sinks below this height are removed.
+    /// Discs whose center sinks below this height are removed.
     pub(super) outlet_below: Option<f64>,
     /// Whether frames tell the force of every contact.
     pub(super) tells_contact_forces: bool,
@@ -122,11 +122,11 @@ impl Parameters {
         pair.damping_ratio(self.law.stiffness, effective_mass)
     }
 
-    /// Whether a centre is inside the box. Discs may leave through a periodic side until they are put back when the list is
+    /// Whether a center is inside the box. Discs may leave through a periodic side until they are put back when the list is
     /// built. A place that is no number is outside.
-    pub(super) fn is_inside(&self, centre: [f64; 2]) -> bool {
+    pub(super) fn is_inside(&self, center: [f64; 2]) -> bool {
         [0, 1].into_iter().all(|axis: usize| {
-            let (at, side) = (centre[axis], self.sides[axis]);
+            let (at, side) = (center[axis], self.sides[axis]);
             if self.periodic[axis] { at.is_finite() } else { at >= 0.0 && at <= side }
         })
     }
@@ -179,8 +179,8 @@ fn wall(config: &DemWall) -> Wall {
         DemWallShape::Segment { from_m, to_m } => {
             (Shape::Segment { from: pair(from_m), to: pair(to_m) }, 0.0)
         }
-        DemWallShape::Drum { centre_m, radius_m, spin_rad_per_s } => {
-            (Shape::Drum { centre: pair(centre_m), radius: radius_m.get() }, spin_rad_per_s.get())
+        DemWallShape::Drum { center_m, radius_m, spin_rad_per_s } => {
+            (Shape::Drum { center: pair(center_m), radius: radius_m.get() }, spin_rad_per_s.get())
         }
     };
     let motion = Motion {

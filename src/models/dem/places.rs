@@ -43,7 +43,7 @@ impl Kernel for LongestWay<'_> {
     }
 }
 
-/// Distance of the nearest centre to a closed side of the box, m.
+/// Distance of the nearest center to a closed side of the box, m.
 pub(super) fn clearance(positions: &[[f64; 2]], sides: [f64; 2], periodic: Periodic) -> f64 {
     if periodic == [true, true] {
         return f64::INFINITY;

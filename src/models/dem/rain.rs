@@ -91,12 +91,12 @@ impl Rain {
         while self.entered < due
             && let Some(next) = self.waiting.last()
         {
-            let is_free = |centre: [f64; 2]| {
+            let is_free = |center: [f64; 2]| {
                 let others = nearby.iter().copied();
                 let new = entering.iter().map(|disc| (disc.position, disc.radius));
-                start::overlapped_wall(walls, centre, next.radius).is_none()
+                start::overlapped_wall(walls, center, next.radius).is_none()
                     && others.chain(new).all(|(at, radius)| {
-                        let [x, y] = parameters.apart(centre, at);
+                        let [x, y] = parameters.apart(center, at);
                         let reach = next.radius + radius;
                         x * x + y * y >= reach * reach
                     })
@@ -105,8 +105,8 @@ impl Rain {
             let place = (0..TRIALS).find_map(|_| {
                 let share = self.generator.uniform();
                 let along = |axis: usize| from[axis] + share * (to[axis] - from[axis]);
-                let centre = [along(0), along(1)];
-                is_free(centre).then_some(centre)
+                let center = [along(0), along(1)];
+                is_free(center).then_some(center)
             });
             let Some(position) = place else { break };
             entering.push(Disc { position, velocity: self.velocity, ..*next });
@@ -116,7 +116,7 @@ impl Rain {
         entering
     }
 
-    /// Centres and radii of the discs that may stand in the way.
+    /// Centers and radii of the discs that may stand in the way.
     fn near_the_line(&self, discs: &Discs, parameters: &Parameters) -> Vec<([f64; 2], f64)> {
         let reach = 2.0 * parameters.radius_range.1;
         let [from, to] = self.line;

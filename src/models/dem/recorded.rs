@@ -43,7 +43,7 @@ pub(super) fn discs(
     Ok(discs)
 }
 
-/// Centres and velocities of a recorded start; none where it was not read.
+/// Centers and velocities of a recorded start; none where it was not read.
 pub(super) fn motions(start: &StartFrom) -> Vec<[f64; 4]> {
     recorded_start::rows(start, ["x", "y", "vx", "vy"]).unwrap_or_default()
 }

@@ -125,7 +125,7 @@ pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> Fault {
             let ([x, y], [vx, vy]) = (model.discs.positions[disc], model.discs.velocities[disc]);
             let id = model.discs.ids[disc];
             format!(
-                "the centre of disc {id} left the box, at ({x:e}, {y:e}) m with a velocity of ({vx:e}, {vy:e}) m/s"
+                "the center of disc {id} left the box, at ({x:e}, {y:e}) m with a velocity of ({vx:e}, {vy:e}) m/s"
             )
         }
         step::BlowUp::Residual(share) => format!(

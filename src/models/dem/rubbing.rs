@@ -5,7 +5,7 @@
 
 use super::contacts::ContactLaw;
 use super::forces::{Deepest, Forces, Own, Scene};
-use super::neighbours::Pairs;
+use super::neighbors::Pairs;
 use super::rubbing_lanes;
 use super::touch::{Rub, Touch};
 use super::turn;
@@ -15,7 +15,7 @@ pub(super) const SUM_LANES: usize = 8;
 
 /// Discs of a block, as their pairs see them.
 pub(super) struct Sight<'a> {
-    /// Centres, m.
+    /// Centers, m.
     pub(super) positions: &'a [[f64; 2]],
     /// Velocities, m/s.
     pub(super) velocities: &'a [[f64; 2]],

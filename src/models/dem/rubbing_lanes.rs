@@ -2,7 +2,7 @@
 //! choices by masks instead of branches, so the same bits (a test compares them).
 
 use super::forces::Deepest;
-use super::neighbours::Pairs;
+use super::neighbors::Pairs;
 use super::registers::{self, Kernel, Lanes, Machine, Mask};
 use super::rubbing::{LaneSums, SUM_LANES, Sight, Totals};
 
@@ -185,7 +185,7 @@ impl<L> Energies<L> {
     }
 }
 
-/// Roots and quotients take long, and forces wait for them: so many groups first meet, and rub afterwards.
+/// Roots and quotients take long, and forces wait for them: so many groups first meet, and rub afterward.
 const BATCH: usize = 16;
 
 /// A group of pairs of which some touch, or touched until now.

@@ -7,7 +7,7 @@
 
 use super::contacts::ContactLaw;
 use super::forces::Deepest;
-use super::neighbours::Pairs;
+use super::neighbors::Pairs;
 use super::parameters::Parameters;
 use super::rubbing::{self, LaneSums, Sight, Totals};
 use crate::random::{Generator, Seed, Stream};

@@ -4,7 +4,7 @@
 //! against the second, and changes sign where the next list names the two the other way round.
 
 use super::discs::Discs;
-use super::neighbours::{Block, Pairs};
+use super::neighbors::{Block, Pairs};
 use serde::{Deserialize, Serialize};
 
 /// Stretch of a contact's tangential and rolling springs, m.

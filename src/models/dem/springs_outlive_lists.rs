@@ -10,7 +10,7 @@
 
 use super::discs::Discs;
 use super::finder::Finders;
-use super::neighbours::{Neighbours, Pairs, Surroundings};
+use super::neighbors::{Neighbors, Pairs, Surroundings};
 use super::parameters::Parameters;
 use super::springs::Stretch;
 use crate::random::{Seed, Stream};
@@ -30,9 +30,9 @@ fn stretch(first: u32, second: u32) -> Stretch {
 }
 
 /// Every listed pair by ids in the list's order, with its springs.
-fn listed(neighbours: &Neighbours, discs: &Discs) -> Vec<([u32; 2], Stretch)> {
+fn listed(neighbors: &Neighbors, discs: &Discs) -> Vec<([u32; 2], Stretch)> {
     let mut found = Vec::new();
-    for block in &neighbours.blocks {
+    for block in &neighbors.blocks {
         let mut take = |pairs: &Pairs, offset: usize| {
             for pair in 0..pairs.len() {
                 let first = discs.ids[block.start + pairs.first[pair] as usize];
@@ -47,8 +47,8 @@ fn listed(neighbours: &Neighbours, discs: &Discs) -> Vec<([u32; 2], Stretch)> {
     found
 }
 
-fn stretch_all(neighbours: &mut Neighbours, discs: &Discs) {
-    for block in &mut neighbours.blocks {
+fn stretch_all(neighbors: &mut Neighbors, discs: &Discs) {
+    for block in &mut neighbors.blocks {
         let start = block.start;
         for (pairs, offset) in [(&mut block.inner, start), (&mut block.edges, 0)] {
             for pair in 0..pairs.len() {
@@ -87,17 +87,17 @@ fn springs_keep_their_stretch_and_sense() {
         inverse_masses: vec![1.0; DISCS as usize],
         materials: vec![0; DISCS as usize],
     };
-    let mut neighbours = Neighbours::new(RADIUS);
-    neighbours.build(&mut discs, &around);
-    stretch_all(&mut neighbours, &discs);
-    let before = listed(&neighbours, &discs);
+    let mut neighbors = Neighbors::new(RADIUS);
+    neighbors.build(&mut discs, &around);
+    stretch_all(&mut neighbors, &discs);
+    let before = listed(&neighbors, &discs);
     // Far enough for other cells: a few of them stand in other rows then.
     for [x, y] in &mut discs.positions {
         *x = (*x + generator.uniform_in(-RADIUS, RADIUS)).abs();
         *y = SIDE - (SIDE - *y - 0.3 * RADIUS).abs();
     }
-    neighbours.build(&mut discs, &around);
-    let after = listed(&neighbours, &discs);
+    neighbors.build(&mut discs, &around);
+    let after = listed(&neighbors, &discs);
     let was: BTreeMap<[u32; 2], Stretch> = before.iter().copied().collect();
     let (mut kept, mut turned, mut new) = (0, 0, 0);
     for ([first, second], springs) in after {
@@ -110,8 +110,8 @@ fn springs_keep_their_stretch_and_sense() {
     }
     assert!(kept > 5000 && turned > 100 && new > 500, "{kept}, {turned}, {new}");
     // Those of pairs that are apart by now are looked at once more, to be let go.
-    let tiers = neighbours.scope().tiers;
-    for pairs in neighbours.blocks.iter().flat_map(|block| [&block.inner, &block.edges]) {
+    let tiers = neighbors.scope().tiers;
+    for pairs in neighbors.blocks.iter().flat_map(|block| [&block.inner, &block.edges]) {
         let left = &pairs.stretch[pairs.in_tiers(tiers)..];
         assert!(left.iter().all(|&stretch| stretch == 0.0), "a spring is forgotten");
     }

@@ -16,7 +16,7 @@ const DOUBTFUL_DAMPING_STEP: f64 = 0.3;
 const BED_BOUND: f64 = 4.0;
 /// pi sqrt(m/k) / dt below which beds chatter.
 const DOUBTFUL_STEPS_PER_CONTACT: f64 = 10.0;
-/// Overlap over radius from which a run is refused: a second push brings the centre through the wall.
+/// Overlap over radius from which a run is refused: a second push brings the center through the wall.
 const LARGEST_OVERLAP: f64 = 0.5;
 /// Overlap over radius from which the user is told.
 const DOUBTFUL_OVERLAP: f64 = 0.3;
@@ -95,7 +95,7 @@ impl Diagnosis {
         if self.passes_walls() {
             problems.push(format!(
                 "The contacts are too soft: a disc that falls through the box overlaps the wall by about {} of its \
-                 radius (at most {LARGEST_OVERLAP} is accepted), and its centre may pass the wall.",
+                 radius (at most {LARGEST_OVERLAP} is accepted), and its center may pass the wall.",
                 figure(self.overlap_over_radius)
             ));
         }

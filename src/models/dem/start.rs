@@ -44,7 +44,7 @@ pub(super) fn discs(
         Placement::Recorded(start) => return recorded::discs(start, config, parameters, kinds),
         Placement::Random => {
             let mut generator = seed.stream(Stream::Positions);
-            let stands_free = |centre, radius| overlapped_wall(&walls, centre, radius).is_none();
+            let stands_free = |center, radius| overlapped_wall(&walls, center, radius).is_none();
             random_sequential_addition_where(rectangle, radii, &mut generator, stands_free)
                 .map_err(|jammed| {
                     no_room(config, parameters, radii, &format!("only {} stand", jammed.placed))
@@ -55,13 +55,13 @@ pub(super) fn discs(
         })?,
         Placement::Given(given) => given_positions(given, parameters, radii)?,
     };
-    for (disc, (&centre, &radius)) in positions.iter().zip(radii).enumerate() {
-        if let Some(wall) = overlapped_wall(&walls, centre, radius) {
+    for (disc, (&center, &radius)) in positions.iter().zip(radii).enumerate() {
+        if let Some(wall) = overlapped_wall(&walls, center, radius) {
             return Err(Refusal(format!(
                 "Disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m overlaps wall {wall} at the \
                  start (the box's own are counted first): move it in positions_m, choose another region_m, or \
                  placement = \"random\", which leaves walls free.",
-                centre[0], centre[1]
+                center[0], center[1]
             )));
         }
     }
@@ -142,11 +142,11 @@ fn drawn_velocities(config: &DemConfig, seed: Seed, count: usize) -> Vec<[f64; 2
 /// The first wall that a disc overlaps, touching left out.
 pub(super) fn overlapped_wall(
     walls: &[PlacedWall],
-    centre: [f64; 2],
+    center: [f64; 2],
     radius: f64,
 ) -> Option<usize> {
     walls.iter().position(|wall| {
-        let distance = wall.shape.footing(centre).distance;
+        let distance = wall.shape.footing(center).distance;
         let is_free = distance >= radius * (1.0 - TOUCHING);
         !is_free
     })

@@ -23,7 +23,7 @@ use super::forces::{ContactSums, EdgeForces, Forces, Own, Scene};
 use super::implicit;
 use super::motion;
 use super::near::Near;
-use super::neighbours::{BLOCK, Block, Neighbours};
+use super::neighbors::{BLOCK, Block, Neighbors};
 use super::parameters::Parameters;
 use super::turn;
 use crate::sum::CompensatedSum;
@@ -65,7 +65,7 @@ pub(super) struct Moved {
 pub(super) enum BlowUp {
     /// A disc, by its place in memory, and its partner overlapped by so many of the smaller radius, more than one.
     Overlap(u32, Partner, f64),
-    /// A disc's centre is outside the box, or no number; its place in memory.
+    /// A disc's center is outside the box, or no number; its place in memory.
     Outside(usize),
     /// The ledger's residual is larger than all the energy there was, J.
     Residual(f64),
@@ -108,13 +108,13 @@ impl Workspace {
     /// Moves all discs on by a step.
     pub(super) fn advance(
         &mut self,
-        neighbours: &mut Neighbours,
+        neighbors: &mut Neighbors,
         discs: &mut Discs,
         scene: &Scene<'_>,
         parameters: &Parameters,
     ) -> Moved {
-        self.solved = solved(neighbours, discs, scene, parameters);
-        let blocks = &mut neighbours.blocks;
+        self.solved = solved(neighbors, discs, scene, parameters);
+        let blocks = &mut neighbors.blocks;
         let (count, groups) = (blocks.len(), Ord::max(blocks.len().div_ceil(GROUPS), 2));
         self.edges.resize_with(count, EdgeForces::default);
         self.near.resize_with(count, Near::default);
@@ -179,7 +179,7 @@ fn move_block(
 
 /// Forces with implicit dashpots, block by block; none with explicit ones.
 fn solved(
-    neighbours: &Neighbours,
+    neighbors: &Neighbors,
     discs: &Discs,
     scene: &Scene<'_>,
     parameters: &Parameters,
@@ -188,9 +188,9 @@ fn solved(
         return Vec::new();
     }
     let mut found = Vec::new();
-    contacts::find(discs, scene, neighbours, &mut found);
+    contacts::find(discs, scene, neighbors, &mut found);
     implicit::solve_dashpots(discs, parameters, &mut found);
-    let mut forces = vec![Forces::default(); neighbours.blocks.len()];
+    let mut forces = vec![Forces::default(); neighbors.blocks.len()];
     implicit::forces_of(&found, discs, scene, &mut forces);
     forces
 }
@@ -244,7 +244,7 @@ impl Evaluation {
     /// Looks at the state, which stays as it is, at many blocks side by side. `on_contact` is shown all contacts, in a fixed
     /// order.
     pub(super) fn of(
-        neighbours: &Neighbours,
+        neighbors: &Neighbors,
         discs: &Discs,
         scene: &Scene<'_>,
         parameters: &Parameters,
@@ -255,9 +255,9 @@ impl Evaluation {
             spins: vec![0.0; discs.len()],
             ..Self::default()
         };
-        let solved = solved(neighbours, discs, scene, parameters);
+        let solved = solved(neighbors, discs, scene, parameters);
         let seen = all.velocities.par_chunks_mut(BLOCK).zip(all.spins.par_chunks_mut(BLOCK));
-        let blocks = neighbours.blocks.par_iter().zip(seen).enumerate();
+        let blocks = neighbors.blocks.par_iter().zip(seen).enumerate();
         let looked = blocks.map(|(number, (block, (velocities, spins)))| {
             let seen = Seen { velocities, spins };
             look(block, discs, solved.get(number), scene, parameters, seen)
@@ -269,11 +269,11 @@ impl Evaluation {
         };
         if scene.law.is_implicit {
             let mut contacts = Vec::new();
-            contacts::find(discs, scene, neighbours, &mut contacts);
+            contacts::find(discs, scene, neighbors, &mut contacts);
             implicit::solve_dashpots(discs, parameters, &mut contacts);
             contacts.iter().for_each(take);
         } else {
-            for block in &neighbours.blocks {
+            for block in &neighbors.blocks {
                 contacts::of_block(block, discs, scene).for_each(|contact| take(&contact));
             }
         }

@@ -73,7 +73,7 @@ impl Touch {
     #[inline]
     pub(super) fn of(apart: [f64; 2], squared: f64, reach: f64, velocity: [f64; 2]) -> Self {
         let distance = squared.sqrt();
-        // Centres on one point have no normal, and such an overlap ends the run: no force will do.
+        // Centers on one point have no normal, and such an overlap ends the run: no force will do.
         let inverse = 1.0 / if distance > f64::MIN_POSITIVE { distance } else { f64::MIN_POSITIVE };
         Self {
             normal: [apart[0] * inverse, apart[1] * inverse],

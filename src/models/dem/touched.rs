@@ -1,6 +1,6 @@
 //! The discs of a block that something touches, where they were noted.
 
-use super::neighbours::BLOCK;
+use super::neighbors::BLOCK;
 
 const WORDS: usize = BLOCK.div_ceil(64);
 

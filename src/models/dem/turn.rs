@@ -1,4 +1,4 @@
-//! The equation of motion of the spins, discretised as that of the centres: w' = w + alpha dt. It is written for any width of
+//! The equation of motion of the spins, discretised as that of the centers: w' = w + alpha dt. It is written for any width of
 //! instructions.
 
 use super::forces::{Forces, Own};

@@ -21,10 +21,10 @@ pub(super) enum Shape {
     /// A straight wall with two ends; discs may stand on either side.
     Segment { from: [f64; 2], to: [f64; 2] },
     /// A circle with the discs inside.
-    Drum { centre: [f64; 2], radius: f64 },
+    Drum { center: [f64; 2], radius: f64 },
 }
 
-/// Displacement at the time t: u t + A sin(2 pi f t), and for a drum an angular velocity about its centre. The clock t runs
+/// Displacement at the time t: u t + A sin(2 pi f t), and for a drum an angular velocity about its center. The clock t runs
 /// while the wall moves, and all the time where nothing is said of that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Motion {
@@ -56,9 +56,9 @@ pub(super) struct PlacedWall {
 /// Where a disc stands before a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Footing {
-    /// Unit vector from the wall to the disc's centre.
+    /// Unit vector from the wall to the disc's center.
     pub(super) normal: [f64; 2],
-    /// Distance of the centre, m; negative behind a plane or a drum.
+    /// Distance of the center, m; negative behind a plane or a drum.
     pub(super) distance: f64,
 }
 
@@ -120,7 +120,7 @@ impl Shape {
         match self {
             Self::Plane { point, normal } => Self::Plane { point: moved(point), normal },
             Self::Segment { from, to } => Self::Segment { from: moved(from), to: moved(to) },
-            Self::Drum { centre, radius } => Self::Drum { centre: moved(centre), radius },
+            Self::Drum { center, radius } => Self::Drum { center: moved(center), radius },
         }
     }
 
@@ -135,7 +135,7 @@ impl Shape {
         vector_width::run(Nearness { shape: *self, positions, radii, margin, are_near });
     }
 
-    /// Where a disc at `centre` stands before this wall.
+    /// Where a disc at `center` stands before this wall.
     #[inline(always)]
     pub(super) fn footing(&self, [x, y]: [f64; 2]) -> Footing {
         match *self {
@@ -151,8 +151,8 @@ impl Shape {
                 let share = if share < 1.0 { share } else { 1.0 };
                 away_from([from[0] + share * along[0], from[1] + share * along[1]], [x, y])
             }
-            Self::Drum { centre, radius } => {
-                let inward = away_from([x, y], centre);
+            Self::Drum { center, radius } => {
+                let inward = away_from([x, y], center);
                 Footing { normal: inward.normal, distance: radius - inward.distance }
             }
         }
@@ -198,7 +198,7 @@ impl Kernel for Nearness<'_> {
 fn away_from(point: [f64; 2], to: [f64; 2]) -> Footing {
     let apart = [to[0] - point[0], to[1] - point[1]];
     let distance = (apart[0] * apart[0] + apart[1] * apart[1]).sqrt();
-    // A centre on the point itself has no direction; any will do.
+    // A center on the point itself has no direction; any will do.
     let normal =
         if distance > 0.0 { [apart[0] / distance, apart[1] / distance] } else { [0.0, 1.0] };
     Footing { normal, distance }
@@ -213,7 +213,7 @@ mod tests {
         let shapes = [
             Shape::Plane { point: [0.0, 3.0], normal: [0.6, -0.8] },
             Shape::Segment { from: [2.0, 2.0], to: [7.0, 5.0] },
-            Shape::Drum { centre: [5.0, 5.0], radius: 5.0 },
+            Shape::Drum { center: [5.0, 5.0], radius: 5.0 },
         ];
         let part = |number: u32, root: f64| (f64::from(number) * root.sqrt()).fract();
         let positions: Vec<[f64; 2]> =

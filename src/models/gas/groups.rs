@@ -38,7 +38,7 @@ impl Group {
     }
 }
 
-/// All particles, in the order of their ids. Lanes behind the last particle rest at the centre and count for nothing.
+/// All particles, in the order of their ids. Lanes behind the last particle rest at the center and count for nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Particles {
     count: usize,

@@ -13,8 +13,8 @@ const LONGEST_PATH_IN_RADII: f64 = 1e10;
 /// The same in radii of a disc, where discs collide.
 const LONGEST_PATH_IN_DISC_RADII: f64 = 1e9;
 
-/// Distance of the centre from the origin, in radii, beyond which absolute positions would keep fewer than seven digits.
-const FARTHEST_CENTRE_IN_RADII: f64 = 1e9;
+/// Distance of the center from the origin, in radii, beyond which absolute positions would keep fewer than seven digits.
+const FARTHEST_CENTER_IN_RADII: f64 = 1e9;
 
 /// Steps beyond which a count times a step is not exact any more.
 const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
@@ -44,11 +44,11 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Re
             LONGEST_PATH_IN_RADII * radius / fastest
         )));
     }
-    let centre = config.centre_m.map(|axis| axis.get());
-    let away = libm::hypot(centre[0], centre[1]);
-    if away > FARTHEST_CENTRE_IN_RADII * radius {
+    let center = config.center_m.map(|axis| axis.get());
+    let away = libm::hypot(center[0], center[1]);
+    if away > FARTHEST_CENTER_IN_RADII * radius {
         return Err(Refusal(format!(
-            "centre_m lies {away:e} m from the origin, {:e} radii: positions would lose their digits; move it nearer",
+            "center_m lies {away:e} m from the origin, {:e} radii: positions would lose their digits; move it nearer",
             away / radius
         )));
     }

@@ -2,8 +2,8 @@
 //!
 //! What is wrong with it:
 //! 1. u of (9) is sought in (0, 1], although p + v u makes it a time in (0, dt];
-//! 2. step 4(b) scales v to the LENGTH 1 - u: after a hit a particle stands 1 - u metres from the hit, perhaps outside;
-//! 3. step 3(a) projects the point p1 instead of p1 - c: with a centre off the origin the mirror image is wrong;
+//! 2. step 4(b) scales v to the LENGTH 1 - u: after a hit a particle stands 1 - u meters from the hit, perhaps outside;
+//! 3. step 3(a) projects the point p1 instead of p1 - c: with a center off the origin the mirror image is wrong;
 //! 4. a radial hit scales the zero vector, 0/0, and a start on the wall has no root above zero;
 //! 5. one reflection a step.
 //!
@@ -12,12 +12,12 @@
 
 use super::motion::{Flight, Particle, dot, drifted};
 
-/// One step of a particle, equations (7) to (10) and steps 1 to 4 as printed. Positions are relative to the centre
+/// One step of a particle, equations (7) to (10) and steps 1 to 4 as printed. Positions are relative to the center
 /// but for p1 in step 3(a), which is the document's. The result may be outside, and it may not be finite.
 #[must_use]
 pub fn step_as_printed(
     particle: Particle,
-    centre: [f64; 2],
+    center: [f64; 2],
     radius: f64,
     time_step: f64,
 ) -> Flight {
@@ -32,7 +32,7 @@ pub fn step_as_printed(
     let Particle { position: p1, velocity: v } = particle;
     let pc = drifted(particle, u).position;
     // 3(a) to 3(c)
-    let vp = difference(add(p1, centre), projection(add(p1, centre), pc));
+    let vp = difference(add(p1, center), projection(add(p1, center), pc));
     let mirrored = add(p1, scale(vp, 2.0 * length(vp)));
     let v2 = scale(difference(pc, mirrored), length(v));
     // 4(a), 4(b)

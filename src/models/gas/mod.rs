@@ -49,7 +49,7 @@ use serde::{Deserialize, Serialize};
 /// N = floor(T / dt + this): a duration that is a whole number of steps but for rounding has all of them.
 const STEP_ROUNDING: f64 = 1e-9;
 
-/// A gas in its container, at one time. Particles stand relative to the centre, so that a centre far away costs no digits.
+/// A gas in its container, at one time. Particles stand relative to the center, so that a center far away costs no digits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gas {
     container: Container,
@@ -76,7 +76,7 @@ pub struct Gas {
 /// The circle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Container {
-    centre_m: [f64; 2],
+    center_m: [f64; 2],
     circle: Circle,
 }
 
@@ -123,7 +123,7 @@ impl Model for Gas {
         )?;
         limits::check(config, &start.particles)?;
         let container = Container {
-            centre_m: config.centre_m.map(|axis| axis.get()),
+            center_m: config.center_m.map(|axis| axis.get()),
             circle: Circle {
                 radius: config.radius_m.get(),
                 wall_speed: config.wall_speed_m_per_s.get(),
@@ -270,7 +270,7 @@ impl Gas {
         }
     }
 
-    /// Exact propagation towards a target, which must be a time, by at most so many events; whether it is reached.
+    /// Exact propagation toward a target, which must be a time, by at most so many events; whether it is reached.
     fn jump(&mut self, target: Target, mut at_most: u64) -> Result<bool, Fault> {
         let time = match target {
             Target::Time(time) if time >= self.time() => time,
@@ -295,7 +295,7 @@ impl Gas {
         Ok(self.fly_to(time, &mut at_most))
     }
 
-    /// Exact propagation towards a time by at most so many events, of which points need none.
+    /// Exact propagation toward a time by at most so many events, of which points need none.
     fn fly_to(&mut self, time: f64, at_most: &mut u64) -> bool {
         match &mut self.propagator {
             Propagator::Exact(clock) => {
@@ -347,7 +347,7 @@ impl Gas {
 
     /// So many steps of all particles.
     fn walk(&mut self, steps: u64) {
-        let Container { centre_m, circle: Circle { radius, .. } } = self.container;
+        let Container { center_m, circle: Circle { radius, .. } } = self.container;
         match &mut self.propagator {
             Propagator::Exact(_) | Propagator::HitByHit { .. } | Propagator::Colliding { .. } => {}
             Propagator::Stepped { clock, tallies } => {
@@ -362,7 +362,7 @@ impl Gas {
                             break;
                         }
                         let dt = clock.time_step_s;
-                        let flight = literal::step_as_printed(particle, centre_m, radius, dt);
+                        let flight = literal::step_as_printed(particle, center_m, radius, dt);
                         *frozen = !is_finite(&flight);
                         if !*frozen {
                             particle = flight.particle;

@@ -1,14 +1,14 @@
 //! How a particle moves in a circle: straight on at constant speed, mirrored at the wall (gas document, exercise
 //! 14g1), and where it is a disc also by its collisions. Nothing here depends on anything but its arguments.
 //!
-//! Positions are relative to the container's centre. Lengths in m, times in s, speeds in m/s.
+//! Positions are relative to the container's center. Lengths in m, times in s, speeds in m/s.
 
 use serde::{Deserialize, Serialize};
 
 /// A point particle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Particle {
-    /// Position p relative to the centre, m.
+    /// Position p relative to the center, m.
     pub position: [f64; 2],
     /// Velocity v, m/s.
     pub velocity: [f64; 2],
@@ -32,7 +32,7 @@ impl Particle {
         dot(self.velocity, self.velocity).sqrt()
     }
 
-    /// Angular momentum about the centre over the mass, p x v = x vy - y vx, m^2/s.
+    /// Angular momentum about the center over the mass, p x v = x vy - y vx, m^2/s.
     #[must_use]
     pub fn angular_momentum_per_mass(&self) -> f64 {
         cross(self.position, self.velocity)
@@ -83,14 +83,14 @@ pub fn reflected(particle: Particle) -> Particle {
 /// What an elastic collision of two discs does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairImpact {
-    /// Velocities afterwards, m/s.
+    /// Velocities afterward, m/s.
     pub velocities: [[f64; 2]; 2],
-    /// Distance of the centres times the momentum handed over, in the unit of the masses times m^2/s: the pair's part of Clausius's
+    /// Distance of the centers times the momentum handed over, in the unit of the masses times m^2/s: the pair's part of Clausius's
     /// virial.
     pub virial: f64,
 }
 
-/// Elastic collision of two smooth discs that touch: along the line of centres r = p2 - p1 the relative velocity turns about,
+/// Elastic collision of two smooth discs that touch: along the line of centers r = p2 - p1 the relative velocity turns about,
 ///
 /// v1' = v1 + 2 m2/(m1 + m2) (v . r) r / r^2,   v2' = v2 - 2 m1/(m1 + m2) (v . r) r / r^2,   v = v2 - v1
 ///
@@ -165,7 +165,7 @@ impl Chords {
             return 0;
         }
         let chords = (self.along + self.speed * time + self.half_chord) / (2.0 * self.half_chord);
-        // The cast rounds towards zero: at or above zero that is the floor, and below zero nothing was hit yet.
+        // The cast rounds toward zero: at or above zero that is the floor, and below zero nothing was hit yet.
         chords as u64
     }
 

@@ -15,7 +15,7 @@ use kinetoscope_recording::frame::{Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 use std::f64::consts::TAU;
 
-/// Distance from the centre, over the radius, above which a particle is outside: a place on the wall is only known to rounding.
+/// Distance from the center, over the radius, above which a particle is outside: a place on the wall is only known to rounding.
 const OUTSIDE: f64 = 1.0 + 1e-9;
 
 /// Largest distance a step, over the radius, at which the document's "many steps across" holds.
@@ -29,7 +29,7 @@ const MOST_ARROWS: usize = 1000;
 
 impl Gas {
     pub(super) fn fill(&self, frame: &mut Frame) {
-        let [cx, cy] = self.container.centre_m;
+        let [cx, cy] = self.container.center_m;
         for Particle { position: [x, y], velocity: [vx, vy] } in self.particles.iter() {
             frame.push_state(&[cx + x, cy + y, vx, vy]);
         }
@@ -57,7 +57,7 @@ impl Gas {
     }
 
     pub(super) fn draw(&self) -> Scenery {
-        let ([x, y], radius) = (self.container.centre_m, self.container.circle.radius);
+        let ([x, y], radius) = (self.container.center_m, self.container.circle.radius);
         Scenery {
             walls: vec![self.drawn_wall()],
             view: [[x - radius, y - radius], [x + radius, y + radius]],
@@ -75,10 +75,10 @@ impl Gas {
 
     /// The wall where it is now, with its opening.
     fn drawn_wall(&self) -> Wall {
-        let (centre, radius) = (self.container.centre_m, self.radius_now());
+        let (center, radius) = (self.container.center_m, self.radius_now());
         match self.half_opening() {
-            Some(half) => Wall::Arc { centre, radius, angles_rad: [half, TAU - half] },
-            None => Wall::Circle { centre, radius },
+            Some(half) => Wall::Arc { center, radius, angles_rad: [half, TAU - half] },
+            None => Wall::Circle { center, radius },
         }
     }
 
@@ -224,7 +224,7 @@ impl Gas {
     }
 
     fn log_start(&self, moments: &SpeedMoments, frame: &mut Frame) {
-        let ([cx, cy], radius) = (self.container.centre_m, self.container.circle.radius);
+        let ([cx, cy], radius) = (self.container.center_m, self.container.circle.radius);
         let mass = self.substance.mass_kg;
         let count = self.particles.len();
         frame.log(

@@ -93,18 +93,18 @@ pub fn histogram(
     // A gas at rest has no scale: its scaled axis stays at 0.
     let per_rms = if rms > 0.0 { 1.0 / rms } else { 0.0 };
     let scaled = |values: &[f64], factor: f64| values.iter().map(|value| value * factor).collect();
-    let centres: Vec<f64> = (0..BINS).map(|bin| (bin as f64 + 0.5) * width).collect();
+    let centers: Vec<f64> = (0..BINS).map(|bin| (bin as f64 + 0.5) * width).collect();
     let density: Vec<f64> =
         counts.iter().map(|&count| count as f64 / (particles * width)).collect();
-    let initial_law: Vec<f64> = centres.iter().map(|&speed| law.density(speed)).collect();
+    let initial_law: Vec<f64> = centers.iter().map(|&speed| law.density(speed)).collect();
     let maxwell: Vec<f64> =
-        centres.iter().map(|&speed| maxwell_density(speed, mean_square)).collect();
+        centers.iter().map(|&speed| maxwell_density(speed, mean_square)).collect();
     GasSpeeds {
-        speed_over_rms: scaled(&centres, per_rms),
+        speed_over_rms: scaled(&centers, per_rms),
         density_times_rms: scaled(&density, rms),
         initial_law_times_rms: scaled(&initial_law, rms),
         maxwell_times_rms: scaled(&maxwell, rms),
-        speed_m_per_s: centres,
+        speed_m_per_s: centers,
         density,
         initial_law,
         maxwell,

@@ -12,7 +12,7 @@ use kinetoscope_manifest::model::{
 };
 use std::f64::consts::TAU;
 
-/// Particles relative to the centre, and the law of their speeds.
+/// Particles relative to the center, and the law of their speeds.
 pub(super) struct Start {
     pub(super) particles: Vec<Particle>,
     pub(super) speed_law: SpeedLaw,
@@ -141,7 +141,7 @@ fn drawn(config: &GasConfig, seed: Seed) -> Result<Start, Refusal> {
     Ok(Start { particles, speed_law })
 }
 
-/// Places relative to the centre: of points by their law, of discs uniform among those without overlap.
+/// Places relative to the center: of points by their law, of discs uniform among those without overlap.
 fn places(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Refusal> {
     let radius = config.radius_m.get();
     let mut draws = seed.stream(Stream::Positions);
@@ -198,14 +198,14 @@ fn written(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, Refu
 
 /// Particles of a given or recorded start; a point outside is refused.
 fn given(config: &GasConfig, rows: &[[f64; 4]]) -> Result<Start, Refusal> {
-    let (radius, centre) = (config.radius_m.get(), config.centre_m.map(|axis| axis.get()));
+    let (radius, center) = (config.radius_m.get(), config.center_m.map(|axis| axis.get()));
     let mut particles = Vec::with_capacity(rows.len());
     for (index, &[x, y, vx, vy]) in rows.iter().enumerate() {
-        let mut position = [x - centre[0], y - centre[1]];
+        let mut position = [x - center[0], y - center[1]];
         let distance = libm::hypot(position[0], position[1]);
         if distance > radius * (1.0 + WRITTEN_ON_WALL) {
             return Err(Refusal(format!(
-                "particle {index} (counted from 0) at [{x}, {y}] is {distance} m from the centre, outside the wall at {radius} m: \
+                "particle {index} (counted from 0) at [{x}, {y}] is {distance} m from the center, outside the wall at {radius} m: \
                  move it inside or enlarge radius_m"
             )));
         }

@@ -1,4 +1,4 @@
-//! Several bodies that attract each other, about their common centre of mass: what they conserve, and what is drawn of them.
+//! Several bodies that attract each other, about their common center of mass: what they conserve, and what is drawn of them.
 //!
 //! Energy and momenta are divided by the total mass, which leaves AU and days: m_i stands for G m_i over the sum of all.
 
@@ -11,7 +11,7 @@ use kinetoscope_recording::frame::{Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery};
 use serde::{Deserialize, Serialize};
 
-/// Half the drawing's width over the largest distance from the centre of mass at the start: orbits reach farther.
+/// Half the drawing's width over the largest distance from the center of mass at the start: orbits reach farther.
 const MARGIN: f64 = 1.3;
 
 /// The bodies, at one instant.
@@ -40,12 +40,12 @@ struct Conserved {
     /// AU/day.
     momentum: [f64; 3],
     /// AU.
-    centre: [f64; 3],
+    center: [f64; 3],
     /// Smallest distance of two bodies, AU.
     closest: f64,
 }
 
-/// There is no one centre to turn about.
+/// There is no one center to turn about.
 struct NoSun;
 
 impl Turns<Vec<f64>> for NoSun {
@@ -70,7 +70,7 @@ impl Conserved {
             angular_momentum: [0.0; 3],
             angular_scale: 0.0,
             momentum: [0.0; 3],
-            centre: [0.0; 3],
+            center: [0.0; 3],
             closest: f64::INFINITY,
         };
         for (i, (place, velocity)) in places.iter().zip(velocities).enumerate() {
@@ -80,7 +80,7 @@ impl Conserved {
                 add_scaled(sums.angular_momentum, cross(*place, *velocity), share);
             sums.angular_scale += share * length(*place) * length(*velocity);
             sums.momentum = add_scaled(sums.momentum, *velocity, share);
-            sums.centre = add_scaled(sums.centre, *place, share);
+            sums.center = add_scaled(sums.center, *place, share);
             for (j, other) in places.iter().enumerate().skip(i + 1) {
                 let distance = length(add_scaled(*place, *other, -1.0));
                 sums.potential -= share * gravitational_parameters[j] / distance;
@@ -96,7 +96,7 @@ impl Conserved {
 }
 
 impl Bodies {
-    /// The bodies as given, moved so that their centre of mass rests in the origin.
+    /// The bodies as given, moved so that their center of mass rests in the origin.
     pub(super) fn prepare(bodies: &[OrbitBody], scheme: &Scheme) -> Result<Self, Refusal> {
         let numbers = |of: fn(&OrbitBody) -> [f64; 3]| bodies.iter().flat_map(of).collect();
         let gravitational_parameters: Vec<f64> =
@@ -107,7 +107,7 @@ impl Bodies {
         };
         let given = Conserved::of(&gravitational_parameters, &phase);
         for axis in 0..phase.position.len() {
-            phase.position[axis] -= given.centre[axis % 3];
+            phase.position[axis] -= given.center[axis % 3];
             phase.velocity[axis] -= given.momentum[axis % 3];
         }
         let start = Conserved::of(&gravitational_parameters, &phase);
@@ -150,7 +150,7 @@ impl Bodies {
             angular_momentum_z_au2_per_day: z,
             angular_momentum_change_ppm: length(turned) / self.start.angular_scale * 1e6,
             momentum_au_per_day: length(now.momentum),
-            centre_of_mass_au: length(now.centre),
+            center_of_mass_au: length(now.center),
             closest_au: now.closest,
             force_evaluations: self.track.evaluations,
         });
@@ -174,7 +174,7 @@ impl Bodies {
         frame.log(
             Level::Info,
             format!(
-                "{} bodies that attract each other, about their centre of mass; energy {:.6e} AU^2/day^2 a unit of mass, \
+                "{} bodies that attract each other, about their center of mass; energy {:.6e} AU^2/day^2 a unit of mass, \
                  closest pair {:.4} AU",
                 self.force.gravitational_parameters.len(),
                 self.start.energy(),

@@ -31,8 +31,8 @@ use serde::{Deserialize, Serialize};
 use tables::Integrator;
 use track::{Lost, Scheme};
 
-/// The start as the document prints it. It says "from the Sun's centre", but the numbers are the Earth's place relative to
-/// the barycentre of the solar system (2013-01-01 0h, ecliptic of J2000), so that the orbit's period is 362.073 days.
+/// The start as the document prints it. It says "from the Sun's center", but the numbers are the Earth's place relative to
+/// the barycenter of the solar system (2013-01-01 0h, ecliptic of J2000), so that the orbit's period is 362.073 days.
 pub const DOCUMENT_START: State = State {
     position: [-1.813_068_419_866_209e-1, 9.642_197_733_507_97e-1, -6.850_809_238_551_276e-5],
     velocity: [-1.718_334_419_397_708e-2, -3.209_800_047_122_614e-3, 6.736_104_268_755_766e-9],

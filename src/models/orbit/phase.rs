@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The plane of the motion at the start, with a right-handed pair of axes that turns as the body does.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plane {
-    /// Unit vector towards the start.
+    /// Unit vector toward the start.
     ahead: [f64; 3],
     /// Unit vector across it, into the direction of the motion.
     across: [f64; 3],

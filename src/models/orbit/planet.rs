@@ -114,7 +114,7 @@ impl Planet {
     pub(super) fn scenery(&self, scheme: &Scheme, duration: f64) -> Scenery {
         let reach = forecast::reach(&self.exact, scheme.integrator, scheme.step, duration);
         Scenery {
-            walls: vec![Wall::Body { centre: [0.0, 0.0], radius: DRAWN_SUN_AU }],
+            walls: vec![Wall::Body { center: [0.0, 0.0], radius: DRAWN_SUN_AU }],
             view: [[-reach, -reach], [reach, reach]],
             drawn_radius: DrawnRadius::Fixed(0.02 * (2.0 * reach)),
             speed_range_top: 1.5 * length(self.exact.start().velocity),
@@ -182,7 +182,7 @@ impl Planet {
         };
         let origin = match self.start {
             Start::Document => {
-                "\"document\": as printed in exercise 14to4. These numbers are relative to the barycentre of the solar \
+                "\"document\": as printed in exercise 14to4. These numbers are relative to the barycenter of the solar \
                  system (2013-01-01), not to the Sun, so the period is no year; start = \"heliocentric\" gives the \
                  same day relative to the Sun (a = 0.99935 AU, period 364.898 d)"
             }

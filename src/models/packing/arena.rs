@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The box and the laws of collision.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Arena {
-    /// Width and height of the box, which is centred on the origin.
+    /// Width and height of the box, which is centered on the origin.
     pub(super) sides: Vector,
     /// Whether it has walls, as against periodic.
     pub(super) has_walls: bool,
@@ -33,7 +33,7 @@ pub(super) enum Guard {
 }
 
 impl Arena {
-    /// Sides of the rectangle that centres stay in: of the largest disc, where they differ.
+    /// Sides of the rectangle that centers stay in: of the largest disc, where they differ.
     pub(super) fn room(&self) -> Vector {
         let kept_off = if self.has_walls { 2.0 * self.largest_radius } else { 0.0 };
         self.sides.map(|side| side - kept_off)

@@ -28,7 +28,7 @@ fn taken(slots: &[u32; 4]) -> usize {
 /// before one of the two leaves its own stand in the 3 x 3 block around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grid {
-    /// Width and height of the box, which is centred on the origin.
+    /// Width and height of the box, which is centered on the origin.
     box_sides: Vector,
     /// Width and height of a cell.
     pub(super) side: Vector,
@@ -36,7 +36,7 @@ pub(super) struct Grid {
     pub(super) edges: [[f64; 2]; 2],
     /// Columns and rows.
     count: [u32; 2],
-    /// Columns and rows of the table: within walls one more of each, which stay empty. So the neighbours of a cell are
+    /// Columns and rows of the table: within walls one more of each, which stay empty. So the neighbors of a cell are
     /// found the same way round as in a periodic box, and walls have nobody behind them.
     table: [u32; 2],
 }

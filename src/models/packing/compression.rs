@@ -25,7 +25,7 @@ const HEXAGONAL: f64 = 0.9069;
 
 /// Discs that have grown.
 pub(super) struct Compressed {
-    /// Centres.
+    /// Centers.
     pub(super) positions: Vec<Vector>,
     /// The share of the full radius that was reached: 1 unless a pressure was wanted.
     pub(super) scale: f64,

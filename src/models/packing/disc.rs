@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// So many discs no longer stay in the processor's caches: where they are in memory begins to matter.
 pub(super) const MANY: usize = 20_000;
 
-/// One disc as its last collision left it, and its soonest event. One cache line: whoever looks at a neighbour fetches
+/// One disc as its last collision left it, and its soonest event. One cache line: whoever looks at a neighbor fetches
 /// this and nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[repr(C, align(64))]

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub(super) enum Side {
-    /// Towards smaller x.
+    /// Toward smaller x.
     Left,
-    /// Towards larger x.
+    /// Toward larger x.
     Right,
-    /// Towards smaller y.
+    /// Toward smaller y.
     Bottom,
-    /// Towards larger y.
+    /// Toward larger y.
     Top,
 }
 
@@ -42,9 +42,9 @@ pub(super) enum EventKind {
     Pair(u32),
     /// It touches a wall of the box.
     Wall(Side),
-    /// Its centre leaves its cell: bookkeeping, no event of physics.
+    /// Its center leaves its cell: bookkeeping, no event of physics.
     Crossing(Side),
-    /// Nothing, ever: the disc is at rest and nobody nearby comes towards it.
+    /// Nothing, ever: the disc is at rest and nobody nearby comes toward it.
     Nothing,
 }
 

@@ -5,7 +5,7 @@ use super::motion::Vector;
 /// Rows of discs in a box of one orientation: every second row is shifted by half a pitch.
 #[derive(Clone, Copy)]
 struct Rows {
-    /// Distance of neighbours in a row, at least a diameter.
+    /// Distance of neighbors in a row, at least a diameter.
     pitch: f64,
     /// Discs in the first, third, … row.
     full: usize,
@@ -64,8 +64,8 @@ impl Rows {
     }
 }
 
-/// Places `count` discs in hexagonal rows in a box that is centred on the origin, rows along x if they fit so, else along
-/// y; `None` where neither fits. Neighbours are at least a diameter apart, up to rounding.
+/// Places `count` discs in hexagonal rows in a box that is centered on the origin, rows along x if they fit so, else along
+/// y; `None` where neither fits. Neighbors are at least a diameter apart, up to rounding.
 pub(super) fn hexagonal_rows(sides: [f64; 2], radius: f64, count: usize) -> Option<Vec<Vector>> {
     let turned = [sides[1], sides[0]];
     let (along_x, along_y) = (Rows::of(sides, radius), Rows::of(turned, radius));
@@ -85,7 +85,7 @@ pub(super) fn most_in_hexagonal_rows(sides: [f64; 2], radius: f64) -> usize {
     along_x.max(Rows::of([sides[1], sides[0]], radius).capacity())
 }
 
-/// Places `count` discs on a hexagonal lattice that goes on over the edges of a periodic box centred on the origin: an even
+/// Places `count` discs on a hexagonal lattice that goes on over the edges of a periodic box centered on the origin: an even
 /// number of rows of equal length, the last one perhaps not full. `None` where it does not fit.
 pub(super) fn periodic_hexagonal(
     sides: [f64; 2],

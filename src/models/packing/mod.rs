@@ -42,7 +42,7 @@ use serde::{Deserialize, Serialize};
 /// More arrows than this hide the discs.
 const MOST_ARROWS: usize = 200;
 
-/// The colour bar ends at this multiple of the root mean square speed of the start.
+/// The color bar ends at this multiple of the root mean square speed of the start.
 const SPEED_RANGE: f64 = 2.5;
 
 /// Event-driven hard discs in a box: see [`PackingConfig`] for the physics that can be chosen.
@@ -203,7 +203,7 @@ impl Packing {
         self.account_of_start = None;
     }
 
-    /// One event towards the target; returns whether it was reached before.
+    /// One event toward the target; returns whether it was reached before.
     #[inline(always)]
     fn step<const WIDE: bool>(&mut self, target: Target) -> Result<bool, Fault> {
         let until = match target {
@@ -228,7 +228,7 @@ impl Packing {
         match target {
             Target::Count(events) => {
                 return Err(Fault(format!(
-                    "event {events} never comes: after {} events at time {} nothing moves towards anything; \
+                    "event {events} never comes: after {} events at time {} nothing moves toward anything; \
                      give the discs velocities, or set a duration",
                     self.tallies.events(),
                     self.time

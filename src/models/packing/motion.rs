@@ -1,6 +1,6 @@
 //! How hard discs of mass 1 move: free flight, contact, and what a collision does to velocities. Pure functions.
 //!
-//! Symbols: r separation of two centres (second minus first), v relative velocity (second minus first), s contact
+//! Symbols: r separation of two centers (second minus first), v relative velocity (second minus first), s contact
 //! distance (the diameter), n unit vector along r, g = v . n, alpha coefficient of restitution. Lengths, times and
 //! velocities are dimensionless.
 
@@ -15,9 +15,9 @@ pub(super) type Vector = [f64; 2];
 /// What a pair collision leads to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PairImpact {
-    /// Velocities of the first and of the second disc afterwards.
+    /// Velocities of the first and of the second disc afterward.
     pub(super) velocities: [Vector; 2],
-    /// Magnitude of the momentum that was handed over along the line of centres.
+    /// Magnitude of the momentum that was handed over along the line of centers.
     pub(super) normal_impulse: f64,
 }
 
@@ -57,7 +57,7 @@ pub(super) fn time_to_growing_contact(
     }
 }
 
-/// Elastic collision of two growing discs: elastic for their surfaces, which part with a more than the centres,
+/// Elastic collision of two growing discs: elastic for their surfaces, which part with a more than the centers,
 /// g' = -g + 2 a (Lubachevsky and Stillinger, as above).
 pub(super) fn growing_pair_impact(r: Vector, velocities: [Vector; 2], growth: f64) -> PairImpact {
     let [first, second] = velocities;
@@ -75,7 +75,7 @@ pub(super) fn growing_pair_impact(r: Vector, velocities: [Vector; 2], growth: f6
     }
 }
 
-/// Time until one coordinate reaches a line that it moves towards. Zero where rounding put it a little beyond.
+/// Time until one coordinate reaches a line that it moves toward. Zero where rounding put it a little beyond.
 /// The speed along the coordinate is not zero.
 #[inline(always)]
 pub(super) fn time_to_line(coordinate: f64, speed: f64, line: f64) -> f64 {
@@ -135,7 +135,7 @@ pub(super) fn wall_impact(velocity: Vector, axis: usize, angle: f64) -> Option<V
     (leaving[axis] * reflected[axis] > 0.0).then_some(leaving)
 }
 
-/// A coordinate of a periodic box that is centred on the origin, brought back into it.
+/// A coordinate of a periodic box that is centered on the origin, brought back into it.
 pub(super) fn wrapped(coordinate: f64, side: f64) -> f64 {
     if coordinate >= 0.5 * side {
         coordinate - side

@@ -148,7 +148,7 @@ impl Tallies {
 
     /// Pressure over all the time t since the start, `wait` of it since the last collision.
     ///
-    /// Both ways refer to the rectangle that the centres stay in, a x b:
+    /// Both ways refer to the rectangle that the centers stay in, a x b:
     ///
     /// P = (2 K + W) / (2 a b t),   P = I / (2 (a + b) t)
     ///

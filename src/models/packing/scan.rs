@@ -31,7 +31,7 @@ pub(super) struct Field<'a> {
 /// How large discs are.
 #[derive(Clone, Copy)]
 pub(super) enum Sizes<'a> {
-    /// Any two touch at this distance of their centres.
+    /// Any two touch at this distance of their centers.
     Equal(f64),
     /// Each has its own radius.
     Mixed(&'a [f64]),
@@ -180,7 +180,7 @@ fn of_lanes(
     earliest(&waits, &partners, first)
 }
 
-/// At which distances of the centres a disc touches others, at full scale.
+/// At which distances of the centers a disc touches others, at full scale.
 fn reaches(radii: &[f64], seeker: &Seeker, partners: &[u32; LANES]) -> [f64; LANES] {
     let own = radii[seeker.disc as usize];
     partners.map(|partner| own + radii.get(partner as usize).copied().unwrap_or(0.0))

@@ -29,7 +29,7 @@ const SPEEDS: [f64; 2] = [1e-60, 1e60];
 
 /// The start of a run.
 pub(super) struct Start {
-    /// Centres.
+    /// Centers.
     pub(super) positions: Vec<Vector>,
     /// Velocities, as many.
     pub(super) velocities: Vec<Vector>,
@@ -226,7 +226,7 @@ fn rectangle(config: &PackingConfig) -> Rectangle {
     Rectangle { min: [-x, -y], max: [x, y] }
 }
 
-/// Refuses what random sequential addition would hardly reach. Centres have only a x b with a = lx - 2r: next to a wall
+/// Refuses what random sequential addition would hardly reach. Centers have only a x b with a = lx - 2r: next to a wall
 /// discs stand denser than elsewhere, by 0.33 diameters of room at each wall (as cars at the ends of Renyi's street), so
 /// that the fraction of (a + 0.66 s) (b + 0.66 s) is what counts.
 fn check_random(config: &PackingConfig, radii: &[f64]) -> Result<(), Refusal> {
@@ -322,7 +322,7 @@ fn check_given(
         let reach = [0.5 * config.width.get() - kept_off, 0.5 * config.height.get() - kept_off];
         if x.abs() > reach[0] + slack || y.abs() > reach[1] + slack {
             return Err(Refusal(format!(
-                "disc {disc} at [{x}, {y}] is not inside: centres need |x| <= {} and |y| <= {}",
+                "disc {disc} at [{x}, {y}] is not inside: centers need |x| <= {} and |y| <= {}",
                 reach[0], reach[1]
             )));
         }
@@ -371,7 +371,7 @@ fn check_apart(
         });
         if let Some((other, distance)) = overlapping {
             return Err(Refusal(format!(
-                "discs {disc} and {other} overlap: their centres are {distance} apart, and they touch at {}",
+                "discs {disc} and {other} overlap: their centers are {distance} apart, and they touch at {}",
                 radii[disc] + radii[other as usize]
             )));
         }

@@ -1,7 +1,7 @@
 //! Promise: a drawing costs little beside the state. 1000 discs in 300 frames: drawing at most 3 MB, `/state` at most its raw size.
 //!
 //! The discs fly straight and bounce off the box, each at its own speed: nothing repeats, and every disc has another place and
-//! another colour in its drawing. The limits are those of the project's size budget, measured on such drawings.
+//! another color in its drawing. The limits are those of the project's size budget, measured on such drawings.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -36,7 +36,7 @@ fn fill(frame: &mut Frame, index: u64) {
         let random = |which: u64| 2.0 * scrambled(4 * disc + which) - 1.0;
         let (x, vx) = bounced(random(0), 2.0 * random(1), time);
         let (y, vy) = bounced(random(2), 2.0 * random(3), time);
-        // Slower and slower, as discs do that lose energy: every colour changes.
+        // Slower and slower, as discs do that lose energy: every color changes.
         let slower = 1.0 / (1.0 + time);
         frame.push_state(&[x, y, slower * vx, slower * vy, 0.02]);
     }

@@ -138,7 +138,7 @@ fn strong_forces_are_thick_and_no_contact_is_an_empty_entity() {
 }
 
 #[test]
-fn container_and_colour_bar_are_written_once() {
+fn container_and_color_bar_are_written_once() {
     let frame = frame_of(&[[0.0; 5]]);
     let frames = recorded(&header(Compression::Zstd), &[frame.clone(), frame]);
     let walls = entity(&frames[0], "/walls");
@@ -156,7 +156,7 @@ fn container_and_colour_bar_are_written_once() {
 fn walls_that_move_are_drawn_where_they_are() {
     let mut moved = frame_of(&[[0.0; 5]]);
     let angles_rad = [0.1, TAU - 0.1];
-    moved.push_wall(Wall::Arc { centre: [0.25, 0.0], radius: 0.5, angles_rad });
+    moved.push_wall(Wall::Arc { center: [0.25, 0.0], radius: 0.5, angles_rad });
     let frames = recorded(&header(Compression::Zstd), &[frame_of(&[[0.0; 5]]), moved]);
     assert_eq!(entity(&frames[0], "/walls").lines.len(), 2);
     let walls = entity(&frames[1], "/walls");
@@ -172,9 +172,9 @@ fn walls_that_move_are_drawn_where_they_are() {
     assert!(corners.iter().all(|corner| libm::atan2(corner.y, corner.x - 0.25).abs() > 0.0999));
 }
 
-/// A long box: the colour bar has half of its length, not of its height, and lies below it.
+/// A long box: the color bar has half of its length, not of its height, and lies below it.
 #[test]
-fn the_colour_bar_of_a_flat_box_is_legible() {
+fn the_color_bar_of_a_flat_box_is_legible() {
     let mut header = header(Compression::Zstd);
     header.scenery.view = [[0.0, 0.0], [20.0, 1.0]];
     let frames = recorded(&header, &[frame_of(&[[0.0; 5]])]);

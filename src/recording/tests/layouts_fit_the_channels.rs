@@ -153,9 +153,9 @@ fn what_is_not_recorded_has_no_panel() {
     assert_eq!(topics.keys().collect::<Vec<_>>(), ["/discs", "/legend", "/walls"]);
 }
 
-/// The viewer's formula by hand: box of 0.04 m: visible height 0.04 x 1.1 x 1.12 = 0.04928 m, centre (0.02, 0.018).
+/// The viewer's formula by hand: box of 0.04 m: visible height 0.04 x 1.1 x 1.12 = 0.04928 m, center (0.02, 0.018).
 #[test]
-fn the_camera_frames_container_and_colour_bar() {
+fn the_camera_frames_container_and_color_bar() {
     let mut header = sample::header(Compression::Zstd);
     header.model = "dem";
     header.scenery.view = [[0.0, 0.0], [0.04, 0.04]];
@@ -167,14 +167,14 @@ fn the_camera_frames_container_and_colour_bar() {
     close(&camera["distance"], 0.04928);
     close(&camera["targetOffset"][0], 0.02);
     close(&camera["targetOffset"][1], 0.018);
-    // Orbit: no colour bar, 6 % margin, and the wider side counts.
+    // Orbit: no color bar, 6 % margin, and the wider side counts.
     header.model = "orbit";
     header.scenery.view = [[-2.0, -1.0], [2.0, 1.0]];
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
     close(&camera["distance"], 4.24);
     close(&camera["targetOffset"][1], 0.0);
-    // A flat box: the colour bar's strip is 0.1 of its length below it. 20 wide, so 22.4 high; centre at (0 + 1 - 2) / 2.
+    // A flat box: the color bar's strip is 0.1 of its length below it. 20 wide, so 22.4 high; center at (0 + 1 - 2) / 2.
     header.model = "gas";
     header.scenery.view = [[0.0, 0.0], [20.0, 1.0]];
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();

@@ -1,6 +1,6 @@
 //! Which discs may touch which: a grid over the container whose cells are wider than a disc.
 
-/// Cells are wider than a disc by this much, so that rounding of a place never hides a neighbour.
+/// Cells are wider than a disc by this much, so that rounding of a place never hides a neighbor.
 const MARGIN: f64 = 1.0 + 1e-6;
 
 /// Column and row of a cell.

@@ -40,7 +40,7 @@ pub(super) struct Discs {
 /// What the future depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct State {
-    /// Radius of the circle that the centres keep to: the container's less a disc's, m.
+    /// Radius of the circle that the centers keep to: the container's less a disc's, m.
     reach_m: f64,
     diameter_m: f64,
     /// Time of the last event or target, s.
@@ -145,8 +145,8 @@ impl Discs {
             let distance = dot(place, place).sqrt();
             if distance > reach_m * (1.0 + WRITTEN_IN_TOUCH) {
                 return Err(Refusal(format!(
-                    "disc {id} (counted from 0) is {distance} m from the centre and reaches through the wall: \
-                     keep centres within radius_m - disc_radius_m = {reach_m} m"
+                    "disc {id} (counted from 0) is {distance} m from the center and reaches through the wall: \
+                     keep centers within radius_m - disc_radius_m = {reach_m} m"
                 )));
             }
             for other in self.cells.around(disc.cell).filter(|other| (*other as usize) < id) {
@@ -170,7 +170,7 @@ impl Discs {
         &self.state.tally
     }
 
-    /// Radius of the circle that the centres keep to, m.
+    /// Radius of the circle that the centers keep to, m.
     pub(super) fn reach_m(&self) -> f64 {
         self.state.reach_m
     }

@@ -22,7 +22,7 @@ pub(in crate::models::packing) struct Collision {
 /// What a disc collided with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::models::packing) enum With {
-    /// Another disc, at this distance of the centres.
+    /// Another disc, at this distance of the centers.
     Disc(f64),
     /// A wall.
     Wall,
@@ -95,7 +95,7 @@ impl Engine {
         position[axis] = self.wall(disc, side);
         let mut after = self.leave_wall(before, axis);
         if let Some(growth) = self.state.growth {
-            // Elastic for the disc's edge, which comes towards the wall faster than the centre by the growth.
+            // Elastic for the disc's edge, which comes toward the wall faster than the center by the growth.
             let parting = 2.0 * growth.rate * self.radius(disc as usize);
             after = before;
             after[axis] = -before[axis] + if side.is_upper() { -parting } else { parting };

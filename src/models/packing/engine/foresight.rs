@@ -37,7 +37,7 @@ fn fetch(discs: &[Disc], cells: &Cells, ahead: Ahead<'_>) {
         fetch_ahead(discs, event.word() as usize);
     }
     if let Some((disc, event)) = ahead.after(2 * STAGE) {
-        for_each_centre(discs, cells, disc, event, |cell| {
+        for_each_center(discs, cells, disc, event, |cell| {
             let (slots, rows, columns) = cells.block(cell);
             for row in rows {
                 fetch_ahead(slots, row + columns[0]);
@@ -46,7 +46,7 @@ fn fetch(discs: &[Disc], cells: &Cells, ahead: Ahead<'_>) {
         });
     }
     if let Some((disc, event)) = ahead.after(STAGE) {
-        for_each_centre(discs, cells, disc, event, |cell| {
+        for_each_center(discs, cells, disc, event, |cell| {
             for slots in cells.around(cell) {
                 for &other in &slots[..PLACES] {
                     fetch_ahead(discs, other as usize);
@@ -58,7 +58,7 @@ fn fetch(discs: &[Disc], cells: &Cells, ahead: Ahead<'_>) {
 
 /// The cells around which an event will search.
 #[inline(always)]
-fn for_each_centre(
+fn for_each_center(
     discs: &[Disc],
     cells: &Cells,
     disc: u32,

@@ -42,8 +42,8 @@ pub(crate) fn header(compression: Compression) -> Header {
         scenery: Scenery {
             walls: vec![
                 Wall::Rectangle { min: [-1.0, -1.0], max: [1.0, 1.0] },
-                Wall::Circle { centre: [0.0, 0.0], radius: 1.0 },
-                Wall::Body { centre: [0.0, 0.0], radius: 0.1 },
+                Wall::Circle { center: [0.0, 0.0], radius: 1.0 },
+                Wall::Body { center: [0.0, 0.0], radius: 0.1 },
             ],
             view: [[-1.0, -1.0], [1.0, 1.0]],
             drawn_radius: DrawnRadius::Column,

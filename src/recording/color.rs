@@ -1,14 +1,14 @@
-//! Speeds to colours: from blue at rest over green to yellow at the top speed, in 64 steps.
+//! Speeds to colors: from blue at rest over green to yellow at the top speed, in 64 steps.
 //!
-//! Equal steps of speed look equally far apart, and lightness rises all the way: the order is seen with any colour vision, and on a
-//! grey print. The darkest colour is light enough for black force chains on it, and for dark grounds.
+//! Equal steps of speed look equally far apart, and lightness rises all the way: the order is seen with any color vision, and on a
+//! gray print. The darkest color is light enough for black force chains on it, and for dark grounds.
 
 use foxglove::messages::Color;
 
-/// Number of colours.
+/// Number of colors.
 pub(crate) const STEPS: usize = 64;
 
-/// Colours from rest to the top speed, equally far apart in Oklab (B. Ottosson, A perceptual color space for image
+/// Colors from rest to the top speed, equally far apart in Oklab (B. Ottosson, A perceptual color space for image
 /// processing, 2020): its lightness goes from 0.55 to 0.91, its hue from 260 to 100 degrees.
 const STOPS: [[u8; 3]; 9] = [
     [0x39, 0x6f, 0xc8],
@@ -23,11 +23,11 @@ const STOPS: [[u8; 3]; 9] = [
 ];
 
 /// Walls.
-pub(crate) const GREY: Color = opaque([0x8c, 0x8c, 0x8c]);
-/// Contact forces, legible on all colours of the discs.
+pub(crate) const GRAY: Color = opaque([0x8c, 0x8c, 0x8c]);
+/// Contact forces, legible on all colors of the discs.
 pub(crate) const NEARLY_BLACK: Color = opaque([0x14, 0x14, 0x14]);
 /// Velocities.
-pub(crate) const DARK_GREY: Color = opaque([0x6e, 0x6e, 0x6e]);
+pub(crate) const DARK_GRAY: Color = opaque([0x6e, 0x6e, 0x6e]);
 /// The path so far.
 pub(crate) const SKY: Color = opaque([0x56, 0xb4, 0xe9]);
 /// Bodies at rest.
@@ -45,26 +45,26 @@ const fn opaque(rgb: [u8; 3]) -> Color {
     }
 }
 
-/// The colours of the speeds, from rest to the top.
+/// The colors of the speeds, from rest to the top.
 #[derive(Clone, Debug)]
-pub(crate) struct ColourMap {
-    colours: [Color; STEPS],
+pub(crate) struct ColorMap {
+    colors: [Color; STEPS],
 }
 
-impl ColourMap {
+impl ColorMap {
     pub(crate) fn new() -> Self {
-        Self { colours: std::array::from_fn(|step| interpolated(step as f64 / (STEPS - 1) as f64)) }
+        Self { colors: std::array::from_fn(|step| interpolated(step as f64 / (STEPS - 1) as f64)) }
     }
 
-    /// The colour at a share of the top speed; beyond the ends the end's colour.
+    /// The color at a share of the top speed; beyond the ends the end's color.
     pub(crate) fn at(&self, share: f64) -> Color {
         // A cast from float saturates: negative shares and NaN give step 0.
         let step = (share * STEPS as f64) as usize;
-        self.colours[step.min(STEPS - 1)]
+        self.colors[step.min(STEPS - 1)]
     }
 }
 
-/// The colour between the stops at a share in [0, 1], in steps of 1/255.
+/// The color between the stops at a share in [0, 1], in steps of 1/255.
 fn interpolated(share: f64) -> Color {
     let position = share * (STOPS.len() - 1) as f64;
     let segment = (position as usize).min(STOPS.len() - 2);
@@ -80,7 +80,7 @@ fn interpolated(share: f64) -> Color {
 mod tests {
     use super::*;
 
-    /// Colour blindness as matrices on linear sRGB: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, A physiologically-based
+    /// Color blindness as matrices on linear sRGB: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, A physiologically-based
     /// model for simulation of color vision deficiency, IEEE TVCG 15 (2009) 1291, severity 1.
     const PROTANOPIA: [[f64; 3]; 3] = [
         [0.152_286, 1.052_583, -0.204_868],
@@ -108,7 +108,7 @@ mod tests {
         if value <= 0.040_45 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
     }
 
-    /// Oklab of a colour as eyes with this vision see it; matrices as Ottosson gives them for linear sRGB.
+    /// Oklab of a color as eyes with this vision see it; matrices as Ottosson gives them for linear sRGB.
     fn seen(vision: [[f64; 3]; 3], [r, g, b]: [u8; 3]) -> [f64; 3] {
         let linear = [r, g, b].map(|channel| linear(f64::from(channel) / 255.0));
         let light = product(vision, linear).map(|x| if x > 0.0 { x } else { 0.0 });
@@ -134,7 +134,7 @@ mod tests {
         one.iter().zip(other).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
     }
 
-    /// Smallest and largest distance of neighbouring stops, and whether lightness rises at each.
+    /// Smallest and largest distance of neighboring stops, and whether lightness rises at each.
     fn steps(vision: [[f64; 3]; 3], stops: &[[u8; 3]]) -> (f64, f64, bool) {
         let seen: Vec<[f64; 3]> = stops.iter().map(|&stop| seen(vision, stop)).collect();
         let steps = seen.windows(2).map(|pair| distance(pair[0], pair[1]));
@@ -162,7 +162,7 @@ mod tests {
 
     /// 0.02 in Oklab is what one notices: eight steps stay well apart for all, and their order is that of lightness.
     #[test]
-    fn the_order_of_speeds_is_seen_with_any_colour_vision() {
+    fn the_order_of_speeds_is_seen_with_any_color_vision() {
         for (name, vision) in
             [("protanopia", PROTANOPIA), ("deuteranopia", DEUTERANOPIA), ("tritanopia", TRITANOPIA)]
         {
@@ -182,8 +182,8 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_and_what_is_beyond_have_the_stops_colours() {
-        let (map, last) = (ColourMap::new(), STOPS[STOPS.len() - 1]);
+    fn the_ends_and_what_is_beyond_have_the_stops_colors() {
+        let (map, last) = (ColorMap::new(), STOPS[STOPS.len() - 1]);
         assert_eq!(map.at(0.0), opaque(STOPS[0]));
         assert_eq!(map.at(-1.0), opaque(STOPS[0]));
         assert_eq!(map.at(1.0), opaque(last));

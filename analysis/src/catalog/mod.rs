@@ -33,7 +33,7 @@ macro_rules! definitions {
     ($($constant:ident: $name:literal, $unit:literal, $how:literal, [$($law:expr),*], $rounding:literal;)+) => {
         $(
             #[doc = concat!("`", $name, "`: ", $how, ".")]
-            pub const $constant: &$crate::catalogue::Definition = &$crate::catalogue::Definition {
+            pub const $constant: &$crate::catalog::Definition = &$crate::catalog::Definition {
                 name: $name,
                 unit: $unit,
                 how: $how,
@@ -43,7 +43,7 @@ macro_rules! definitions {
         )+
 
         /// All of this file, in its order.
-        pub const ALL: &[&$crate::catalogue::Definition] = &[$($constant),+];
+        pub const ALL: &[&$crate::catalog::Definition] = &[$($constant),+];
     };
 }
 pub(crate) use definitions;

@@ -1,14 +1,14 @@
 //! The analysis of recordings where they were made, by the program `analyze-recordings` that lies beside this one: what is found
-//! is remembered in `.analysed`, so that the analysis of a whole sweep reads no recording again.
+//! is remembered in `.analyzed`, so that the analysis of a whole sweep reads no recording again.
 
 use crate::plan::Plan;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-/// Has the plan's recordings analysed that are there. Unchanged ones that were analysed before cost next to nothing.
+/// Has the plan's recordings analyzed that are there. Unchanged ones that were analyzed before cost next to nothing.
 ///
 /// # Errors
-/// Why not all were analysed: nothing is lost, since the analysis of the whole reads them then.
+/// Why not all were analyzed: nothing is lost, since the analysis of the whole reads them then.
 pub fn remember(plan: &Plan) -> Result<(), String> {
     let there: Vec<PathBuf> = plan
         .runs

@@ -23,7 +23,7 @@ definitions! {
     COORDINATION: "coordination_number", "1", "/contact_count: contacts a disc, last frame", [], 0.0;
     GRANULAR_TEMPERATURE: "granular_temperature", "m^2/s^2", "/temperature: <(v - <v>)^2> / 2, last frame", [], 0.0;
     PACKING_FRACTION: "packing_fraction", "1", "/state: discs' area over the box's", [], 0.0;
-    BED_HEIGHT: "bed.height", "m", "/state: twice the height of the discs' centre of area over the floor, last frame", [], 0.0;
+    BED_HEIGHT: "bed.height", "m", "/state: twice the height of the discs' center of area over the floor, last frame", [], 0.0;
     BED_PACKING_FRACTION: "bed.packing_fraction", "1", "/state: discs' area over box width times bed.height, last frame", [], 0.0;
     WEIGHT: "bed.weight", "N", "/state: sum of m g of the discs, last frame", [], 0.0;
     FLOOR_FORCE: "floor.force", "N", "/state: sum of k times overlap with the floor, last frame", [law::WEIGHT], 0.0;
@@ -39,7 +39,7 @@ definitions! {
     OUTFLOW_RATE: "outlet.rate", "1/s", "/wall_forces: slope of the number of removed discs between a tenth and six tenths of the last", [], 0.0;
     COOLING_RATE: "cooling.rate", "1/s", "/temperature: slope of sqrt(T0/T) - 1 over time, through the origin", [law::HAFF], 0.0;
     TRANSMITTED_VELOCITY: "row.transmitted_velocity", "1", "/state: velocity of a row's last disc at the end over that of its first at the start", [law::ROW_OF_DISCS], 1e-12;
-    SLOPE: "bed.slope", "degrees", "/state: mean slope of the surface on both sides of the bed's middle, between 15 and 85 per cent of its height, last frame", [], 0.0;
+    SLOPE: "bed.slope", "degrees", "/state: mean slope of the surface on both sides of the bed's middle, between 15 and 85 percent of its height, last frame", [], 0.0;
     REACH: "bed.reach", "m", "/state: how far from the left-hand wall discs stand without a gap of two diameters, last frame", [], 0.0;
     RUN_OUT: "bed.run_out", "1", "/state: bed.reach over that of the first frame, less 1", [], 0.0;
     SETTLING_TIME: "settling_time", "s", "/energy: time of the last frame whose kinetic energy is above a thousandth of the mechanical energy at the start; none where it is the last of all", [], 0.0;

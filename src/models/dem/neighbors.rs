@@ -60,7 +60,7 @@ pub(super) struct Block {
     pub(super) inner: Pairs,
     /// Pairs of which the first disc is the block's; the force on the other is found elsewhere.
     pub(super) edges: Pairs,
-    /// What is added to the second disc's centre, m, for each edge.
+    /// What is added to the second disc's center, m, for each edge.
     pub(super) shifts: Vec<[f64; 2]>,
     /// Discs near walls.
     pub(super) walls: Vec<WallPair>,
@@ -68,9 +68,9 @@ pub(super) struct Block {
 
 /// The list, and how far it can be trusted.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Neighbours {
+pub(super) struct Neighbors {
     pub(super) blocks: Vec<Block>,
-    /// Centres when the list was built.
+    /// Centers when the list was built.
     built_at: Vec<[f64; 2]>,
     /// Walls' displacements then.
     walls_at: Vec<[f64; 2]>,
@@ -84,7 +84,7 @@ pub(super) struct Neighbours {
     number: u64,
     /// Tiers that have pairs which may touch, or may have touched since.
     tiers: usize,
-    /// Distance of the nearest centre to a closed side of the box when the list was built, m.
+    /// Distance of the nearest center to a closed side of the box when the list was built, m.
     clearance: f64,
     /// How far it reaches beyond touching, m.
     skin: f64,
@@ -147,7 +147,7 @@ const BUILD_OVER_LOOK: f64 = 40.0;
 /// of 10^4 discs was slower by 1.18 without.
 const MOST_BLOCKS_WITH_NEAR_PAIRS: usize = 80;
 
-impl Neighbours {
+impl Neighbors {
     /// An empty list with the skin to begin with.
     pub(super) fn new(mean_radius: f64) -> Self {
         Self { skin: FIRST_SKIN * mean_radius, ..Self::default() }
@@ -192,9 +192,9 @@ impl Neighbours {
         let (pairs, edges) = self.blocks.iter().fold((0, 0), |(pairs, edges), block| {
             (pairs + block.inner.len(), edges + block.edges.len())
         });
-        let neighbours = (2 * pairs + edges) as f64 / self.built_at.len() as f64;
-        // Neighbours and the disc itself, over all that have room within the reach.
-        let fraction = (neighbours + 1.0) / ((2.0 + skin) * (2.0 + skin));
+        let neighbors = (2 * pairs + edges) as f64 / self.built_at.len() as f64;
+        // Neighbors and the disc itself, over all that have room within the reach.
+        let fraction = (neighbors + 1.0) / ((2.0 + skin) * (2.0 + skin));
         let used = skin / f64::from(self.age);
         let wanted = BUILD_OVER_LOOK * used / fraction;
         // Newton's steps from above, where the function is convex, come down to the root.
