@@ -7,8 +7,8 @@
 mod dem_beds;
 
 use dem_beds::Scene;
-use kinetoscope::model::{Extent, Model, Target};
-use kinetoscope::models::dem::Dem;
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::{Extent, Model, Target};
 use kinetoscope_recording::channels::DemEnergy;
 use kinetoscope_recording::frame::Frame;
 use std::fmt::Write as _;

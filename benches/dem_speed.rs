@@ -55,7 +55,7 @@ mod dem_beds;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use dem_beds::Scene;
-use kinetoscope::model::{Model, Target};
+use kinetoscope_physics::model::{Model, Target};
 
 const STEPS: u64 = 20;
 

@@ -9,11 +9,11 @@
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use kinetoscope::model::{Model, Target};
-use kinetoscope::models::gas::Gas;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{GasConfig, Propagation, SpeedScale};
 use kinetoscope_manifest::quantity::{NonNegative, Positive};
+use kinetoscope_physics::gas::Gas;
+use kinetoscope_physics::model::{Model, Target};
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::GasCollisions;
 use kinetoscope_recording::frame::Frame;
 use rayon::{ThreadPool, ThreadPoolBuilder};

@@ -7,13 +7,13 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use kinetoscope::constants::GM_SUN_AU3_PER_DAY2 as GM;
-use kinetoscope::model::{Model, Progress, Target};
-use kinetoscope::models::orbit::motion::State;
-use kinetoscope::models::orbit::{DOCUMENT_START, Orbit};
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitSummation};
 use kinetoscope_manifest::quantity::Positive;
+use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
+use kinetoscope_physics::model::{Model, Progress, Target};
+use kinetoscope_physics::orbit::motion::State;
+use kinetoscope_physics::orbit::{DOCUMENT_START, Orbit};
+use kinetoscope_physics::random::Seed;
 use std::hint::black_box;
 use std::time::Duration;
 

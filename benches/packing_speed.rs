@@ -37,11 +37,11 @@
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use kinetoscope::model::{Model, Target};
-use kinetoscope::models::packing::Packing;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{Boundary, PackingConfig, PackingPlacement};
 use kinetoscope_manifest::quantity::{BoxSide, NonNegative, Positive, Share};
+use kinetoscope_physics::model::{Model, Target};
+use kinetoscope_physics::packing::Packing;
+use kinetoscope_physics::random::Seed;
 use std::num::NonZeroU32;
 
 /// Collisions of one measurement.

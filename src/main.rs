@@ -4,6 +4,6 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    kinetoscope::allocation::keep_little();
-    kinetoscope::command::Arguments::parse().execute().into()
+    kinetoscope::cli::allocator::keep_little();
+    kinetoscope::cli::Arguments::parse().execute().into()
 }

@@ -3,11 +3,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use kinetoscope::model::Model;
-use kinetoscope::models::{ForModel, with_model};
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::record::CHANNELS;
+use kinetoscope_physics::model::Model;
+use kinetoscope_physics::random::Seed;
+use kinetoscope_physics::{ForModel, with_model};
 use kinetoscope_recording::channels;
 use std::collections::BTreeSet;
 

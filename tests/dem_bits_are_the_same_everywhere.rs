@@ -9,9 +9,9 @@ mod dem_scene;
 use dem_scene::{
     frame, gravity, non_negative, per_contact, positive, prepared, restitution, scenes,
 };
-use kinetoscope::model::{Model, Progress, Target};
-use kinetoscope::models::dem::Dem;
 use kinetoscope_manifest::model::{DemConfig, PeriodicSides, Placement};
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::{Model, Progress, Target};
 use std::num::NonZeroU32;
 
 /// Bits of all numbers of the state and the channels after so many steps; every 75 steps something is done to the model.

@@ -10,10 +10,10 @@
 mod dem_scene;
 
 use dem_scene::{discs, non_negative, run_to_time, shipped_run};
-use kinetoscope::model::Model;
-use kinetoscope::models::dem::Dem;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::DemConfig;
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::Model;
+use kinetoscope_physics::random::Seed;
 
 const WIDTH: f64 = 0.01;
 /// Discs further apart than this do not belong to the heap any more, m.

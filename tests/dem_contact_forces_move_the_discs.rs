@@ -13,9 +13,9 @@
 mod dem_scene;
 
 use dem_scene::{Disc, SEED, discs, frame, run_to, scenes, time_step};
-use kinetoscope::model::Model;
-use kinetoscope::models::dem::Dem;
 use kinetoscope_manifest::model::{DemConfig, PeriodicSides};
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::DemContactForces;
 use std::collections::BTreeMap;
 

@@ -10,9 +10,9 @@
 mod dem_scene;
 
 use dem_scene::{frame, run_to_time, shipped_run};
-use kinetoscope::model::Model;
-use kinetoscope::models::dem::Dem;
 use kinetoscope_manifest::model::DemConfig;
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::DemWalls;
 use std::num::NonZeroU32;
 

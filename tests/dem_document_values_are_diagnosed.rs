@@ -8,9 +8,9 @@
 mod dem_scene;
 
 use dem_scene::{SEED, damping, equal, frame, given, per_contact, positive, prepared, restitution};
-use kinetoscope::model::{Model, Target};
-use kinetoscope::models::dem::Dem;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail, Stability, TimeStep};
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_recording::frame::Level;
 
 fn document(steps_per_contact: f64) -> DemConfig {

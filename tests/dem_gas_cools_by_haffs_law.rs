@@ -11,10 +11,10 @@
 mod dem_scene;
 
 use dem_scene::{frame, restitution, run_to_time, shipped};
-use kinetoscope::model::Model;
-use kinetoscope::models::dem::Dem;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::DemConfig;
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::Model;
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::DemTemperature;
 use std::f64::consts::PI;
 

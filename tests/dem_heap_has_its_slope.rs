@@ -11,9 +11,9 @@
 mod dem_scene;
 
 use dem_scene::{discs, run_to_time, shipped_run};
-use kinetoscope::model::Model;
-use kinetoscope::models::dem::Dem;
-use kinetoscope::random::Seed;
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::Model;
+use kinetoscope_physics::random::Seed;
 use std::f64::consts::PI;
 
 /// Middle of the platform and its height, m.

@@ -6,9 +6,9 @@
 mod dem_scene;
 
 use dem_scene::{SEED, frame, per_contact, positive, prepared};
-use kinetoscope::model::{Model, Progress, Target};
-use kinetoscope::models::dem::Dem;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, DiscRadius};
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_recording::frame::Frame;
 use std::num::NonZeroU32;
 
@@ -74,7 +74,7 @@ fn cuts_looks_and_checkpoints_leave_no_trace() {
 #[test]
 fn replicates_differ_and_the_time_step_does_not() {
     let config = config(DemIntegrator::SemiImplicitEuler);
-    let other = kinetoscope::random::Seed { replicate: 1, ..SEED };
+    let other = kinetoscope_physics::random::Seed { replicate: 1, ..SEED };
     let other = Dem::prepare(&config, other, false).expect("a start");
     let model = prepared(&config);
     assert_ne!(bits(&[frame(&model)]), bits(&[frame(&other)]));

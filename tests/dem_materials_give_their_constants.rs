@@ -13,11 +13,11 @@ mod dem_scene;
 use dem_scene::{
     discs, frame, given, gravity, material, per_contact, positive, run_to, run_to_time,
 };
-use kinetoscope::model::Model;
-use kinetoscope::models::dem::Dem;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{DemConfig, DemContactConstants, DemContactPair, DemMaterial};
 use kinetoscope_manifest::quantity::{NonNegative, Share};
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::Model;
+use kinetoscope_physics::random::Seed;
 
 const G: f64 = 9.81;
 const BAND: f64 = 0.007;

@@ -6,11 +6,11 @@
 mod dem_scene;
 
 use dem_scene::{frame, run_to_time};
-use kinetoscope::model::Model;
-use kinetoscope::models::dem::Dem;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::parse;
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::Model;
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::scenery::Wall;
 
 fn run(motion: &str) -> Dem {

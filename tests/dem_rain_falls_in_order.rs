@@ -13,9 +13,9 @@ use dem_scene::{
     discs, energy, finite, frame, given, gravity, non_negative, positive, prepared, run_to_time,
     segment,
 };
-use kinetoscope::models::dem::Dem;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, DemRain};
 use kinetoscope_manifest::quantity::Finite;
+use kinetoscope_physics::dem::Dem;
 use kinetoscope_recording::channels::DemWalls;
 use std::num::NonZeroU32;
 

@@ -6,8 +6,8 @@
 //! digits, outside of this program.
 //! Tolerance: half a unit of the table's eighth digit; 1e-14 where formulas in doubles are compared.
 
-use kinetoscope::models::dem::restitution::{damping_ratio, restitution};
 use kinetoscope_manifest::model::ForceTail;
+use kinetoscope_physics::dem::restitution::{damping_ratio, restitution};
 use std::f64::consts::PI;
 
 /// e wanted, zeta with the attractive tail, zeta clamped.

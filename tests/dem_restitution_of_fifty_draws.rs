@@ -17,9 +17,9 @@ mod dem_scene;
 use dem_scene::{
     SEED, discs, given, gravity, per_contact, positive, prepared, restitution, run_to,
 };
-use kinetoscope::models::dem::restitution::{damping, damping_ratio, restitution as closed_form};
-use kinetoscope::random::{Generator, Stream};
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, ForceTail, Stability};
+use kinetoscope_physics::dem::restitution::{damping, damping_ratio, restitution as closed_form};
+use kinetoscope_physics::random::{Generator, Stream};
 use std::f64::consts::PI;
 
 struct Draw {

@@ -13,9 +13,9 @@
 mod dem_scene;
 
 use dem_scene::{discs, frame, run_to_time, shipped_run};
-use kinetoscope::model::Model;
-use kinetoscope::models::dem::Dem;
-use kinetoscope::random::Seed;
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::Model;
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::DemWalls;
 
 const G: f64 = 9.81;

@@ -6,9 +6,9 @@
 mod dem_scene;
 
 use dem_scene::{SEED, discs, equal, frame, given, positive, prepared};
-use kinetoscope::model::Model;
-use kinetoscope::models::dem::Dem;
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, Placement};
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::DemEnergy;
 use kinetoscope_recording::frame::Level;
 use std::num::NonZeroU32;

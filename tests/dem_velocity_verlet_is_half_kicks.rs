@@ -9,8 +9,8 @@
 mod dem_scene;
 
 use dem_scene::{discs, given, prepared, restitution, run_to, time_step};
-use kinetoscope::models::dem::restitution::damping_ratio;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail};
+use kinetoscope_physics::dem::restitution::damping_ratio;
 
 const RADIUS: f64 = 5e-4;
 const MASS: f64 = 1e-3;

@@ -11,8 +11,8 @@ mod dem_scene;
 use dem_scene::{
     Disc, discs, energy, per_contact, positive, prepared, restitution, run_to, time_step,
 };
-use kinetoscope::models::dem::restitution::damping_ratio;
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, ForceTail};
+use kinetoscope_physics::dem::restitution::damping_ratio;
 use std::num::NonZeroU32;
 
 const STIFFNESS: f64 = 5e4;

@@ -13,10 +13,10 @@
 mod gas_runs;
 
 use gas_runs::{advance, channel, count, gas, max_speed, particles, positive};
-use kinetoscope::model::Target;
-use kinetoscope::models::gas::Gas;
 use kinetoscope_manifest::model::{GasConfig, SpeedDistribution, SpeedScale};
 use kinetoscope_manifest::quantity::NonNegative;
+use kinetoscope_physics::gas::Gas;
+use kinetoscope_physics::model::Target;
 use kinetoscope_recording::channels::GasLedger;
 use std::f64::consts::PI;
 

@@ -11,13 +11,13 @@ mod gas_runs;
 use gas_runs::{
     advance, apart, channel, count, gas, max_speed, particles, positive, refusal, written,
 };
-use kinetoscope::hard_discs::time_to_contact;
-use kinetoscope::model::{Model, Progress, Target};
-use kinetoscope::models::gas::Gas;
-use kinetoscope::models::gas::motion::{
+use kinetoscope_manifest::model::{GasConfig, SpeedDistribution};
+use kinetoscope_physics::collision_time::time_to_contact;
+use kinetoscope_physics::gas::Gas;
+use kinetoscope_physics::gas::motion::{
     Particle, dot, drifted, elastic_impact, reflected, time_to_wall,
 };
-use kinetoscope_manifest::model::{GasConfig, SpeedDistribution};
+use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_recording::channels::{GasCollisions, GasInvariants, GasPressure};
 use std::f64::consts::PI;
 

@@ -13,12 +13,12 @@ mod gas_runs;
 use gas_runs::{
     advance, apart, channel, count, frame, gas, kelvin, max_speed, particles, positive, written,
 };
-use kinetoscope::model::Target;
-use kinetoscope::models::gas::literal::step_as_printed;
-use kinetoscope::models::gas::motion::{Particle, drifted, reflected, time_to_wall};
-use kinetoscope::models::gas::stepped;
 use kinetoscope_manifest::model::{GasConfig, Propagation, SpeedDistribution};
 use kinetoscope_manifest::quantity::Finite;
+use kinetoscope_physics::gas::literal::step_as_printed;
+use kinetoscope_physics::gas::motion::{Particle, drifted, reflected, time_to_wall};
+use kinetoscope_physics::gas::stepped;
+use kinetoscope_physics::model::Target;
 use kinetoscope_recording::channels::{
     GasCollisions, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
 };

@@ -12,10 +12,10 @@
 mod gas_runs;
 
 use gas_runs::{advance, apart, channel, gas, particles, positive, written};
-use kinetoscope::model::{Extent, Model, Target};
-use kinetoscope::models::gas::motion::{Particle, drifted, time_to_wall};
 use kinetoscope_manifest::model::GasConfig;
 use kinetoscope_manifest::quantity::Finite;
+use kinetoscope_physics::gas::motion::{Particle, drifted, time_to_wall};
+use kinetoscope_physics::model::{Extent, Model, Target};
 use kinetoscope_recording::channels::{GasCollisions, GasInvariants, GasPressure};
 use std::f64::consts::PI;
 

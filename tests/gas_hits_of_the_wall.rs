@@ -11,9 +11,9 @@
 mod gas_runs;
 
 use gas_runs::{advance, channel, count, gas, max_speed, particles, positive};
-use kinetoscope::model::Target;
-use kinetoscope::models::gas::stepped;
 use kinetoscope_manifest::model::{GasConfig, SpeedDistribution};
+use kinetoscope_physics::gas::stepped;
+use kinetoscope_physics::model::Target;
 use kinetoscope_recording::channels::{GasCollisions, GasInvariants};
 use std::f64::consts::PI;
 

@@ -7,8 +7,8 @@
 mod gas_runs;
 
 use gas_runs::{advance, channel, count, gas, max_speed, particles, positive, written};
-use kinetoscope::model::{Model, Target};
 use kinetoscope_manifest::model::{GasConfig, Propagation};
+use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_recording::channels::{GasCollisions, GasInvariants};
 
 fn long_run(propagation: Propagation) -> GasConfig {

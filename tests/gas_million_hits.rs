@@ -11,11 +11,11 @@
 mod gas_runs;
 
 use gas_runs::{advance, channel, count, gas, kelvin, particles, positive, written};
-use kinetoscope::model::Target;
-use kinetoscope::random::{Seed, Stream};
 use kinetoscope_manifest::model::{
     GasConfig, Propagation, SpeedDistribution, TemperatureDefinition,
 };
+use kinetoscope_physics::model::Target;
+use kinetoscope_physics::random::{Seed, Stream};
 use kinetoscope_recording::channels::{GasCollisions, GasInvariants, GasPressure, GasTemperature};
 use rayon::ThreadPoolBuilder;
 

@@ -12,13 +12,13 @@
 mod gas_runs;
 
 use gas_runs::{advance, channel, count, gas, kelvin, positive, written};
-use kinetoscope::model::{Model, Target};
-use kinetoscope::models::gas::Gas;
-use kinetoscope::models::gas::pressure::{ideal_gas_pressure, kinetic_pressure, measured_pressure};
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{
     BoltzmannConstant, GasConfig, Propagation, SpeedDistribution, TemperatureDefinition,
 };
+use kinetoscope_physics::gas::Gas;
+use kinetoscope_physics::gas::pressure::{ideal_gas_pressure, kinetic_pressure, measured_pressure};
+use kinetoscope_physics::model::{Model, Target};
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{GasInvariants, GasPressure, GasTemperature};
 use std::f64::consts::PI;
 

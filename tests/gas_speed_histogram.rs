@@ -10,8 +10,8 @@
 mod gas_runs;
 
 use gas_runs::{advance, channel, count, gas, particles};
-use kinetoscope::model::{Model, Target};
 use kinetoscope_manifest::model::{GasConfig, SpeedDistribution};
+use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_recording::channels::GasSpeeds;
 use std::f64::consts::TAU;
 

@@ -7,13 +7,13 @@
 mod gas_runs;
 
 use gas_runs::{advance, frame, gas, kelvin, max_speed, particles, positive, refusal, written};
-use kinetoscope::model::{Extent, Model, Target};
-use kinetoscope::models::gas::Gas;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{
     GasConfig, Placement, Propagation, SpeedDistribution, SpeedScale,
 };
 use kinetoscope_manifest::quantity::Finite;
+use kinetoscope_physics::gas::Gas;
+use kinetoscope_physics::model::{Extent, Model, Target};
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{GasLedger, GasPressure, GasSpeeds, GasTemperature};
 use kinetoscope_recording::frame::Level;
 use kinetoscope_recording::scenery::{DrawnRadius, Wall};

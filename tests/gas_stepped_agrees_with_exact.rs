@@ -10,10 +10,10 @@
 mod gas_runs;
 
 use gas_runs::{advance, apart, channel, gas, max_speed, particles, positive, written};
-use kinetoscope::model::{Extent, Model, Progress, Target};
-use kinetoscope::models::gas::motion::{Chords, Particle, drifted, time_to_wall};
-use kinetoscope::models::gas::stepped;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
+use kinetoscope_physics::gas::motion::{Chords, Particle, drifted, time_to_wall};
+use kinetoscope_physics::gas::stepped;
+use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_recording::channels::{GasCollisions, GasPressure};
 
 const START: Particle = Particle { position: [0.9, 0.1], velocity: [0.3, 0.2] };

@@ -12,8 +12,8 @@
 mod gas_runs;
 
 use gas_runs::{channel, count, frame, gas, kelvin, max_speed, written};
-use kinetoscope::models::gas::pressure::speed_at;
 use kinetoscope_manifest::model::{GasConfig, SpeedDistribution, TemperatureDefinition};
+use kinetoscope_physics::gas::pressure::speed_at;
 use kinetoscope_recording::channels::{GasSpeeds, GasTemperature};
 use std::f64::consts::PI;
 

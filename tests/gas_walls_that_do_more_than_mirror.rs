@@ -14,13 +14,13 @@
 mod gas_runs;
 
 use gas_runs::{advance, channel, count, gas, kelvin, max_speed, particles, positive, written};
-use kinetoscope::model::Target;
-use kinetoscope::models::gas::motion::{Circle, Particle, drifted};
 use kinetoscope_manifest::model::{
     GasConfig, PlaceDistribution, Propagation, SpeedDistribution, TemperatureDefinition,
     ThermalWall,
 };
 use kinetoscope_manifest::quantity::{Finite, NonNegative, Share};
+use kinetoscope_physics::gas::motion::{Circle, Particle, drifted};
+use kinetoscope_physics::model::Target;
 use kinetoscope_recording::channels::{
     GasCollisions, GasInvariants, GasLedger, GasPressure, GasTemperature,
 };

@@ -12,15 +12,15 @@
 
 mod orbit_run;
 
-use kinetoscope::constants::GM_SUN_AU3_PER_DAY2 as GM;
-use kinetoscope::models::orbit::DOCUMENT_START;
-use kinetoscope::models::orbit::dormand_prince::{
-    DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5,
-};
-use kinetoscope::models::orbit::kepler::Kepler;
-use kinetoscope::models::orbit::step::stepped;
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitSummation};
 use kinetoscope_manifest::quantity::StepTolerance;
+use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
+use kinetoscope_physics::orbit::DOCUMENT_START;
+use kinetoscope_physics::orbit::dormand_prince::{
+    DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5,
+};
+use kinetoscope_physics::orbit::kepler::Kepler;
+use kinetoscope_physics::orbit::step::stepped;
 use orbit_run::{apart, document, finished, given, look};
 
 /// Largest |sum of weights times c^(q-1) - 1/q| for q to 8, c a stage's time (the sum of its row).

@@ -15,14 +15,14 @@
 
 mod orbit_run;
 
-use kinetoscope::constants::GM_SUN_AU3_PER_DAY2 as GM;
-use kinetoscope::model::{Extent, Model, Progress, Target};
-use kinetoscope::models::orbit::kepler::Kepler;
-use kinetoscope::models::orbit::motion::State;
-use kinetoscope::models::orbit::{DOCUMENT_START, Orbit};
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{OrbitBody, OrbitConfig, OrbitIntegrator};
 use kinetoscope_manifest::quantity::{Finite, NonNegative};
+use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
+use kinetoscope_physics::model::{Extent, Model, Progress, Target};
+use kinetoscope_physics::orbit::kepler::Kepler;
+use kinetoscope_physics::orbit::motion::State;
+use kinetoscope_physics::orbit::{DOCUMENT_START, Orbit};
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{OrbitConserved, OrbitEnergy};
 use kinetoscope_recording::frame::Frame;
 use orbit_run::{apart, document};

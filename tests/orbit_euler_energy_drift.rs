@@ -15,13 +15,13 @@
 
 mod orbit_run;
 
-use kinetoscope::constants::GM_SUN_AU3_PER_DAY2 as GM;
-use kinetoscope::models::orbit::kepler::Kepler;
-use kinetoscope::models::orbit::motion::{State, angular_momentum, dot, energy, length};
-use kinetoscope::models::orbit::step::{Method, stepped};
-use kinetoscope::models::orbit::tables::{EXPLICIT_EULER, SEMI_IMPLICIT_EULER};
-use kinetoscope::models::orbit::{DOCUMENT_START, Orbit};
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
+use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
+use kinetoscope_physics::orbit::kepler::Kepler;
+use kinetoscope_physics::orbit::motion::{State, angular_momentum, dot, energy, length};
+use kinetoscope_physics::orbit::step::{Method, stepped};
+use kinetoscope_physics::orbit::tables::{EXPLICIT_EULER, SEMI_IMPLICIT_EULER};
+use kinetoscope_physics::orbit::{DOCUMENT_START, Orbit};
 use orbit_run::{advance, document, finished, given, look, prepare};
 
 /// Period of the document's start, days (50-digit arithmetic).

@@ -11,9 +11,9 @@
 
 mod orbit_run;
 
-use kinetoscope::constants::GM_SUN_AU3_PER_DAY2;
-use kinetoscope::models::orbit::DOCUMENT_START;
 use kinetoscope_manifest::model::OrbitIntegrator;
+use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2;
+use kinetoscope_physics::orbit::DOCUMENT_START;
 use orbit_run::{JULIAN_YEAR, document, finished, look};
 use std::process::Command;
 

@@ -14,11 +14,11 @@
 
 mod orbit_run;
 
-use kinetoscope::models::orbit::elements::Elements;
-use kinetoscope::models::orbit::kepler::Kepler;
-use kinetoscope::models::orbit::motion::{State, angular_momentum, cross, energy, length};
-use kinetoscope::models::orbit::{DOCUMENT_START, HELIOCENTRIC_START};
 use kinetoscope_manifest::model::OrbitIntegrator;
+use kinetoscope_physics::orbit::elements::Elements;
+use kinetoscope_physics::orbit::kepler::Kepler;
+use kinetoscope_physics::orbit::motion::{State, angular_momentum, cross, energy, length};
+use kinetoscope_physics::orbit::{DOCUMENT_START, HELIOCENTRIC_START};
 use orbit_run::{apart, document, finished, look};
 
 fn close(value: f64, expected: f64, relative: f64) -> bool {
@@ -331,7 +331,7 @@ fn the_period_is_keplers_third_law() {
     for start in [DOCUMENT_START, HELIOCENTRIC_START, COMET.start] {
         let elements = Elements::of(start);
         let a = elements.semi_major_axis;
-        let gm = kinetoscope::constants::GM_SUN_AU3_PER_DAY2;
+        let gm = kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2;
         let period = (4.0 * std::f64::consts::PI.powi(2) * a.powi(3) / gm).sqrt();
         // Just short of and just past the return, so that no wrapping of the time hides a wrong period.
         let exact = Kepler::from_start(start);
@@ -368,7 +368,7 @@ fn the_way_back_leads_to_the_start() {
 /// A start that is a circle to the last digit, where the perihelion has no direction.
 #[test]
 fn a_circle_is_run_through_evenly() {
-    let speed = kinetoscope::constants::GM_SUN_AU3_PER_DAY2.sqrt();
+    let speed = kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2.sqrt();
     let exact =
         Kepler::from_start(State { position: [1.0, 0.0, 0.0], velocity: [0.0, speed, 0.0] });
     for day in [0.0, 1.0, 100.0, 182.0, 183.0, 365.0, 366.0, 3_652.5] {

@@ -8,10 +8,10 @@
 
 mod orbit_run;
 
-use kinetoscope::model::{Extent, Model, Progress, Target};
-use kinetoscope::models::orbit::Orbit;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitStart};
+use kinetoscope_physics::model::{Extent, Model, Progress, Target};
+use kinetoscope_physics::orbit::Orbit;
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::frame::{Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Wall};
 use orbit_run::{advance, document, finished, given, look, prepare};

@@ -8,7 +8,7 @@
 
 mod packing_bench;
 
-use kinetoscope::model::Model;
+use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::PackingTemperature;
 use packing_bench::{
     advance_to_count, advance_to_time, at_fraction, mean_and_standard_error, message, prepare,

@@ -12,7 +12,7 @@
 
 mod packing_bench;
 
-use kinetoscope::model::Model;
+use kinetoscope_physics::model::Model;
 use packing_bench::{
     Seen, advance_to_count, at_fraction, look, prepare, with_restitution, without_noise,
 };

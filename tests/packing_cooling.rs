@@ -9,8 +9,8 @@
 
 mod packing_bench;
 
-use kinetoscope::model::{Model, Progress, Target};
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement};
+use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
 use packing_bench::{
     advance_to_count, at_fraction, given, mean_and_standard_error, message, prepare,

@@ -52,7 +52,7 @@ fn nobody_overlaps_at_any_frame() {
             advance_to_count(&mut packing, frame * 400);
             deepest = deepest.max(deepest_overlap(&config, &look(&packing)));
         }
-        let start = kinetoscope::model::Model::time(&packing);
+        let start = kinetoscope_physics::model::Model::time(&packing);
         for frame in 1..=100 {
             advance_to_time(&mut packing, start * (1.0 + f64::from(frame) * 0.0037));
             deepest = deepest.max(deepest_overlap(&config, &look(&packing)));

@@ -11,8 +11,8 @@
 
 mod packing_bench;
 
-use kinetoscope::model::Model;
 use kinetoscope_manifest::model::PackingConfig;
+use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::PackingTemperature;
 use packing_bench::{
     advance_to_count, at_fraction, message, prepare, square_of_speed, with_restitution,

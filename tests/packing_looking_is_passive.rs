@@ -4,9 +4,9 @@
 
 mod packing_bench;
 
-use kinetoscope::model::{Extent, Model, Progress, Target};
-use kinetoscope::models::packing::Packing;
 use kinetoscope_manifest::model::PackingConfig;
+use kinetoscope_physics::model::{Extent, Model, Progress, Target};
+use kinetoscope_physics::packing::Packing;
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature, PerCollision};
 use packing_bench::{
     advance_to_count, advance_to_end, advance_to_time, at_fraction, given, look, message, observe,

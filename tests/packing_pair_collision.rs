@@ -8,7 +8,7 @@
 
 mod packing_bench;
 
-use kinetoscope::model::Model;
+use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::{PackingCollisions, PackingPressure};
 use packing_bench::{Seen, advance_to_count, given, look, message, prepare, with_restitution};
 

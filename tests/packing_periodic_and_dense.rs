@@ -15,11 +15,11 @@
 mod packing_bench;
 mod packing_without_walls;
 
-use kinetoscope::model::{Model, Refusal};
-use kinetoscope::models::packing::Packing;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{Boundary, CollapseGuard, PackingConfig, PackingPlacement};
 use kinetoscope_manifest::quantity::{NonNegative, Positive};
+use kinetoscope_physics::model::{Model, Refusal};
+use kinetoscope_physics::packing::Packing;
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
 use packing_bench::{
     advance_to_count, at_fraction, look, message, observe, prepare, with_restitution,
@@ -145,7 +145,7 @@ fn guards_keep_inelastic_discs_from_collapse() {
     let bare = with_restitution(at_fraction(300, 0.4), 0.05);
     let advance = |guard| {
         let config = PackingConfig { collapse_guard: guard, ..bare.clone() };
-        prepare(&config, 0, 0).advance(kinetoscope::model::Target::Count(60_000), u64::MAX)
+        prepare(&config, 0, 0).advance(kinetoscope_physics::model::Target::Count(60_000), u64::MAX)
     };
     assert!(advance(CollapseGuard::Off).is_err());
     assert!(advance(CollapseGuard::ContactTime(Positive::literal(1e-4))).is_ok());

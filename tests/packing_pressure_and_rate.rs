@@ -14,8 +14,8 @@
 
 mod packing_bench;
 
-use kinetoscope::model::Model;
-use kinetoscope::models::packing::Packing;
+use kinetoscope_physics::model::Model;
+use kinetoscope_physics::packing::Packing;
 use kinetoscope_recording::channels::{PackingCollisions, PackingPressure, PackingTemperature};
 use packing_bench::{advance_to_count, advance_to_time, at_fraction, look, message, prepare};
 use std::f64::consts::PI;

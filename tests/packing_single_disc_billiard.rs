@@ -11,7 +11,7 @@
 
 mod packing_bench;
 
-use kinetoscope::model::Model;
+use kinetoscope_physics::model::Model;
 use packing_bench::{advance_to_time, given, look, prepare};
 
 const TOLERANCE: f64 = 1e-10;

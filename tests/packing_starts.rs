@@ -7,11 +7,11 @@
 
 mod packing_bench;
 
-use kinetoscope::model::{Model, Refusal};
-use kinetoscope::models::packing::Packing;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement};
 use kinetoscope_manifest::quantity::{BoxSide, NonNegative, Positive};
+use kinetoscope_physics::model::{Model, Refusal};
+use kinetoscope_physics::packing::Packing;
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::scenery::Wall;
 use packing_bench::{Seen, advance_to_count, at_fraction, distance, given, look, observe, prepare};
 use std::num::NonZeroU32;

@@ -8,8 +8,8 @@
 
 mod packing_bench;
 
-use kinetoscope::model::Model;
 use kinetoscope_manifest::model::{InitialVelocities, PackingConfig};
+use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
 use packing_bench::{
     advance_to_count, at_fraction, look, mean_and_standard_error, message, prepare,

@@ -13,9 +13,9 @@
 
 mod packing_bench;
 
-use kinetoscope::model::Model;
 use kinetoscope_manifest::model::PackingConfig;
 use kinetoscope_manifest::quantity::NonNegative;
+use kinetoscope_physics::model::Model;
 use packing_bench::{advance_to_count, at_fraction, given, look, prepare, square_of_speed};
 use std::f64::consts::PI;
 

@@ -12,8 +12,10 @@
 
 mod uniformity;
 
-use kinetoscope::placement::{Jammed, Rectangle, random_sequential_addition, square_lattice};
-use kinetoscope::random::{Generator, Seed, Stream};
+use kinetoscope_physics::placement::{
+    Jammed, Rectangle, random_sequential_addition, square_lattice,
+};
+use kinetoscope_physics::random::{Generator, Seed, Stream};
 use uniformity::kolmogorov_smirnov;
 
 const SQUARE: Rectangle = Rectangle { min: [-20.0, -20.0], max: [20.0, 20.0] };

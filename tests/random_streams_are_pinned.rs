@@ -13,7 +13,7 @@
 
 mod uniformity;
 
-use kinetoscope::random::{Generator, Seed, Stream};
+use kinetoscope_physics::random::{Generator, Seed, Stream};
 use std::collections::HashSet;
 use std::process::Command;
 use uniformity::kolmogorov_smirnov;

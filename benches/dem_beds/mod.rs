@@ -1,13 +1,13 @@
 //! States that the DEM is timed on.
 #![allow(dead_code, reason = "each benchmark uses a part of it")]
 
-use kinetoscope::model::{Model, Target};
-use kinetoscope::models::dem::Dem;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{
     DemConfig, DiscRadius, Dissipation, GivenState, PeriodicSides, Placement,
 };
 use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive, Share};
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::{Model, Target};
+use kinetoscope_physics::random::Seed;
 use std::num::NonZeroU32;
 
 const RADIUS: f64 = 5e-4;
@@ -102,7 +102,7 @@ fn with_speeds(config: DemConfig) -> DemConfig {
     start.observe(&mut frame);
     let finite = |value: f64| Finite::new(value).expect("finite");
     let rows = frame.state().chunks_exact(Dem::STATE_COLUMNS.len());
-    let mut generator = SEED.stream(kinetoscope::random::Stream::Velocities);
+    let mut generator = SEED.stream(kinetoscope_physics::random::Stream::Velocities);
     let positions: Vec<[Finite; 2]> = rows.map(|row| [finite(row[0]), finite(row[1])]).collect();
     let velocities =
         positions.iter().map(|_| generator.normal_pair().map(|v| finite(0.1 * v))).collect();

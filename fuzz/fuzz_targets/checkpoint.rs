@@ -3,7 +3,7 @@
 
 #![no_main]
 
-use kinetoscope::models::{dem::Dem, gas::Gas, orbit::Orbit, packing::Packing};
+use kinetoscope_physics::{dem::Dem, gas::Gas, orbit::Orbit, packing::Packing};
 use kinetoscope_fuzz::{IDENTITY, checkpoint_of};
 use kinetoscope_recording::checkpoint::{decode, encode};
 use kinetoscope_recording::recorder::RecorderState;

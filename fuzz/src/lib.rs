@@ -1,8 +1,8 @@
 //! What the fuzz targets share: small valid recordings, a reader's answer to a file, and checkpoints with right checksums.
 
-use kinetoscope::model::Model;
-use kinetoscope::models::{ForModel, with_model};
-use kinetoscope::random::Seed;
+use kinetoscope_physics::model::Model;
+use kinetoscope_physics::{ForModel, with_model};
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{ChannelDeclaration, GasSpeeds, GasTemperature};
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::ReadError;

@@ -1,10 +1,10 @@
 //! The plan on this machine: so many runs side by side.
 
 use crate::executor::memory::MemoryBudget;
+use crate::executor::progress::ProgressDisplay;
+use crate::outputs::sidecars;
 use crate::plan::PlannedRun;
-use crate::progress::ProgressDisplay;
 use crate::run::{Conduct, Ending, RunError, execute};
-use crate::side_files;
 use kinetoscope_recording::recorder::Outcome;
 use rayon::ThreadPoolBuilder;
 use std::num::NonZeroUsize;
@@ -80,7 +80,7 @@ pub fn run_all<'a>(
 
 /// Writes the timing file of a run that has ended.
 fn keep_timing(run: &PlannedRun, folder: &Path, ending: &Ending, jobs: NonZeroUsize) {
-    if let Err(error) = side_files::write_host(folder, &run.stem, ending, jobs.get()) {
+    if let Err(error) = sidecars::write_host(folder, &run.stem, ending, jobs.get()) {
         eprintln!("warning: no timing file for {}: {error}", run.stem);
     }
 }

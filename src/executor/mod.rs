@@ -1,12 +1,7 @@
-//! Who runs the plan. The engine's word is never trusted: a run counts when its recording is there.
+//! Executes the plan: on this machine or on a cluster. A run counts as finished when its recording exists, whatever a scheduler reports.
 
-pub mod engine;
-pub mod expected_time;
-mod hyperqueue;
+pub mod analyze;
+pub mod cluster;
 pub mod local;
 pub mod memory;
-pub mod queue;
-mod slurm;
-mod slurm_queue;
-mod submission;
-pub mod task;
+pub mod progress;

@@ -1,15 +1,15 @@
 //! Short ways to set up discs, to run them and to look at them.
 #![allow(dead_code, reason = "each law uses a part of it")]
 
-use kinetoscope::model::{Model, Target};
-use kinetoscope::models::dem::Dem;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{
     DemConfig, DemContactConstants, DemContactPair, DemMaterial, DemRain, DemWall, DemWallShape,
     DiscRadius, Dissipation, GivenState, ModelConfig, PeriodicSides, Placement, Stability,
     TimeStep,
 };
 use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive, Share};
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::{Model, Target};
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::DemEnergy;
 use kinetoscope_recording::frame::Frame;
 use std::num::NonZeroU32;
@@ -109,7 +109,7 @@ pub(crate) fn energy(model: &Dem) -> DemEnergy {
 /// The length of one step, s.
 pub(crate) fn time_step(model: &Dem) -> f64 {
     match model.extent() {
-        kinetoscope::model::Extent::Steps { step, .. } => step,
+        kinetoscope_physics::model::Extent::Steps { step, .. } => step,
         other => panic!("{other:?}"),
     }
 }

@@ -3,12 +3,12 @@
 // Each test file takes what it needs; what is written in a test is in range, or the test is wrong.
 #![allow(dead_code, clippy::unwrap_used)]
 
-use kinetoscope::model::{Model, Progress, Target};
-use kinetoscope::models::gas::Gas;
-use kinetoscope::models::gas::motion::Particle;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{GasConfig, GivenState, Placement, SpeedScale};
 use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive};
+use kinetoscope_physics::gas::Gas;
+use kinetoscope_physics::gas::motion::Particle;
+use kinetoscope_physics::model::{Model, Progress, Target};
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::Channel;
 use kinetoscope_recording::frame::Frame;
 use std::num::NonZeroU32;

@@ -3,12 +3,12 @@
 // Each test file takes what it needs; a start that can't be built fails its test.
 #![allow(dead_code, clippy::unwrap_used)]
 
-use kinetoscope::model::{Extent, Model, Progress, Target};
-use kinetoscope::models::orbit::Orbit;
-use kinetoscope::models::orbit::motion::State;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitStart};
 use kinetoscope_manifest::quantity::{Finite, Positive};
+use kinetoscope_physics::model::{Extent, Model, Progress, Target};
+use kinetoscope_physics::orbit::Orbit;
+use kinetoscope_physics::orbit::motion::State;
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{OrbitElements, OrbitEnergy};
 use kinetoscope_recording::frame::Frame;
 

@@ -3,11 +3,11 @@
 #![allow(dead_code, unreachable_pub)] // Each test file is a program of its own and uses a part of it.
 #![allow(clippy::unwrap_used)] // A test that can't build its own start is broken.
 
-use kinetoscope::model::{Extent, Model, Progress, Target};
-use kinetoscope::models::packing::Packing;
-use kinetoscope::random::Seed;
 use kinetoscope_manifest::model::{GivenState, PackingConfig, PackingPlacement, RunLength};
 use kinetoscope_manifest::quantity::{BoxSide, Finite, NonNegative, Positive, Share};
+use kinetoscope_physics::model::{Extent, Model, Progress, Target};
+use kinetoscope_physics::packing::Packing;
+use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::Channel;
 use kinetoscope_recording::frame::Frame;
 use std::num::NonZeroU32;

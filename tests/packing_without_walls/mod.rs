@@ -9,8 +9,8 @@
 use super::packing_bench::{
     Seen, advance_to_count, at_fraction, mean_and_standard_error, message, prepare, without_noise,
 };
-use kinetoscope::model::Model;
 use kinetoscope_manifest::model::{Boundary, PackingConfig, PackingPlacement};
+use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::PackingPressure;
 use std::f64::consts::PI;
 

@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 #![allow(dead_code, reason = "each test uses its part")]
 
-use kinetoscope::model::{Model, Progress};
-use kinetoscope::models::{ForModel, with_model};
-use kinetoscope::random::Seed;
-use kinetoscope::schedule::Schedule;
+use kinetoscope::run::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::RecordInterval;
+use kinetoscope_physics::model::{Model, Progress};
+use kinetoscope_physics::random::Seed;
+use kinetoscope_physics::{ForModel, with_model};
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::frame::Frame;
 use std::num::NonZeroU64;

@@ -1,0 +1,82 @@
+//! HyperQueue through its command `hq`: one job a submission, a line of content keys a task.
+//!
+//! Its exit codes are not believed, they are 0 for jobs that failed or do not exist; nor is a task's state, since finished
+//! tasks may run again after the server was restarted. What waits or runs is left alone, everything else is judged by the
+//! recordings. The server is the one that `hq` itself finds: by `HQ_SERVER_DIR`, or in the user's home.
+
+use crate::executor::cluster::scheduler::{JOB_NAME, Live, Resources, answer};
+use crate::executor::cluster::submission;
+use crate::executor::cluster::task::TaskCommand;
+use crate::plan::PlannedRun;
+use serde_json::Value;
+use std::io;
+use std::path::Path;
+use std::process::Command;
+
+/// HyperQueue has no limit of its own; so many are listed in a second.
+pub(super) const MOST_TASKS: usize = 10_000;
+
+/// As [`super::engine::Engine::live`].
+pub(super) fn live(folder: &Path) -> io::Result<Live> {
+    let mut live = Live::default();
+    for job in all(&ask(&["job", "list"])?) {
+        let name = job["name"].as_str().and_then(|name| name.strip_prefix(JOB_NAME));
+        let (Some(name), Some(id)) = (name, job["id"].as_u64()) else { continue };
+        // Jobs of other folders have no file of keys here.
+        let lines = submission::key_lines(folder, name);
+        if lines.is_empty() {
+            continue;
+        }
+        let described = ask(&["job", "info", &id.to_string()])?;
+        for task in all(&described).flat_map(|job| all(&job["tasks"])) {
+            let index = task["id"].as_u64().and_then(|index| usize::try_from(index).ok());
+            let keys = index.and_then(|index| lines.get(index));
+            match (task["state"].as_str(), keys) {
+                (Some("running"), Some(keys)) => live.add(keys, true),
+                (Some("waiting"), Some(keys)) => live.add(keys, false),
+                _ => {}
+            }
+        }
+    }
+    Ok(live)
+}
+
+/// As [`super::engine::Engine::submit`]. Memory is not asked for: not every worker offers it as a resource.
+pub(super) fn submit(
+    folder: &Path,
+    tasks: &[Vec<&PlannedRun>],
+    command: &TaskCommand,
+    resources: Resources,
+) -> io::Result<()> {
+    let submission = submission::write(folder, tasks, command, "HQ_TASK_ID")?;
+    let log = submission.place.join("%{TASK_ID}.log");
+    let mut hq = Command::new("hq");
+    hq.args(["--output-mode", "json", "submit", "--crash-limit", "unlimited"])
+        .arg(format!("--name={JOB_NAME}{}", submission.name))
+        .arg(format!("--array=0-{}", tasks.len() - 1))
+        .arg(format!("--cpus={}", resources.processors))
+        .arg("--cwd")
+        .arg(&submission.place)
+        .arg("--stdout")
+        .arg(&log)
+        .arg("--stderr")
+        .arg(&log);
+    if let Some(minutes) = resources.time_limit_min {
+        hq.arg(format!("--time-limit={minutes}min"));
+    }
+    answer(hq.args(["--", "sh"]).arg(&submission.script)).map(drop)
+}
+
+/// What `hq` says. Its JSON is documented as unstable: what is not as expected counts as not there.
+fn ask(arguments: &[&str]) -> io::Result<Value> {
+    let text = answer(Command::new("hq").args(["--output-mode", "json"]).args(arguments))?;
+    serde_json::from_str(&text).map_err(|error| io::Error::other(format!("hq: {error}")))
+}
+
+/// The elements of a list; a value that is none is its only element.
+fn all(value: &Value) -> impl Iterator<Item = &Value> {
+    match value {
+        Value::Array(elements) => elements.iter(),
+        other => std::slice::from_ref(other).iter(),
+    }
+}

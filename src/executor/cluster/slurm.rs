@@ -1,0 +1,86 @@
+//! Slurm through its own commands: one job array a submission, a line of content keys an index.
+//!
+//! Partition, account and the like are Slurm's own business: `sbatch` reads them from `SBATCH_PARTITION`, `SBATCH_ACCOUNT` …
+
+use crate::executor::cluster::scheduler::{JOB_NAME, Live, Resources, answer};
+use crate::executor::cluster::squeue::{self, Standing, hindrances};
+use crate::executor::cluster::submission;
+use crate::executor::cluster::task::TaskCommand;
+use crate::plan::PlannedRun;
+use std::io;
+use std::path::Path;
+use std::process::Command;
+
+/// Slurm's own default where a site says nothing.
+const USUAL_ARRAY_SIZE: usize = 1001;
+/// Before its time limit a task hears SIGTERM, saves its run and ends.
+const SECONDS_TO_SAVE: u32 = 30;
+
+/// As [`super::engine::Engine::live`].
+pub(super) fn live(folder: &Path) -> io::Result<Live> {
+    let queue = answer(
+        Command::new("squeue")
+            .args(["--noheader", "--array", "--me"])
+            .arg(format!("--states={}", squeue::STATES))
+            .arg(format!("--format={}", squeue::FORMAT)),
+    )?;
+    let mut live = Live::default();
+    let mut hindered = Vec::new();
+    let mut submission = String::new();
+    let mut lines: Vec<String> = Vec::new();
+    for task in squeue::tasks(&queue) {
+        let Some(name) = task.name.strip_prefix(JOB_NAME) else { continue };
+        if name != submission {
+            name.clone_into(&mut submission);
+            lines = submission::key_lines(folder, name);
+        }
+        // Job arrays of other folders have no file of keys here.
+        let Some(keys) = lines.get(task.index) else { continue };
+        match task.standing {
+            Standing::Runs => live.add(keys, true),
+            Standing::Waits => live.add(keys, false),
+            Standing::Hindered(..) => {
+                live.add_hindered(keys);
+                hindered.push(task);
+            }
+        }
+    }
+    live.hindrances = hindrances(&hindered);
+    Ok(live)
+}
+
+/// The most tasks that one job array of the site may have.
+pub(super) fn most_tasks() -> usize {
+    let configuration = answer(Command::new("scontrol").args(["show", "config"]));
+    configuration
+        .ok()
+        .and_then(|text| {
+            let line = text.lines().find(|line| line.starts_with("MaxArraySize"))?;
+            line.split('=').nth(1)?.trim().parse().ok()
+        })
+        .filter(|size| *size > 0)
+        .unwrap_or(USUAL_ARRAY_SIZE)
+}
+
+/// As [`super::engine::Engine::submit`].
+pub(super) fn submit(
+    folder: &Path,
+    tasks: &[Vec<&PlannedRun>],
+    command: &TaskCommand,
+    resources: Resources,
+) -> io::Result<()> {
+    let submission = submission::write(folder, tasks, command, "SLURM_ARRAY_TASK_ID")?;
+    let mut sbatch = Command::new("sbatch");
+    sbatch
+        .args(["--parsable", "--requeue", "--open-mode=append", "--ntasks=1"])
+        .arg(format!("--job-name={JOB_NAME}{}", submission.name))
+        .arg(format!("--array=0-{}", tasks.len() - 1))
+        .arg(format!("--signal=B:TERM@{SECONDS_TO_SAVE}"))
+        .arg(format!("--cpus-per-task={}", resources.processors))
+        .arg(format!("--mem={}M", resources.memory_mib))
+        .arg(format!("--output={}", submission.place.join("%a.log").display()));
+    if let Some(minutes) = resources.time_limit_min {
+        sbatch.arg(format!("--time={minutes}"));
+    }
+    answer(sbatch.arg(submission.script)).map(drop)
+}

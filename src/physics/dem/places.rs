@@ -1,0 +1,166 @@
+//! Looks at the places of all discs, in wide instructions: they are made when lists are built, or are about to be.
+//!
+//! Maxima and minima do not depend on how many discs are taken at a time. A place that is no number is passed over by them.
+
+use super::cells::Periodic;
+use crate::simd::dispatch::{self, Kernel, each, larger};
+use std::ops::Range;
+
+/// Discs a group, of which none is looked at again where none has left.
+const GROUP: usize = 64;
+
+/// The longest way of a disc from where it was, m.
+pub(super) fn longest_way(from: &[[f64; 2]], positions: &[[f64; 2]]) -> f64 {
+    dispatch::run(LongestWay { from, positions }).sqrt()
+}
+
+struct LongestWay<'a> {
+    from: &'a [[f64; 2]],
+    positions: &'a [[f64; 2]],
+}
+
+impl Kernel for LongestWay<'_> {
+    /// Its square, m^2.
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        let squared = |then: [f64; 2], now: [f64; 2]| {
+            let way = [now[0] - then[0], now[1] - then[1]];
+            way[0] * way[0] + way[1] * way[1]
+        };
+        let (from, last_from) = self.from.as_chunks::<4>();
+        let (positions, last_positions) = self.positions.as_chunks::<4>();
+        let mut longest = [0.0; 4];
+        for (then, now) in from.iter().zip(positions) {
+            let squared = each(|disc| squared(then[disc], now[disc]));
+            longest = each(|disc| larger(squared[disc], longest[disc]));
+        }
+        for (&then, &now) in last_from.iter().zip(last_positions) {
+            longest[0] = larger(squared(then, now), longest[0]);
+        }
+        larger(larger(longest[0], longest[1]), larger(longest[2], longest[3]))
+    }
+}
+
+/// Distance of the nearest center to a closed side of the box, m.
+pub(super) fn clearance(positions: &[[f64; 2]], sides: [f64; 2], periodic: Periodic) -> f64 {
+    if periodic == [true, true] {
+        return f64::INFINITY;
+    }
+    let least = dispatch::run(Clearance { positions, sides });
+    let closed = (0..2).filter(|&axis| !periodic[axis]);
+    closed.fold(
+        f64::INFINITY,
+        |nearest, axis| {
+            if least[axis] < nearest { least[axis] } else { nearest }
+        },
+    )
+}
+
+struct Clearance<'a> {
+    positions: &'a [[f64; 2]],
+    sides: [f64; 2],
+}
+
+impl Kernel for Clearance<'_> {
+    /// The least distance from the sides across each axis, m.
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run(self) -> [f64; 2] {
+        let smaller = |a: f64, b: f64| if a < b { a } else { b };
+        let [width, height] = self.sides;
+        let mut least = [f64::INFINITY; 4];
+        for &[x, y] in self.positions {
+            let distances = [x, y, width - x, height - y];
+            least = each(|side| smaller(distances[side], least[side]));
+        }
+        [smaller(least[0], least[2]), smaller(least[1], least[3])]
+    }
+}
+
+/// Discs that stand together in memory, in groups of which some may have left through a periodic side.
+pub(super) fn groups_that_left(
+    positions: &[[f64; 2]],
+    sides: [f64; 2],
+    periodic: Periodic,
+) -> Vec<Range<usize>> {
+    let range = |axis: usize| {
+        if periodic[axis] { (0.0, sides[axis]) } else { (f64::NEG_INFINITY, f64::INFINITY) }
+    };
+    let ((left, right), (bottom, top)) = (range(0), range(1));
+    let (low, high) = ([left, bottom], [right, top]);
+    let groups = positions.chunks(GROUP).enumerate();
+    groups
+        .filter(|(_, positions)| dispatch::run(SomeAreOutside { positions, low, high }))
+        .map(|(number, positions)| number * GROUP..number * GROUP + positions.len())
+        .collect()
+}
+
+struct SomeAreOutside<'a> {
+    positions: &'a [[f64; 2]],
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Kernel for SomeAreOutside<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let ([left, bottom], [right, top]) = (self.low, self.high);
+        self.positions.iter().fold(false, |some, &[x, y]| {
+            // A place that is no number is outside.
+            let is_inside = (x >= left) & (x < right) & (y >= bottom) & (y < top);
+            some | !is_inside
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Places evenly spread, by the multiples of irrational numbers (Weyl 1916); one is no number.
+    fn places(count: u32) -> Vec<[f64; 2]> {
+        let part = |number: u32, root: f64| (f64::from(number) * root.sqrt()).fract();
+        let place = |number| [part(number, 2.0), 2.0 * part(number, 3.0)];
+        let mut places: Vec<[f64; 2]> = (0..count).map(place).collect();
+        places[5][0] = f64::NAN;
+        places
+    }
+
+    #[test]
+    fn extremes_are_those_of_all_places_that_are_numbers() {
+        for count in 130..140 {
+            let places = places(count);
+            let from = vec![[0.25, 0.5]; places.len()];
+            let numbers = || places.iter().filter(|place| !place[0].is_nan());
+            let way = |place: &[f64; 2]| {
+                let way = [place[0] - 0.25, place[1] - 0.5];
+                (way[0] * way[0] + way[1] * way[1]).sqrt()
+            };
+            let longest = numbers().map(way).fold(0.0, larger);
+            assert_eq!(longest_way(&from, &places), longest);
+            let least = numbers()
+                .flat_map(|&[x, _]| [x, 1.0 - x])
+                .fold(1.0, |a: f64, b| if b < a { b } else { a });
+            assert_eq!(clearance(&places, [1.0, 2.0], [false, true]), least);
+        }
+        assert_eq!(clearance(&places(9), [1.0, 2.0], [true, true]), f64::INFINITY);
+    }
+
+    #[test]
+    fn groups_of_those_that_left_are_found() {
+        let mut places = places(200);
+        let group = |from: usize| from..Ord::min(from + GROUP, 200);
+        // What is no number is looked at as well.
+        assert_eq!(groups_that_left(&places, [1.0, 2.0], [true, true]), [group(0)]);
+        places[70][1] = 2.0;
+        places[199][0] = -1e-9;
+        let both = groups_that_left(&places, [1.0, 2.0], [true, true]);
+        assert_eq!(both, [group(0), group(64), group(192)]);
+        assert_eq!(groups_that_left(&places, [1.0, 2.0], [false, true]), [group(0), group(64)]);
+    }
+}

@@ -1,0 +1,233 @@
+//! Walls: their shapes, how they move, and where a disc touches them.
+
+use crate::simd::dispatch::{self, Kernel};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// A wall and its motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Wall {
+    /// Where it is at the start.
+    pub(super) shape: Shape,
+    /// How it moves.
+    pub(super) motion: Motion,
+}
+
+/// The shape of a wall, m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Shape {
+    /// A plane without end through `point`; the unit `normal` looks to the side of the discs.
+    Plane { point: [f64; 2], normal: [f64; 2] },
+    /// A straight wall with two ends; discs may stand on either side.
+    Segment { from: [f64; 2], to: [f64; 2] },
+    /// A circle with the discs inside.
+    Drum { center: [f64; 2], radius: f64 },
+}
+
+/// Displacement at the time t: u t + A sin(2 pi f t), and for a drum an angular velocity about its center. The clock t runs
+/// while the wall moves, and all the time where nothing is said of that.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Motion {
+    /// Constant velocity u, m/s.
+    pub(super) velocity: [f64; 2],
+    /// Amplitude A, m.
+    pub(super) amplitude: [f64; 2],
+    /// Frequency f, Hz.
+    pub(super) frequency: f64,
+    /// Angular velocity of a drum, rad/s.
+    pub(super) spin: f64,
+    /// When the motion begins and ends, s.
+    pub(super) moves: Option<[f64; 2]>,
+}
+
+/// A wall at a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PlacedWall {
+    /// Where it is now.
+    pub(super) shape: Shape,
+    /// Its way in the step before over dt, m/s: as the discs' integrator velocities, half a step behind.
+    pub(super) step_velocity: [f64; 2],
+    /// Its way in the two steps around now over 2 dt, m/s.
+    pub(super) mid_velocity: [f64; 2],
+    /// Angular velocity of a drum, rad/s.
+    pub(super) spin: f64,
+}
+
+/// Where a disc stands before a wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Footing {
+    /// Unit vector from the wall to the disc's center.
+    pub(super) normal: [f64; 2],
+    /// Distance of the center, m; negative behind a plane or a drum.
+    pub(super) distance: f64,
+}
+
+impl Motion {
+    /// Displacement at a time, m.
+    pub(super) fn displacement(&self, time: f64) -> [f64; 2] {
+        let time = self.clock(time);
+        let phase = libm::sin(TAU * self.frequency * time);
+        let along = |axis: usize| self.velocity[axis] * time + self.amplitude[axis] * phase;
+        [along(0), along(1)]
+    }
+
+    /// Whether it ever leaves its place; a drum that only turns does not.
+    pub(super) fn leaves(&self) -> bool {
+        self.velocity != [0.0; 2] || self.amplitude != [0.0; 2]
+    }
+
+    /// Time since the motion began, as long as it lasts, s.
+    fn clock(&self, time: f64) -> f64 {
+        match self.moves {
+            Some([begin, _]) if time < begin => 0.0,
+            Some([begin, end]) if time > end => end - begin,
+            Some([begin, _]) => time - begin,
+            None => time,
+        }
+    }
+
+    fn runs_at(&self, time: f64) -> bool {
+        self.moves.is_none_or(|[begin, end]| time >= begin && time < end)
+    }
+}
+
+impl Wall {
+    /// A wall that stays where it is.
+    pub(super) fn at_rest(shape: Shape) -> Self {
+        Self { shape, motion: Motion::default() }
+    }
+
+    /// The wall after `count` steps.
+    pub(super) fn placed(&self, count: u64, time_step: f64) -> PlacedWall {
+        let at = |step: f64| self.motion.displacement(step * time_step);
+        let step = count as f64;
+        let (before, now, after) = (at(step - 1.0), at(step), at(step + 1.0));
+        let over = |to: [f64; 2], from: [f64; 2], time: f64| {
+            [(to[0] - from[0]) / time, (to[1] - from[1]) / time]
+        };
+        PlacedWall {
+            shape: self.shape.moved(now),
+            step_velocity: over(now, before, time_step),
+            mid_velocity: over(after, before, 2.0 * time_step),
+            spin: if self.motion.runs_at(step * time_step) { self.motion.spin } else { 0.0 },
+        }
+    }
+}
+
+impl Shape {
+    fn moved(self, by: [f64; 2]) -> Self {
+        let moved = |[x, y]: [f64; 2]| [x + by[0], y + by[1]];
+        match self {
+            Self::Plane { point, normal } => Self::Plane { point: moved(point), normal },
+            Self::Segment { from, to } => Self::Segment { from: moved(from), to: moved(to) },
+            Self::Drum { center, radius } => Self::Drum { center: moved(center), radius },
+        }
+    }
+
+    /// Marks those discs whose distance from this wall is less than their radius and a margin, m.
+    pub(super) fn mark_near(
+        &self,
+        positions: &[[f64; 2]],
+        radii: &[f64],
+        margin: f64,
+        are_near: &mut [bool],
+    ) {
+        dispatch::run(Nearness { shape: *self, positions, radii, margin, are_near });
+    }
+
+    /// Where a disc at `center` stands before this wall.
+    #[inline(always)]
+    pub(super) fn footing(&self, [x, y]: [f64; 2]) -> Footing {
+        match *self {
+            Self::Plane { point, normal } => {
+                let distance = (x - point[0]) * normal[0] + (y - point[1]) * normal[1];
+                Footing { normal, distance }
+            }
+            Self::Segment { from, to } => {
+                let along = [to[0] - from[0], to[1] - from[1]];
+                let length_squared = along[0] * along[0] + along[1] * along[1];
+                let share = ((x - from[0]) * along[0] + (y - from[1]) * along[1]) / length_squared;
+                let share = if share > 0.0 { share } else { 0.0 };
+                let share = if share < 1.0 { share } else { 1.0 };
+                away_from([from[0] + share * along[0], from[1] + share * along[1]], [x, y])
+            }
+            Self::Drum { center, radius } => {
+                let inward = away_from([x, y], center);
+                Footing { normal: inward.normal, distance: radius - inward.distance }
+            }
+        }
+    }
+}
+
+impl PlacedWall {
+    /// Velocity of the wall's surface where a disc with this normal touches it: by the way of the wall and its spin.
+    pub(super) fn surface_velocity(&self, velocity: [f64; 2], normal: [f64; 2]) -> [f64; 2] {
+        match self.shape {
+            Shape::Drum { radius, .. } => {
+                let speed = self.spin * radius;
+                [velocity[0] + speed * normal[1], velocity[1] - speed * normal[0]]
+            }
+            Shape::Plane { .. } | Shape::Segment { .. } => velocity,
+        }
+    }
+}
+
+/// Finds the discs near a wall.
+struct Nearness<'a> {
+    shape: Shape,
+    positions: &'a [[f64; 2]],
+    radii: &'a [f64],
+    margin: f64,
+    are_near: &'a mut [bool],
+}
+
+impl Kernel for Nearness<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let discs = self.positions.iter().zip(self.radii);
+        for (is_near, (&position, radius)) in self.are_near.iter_mut().zip(discs) {
+            *is_near |= self.shape.footing(position).distance < radius + self.margin;
+        }
+    }
+}
+
+/// Direction and distance from a point to another.
+#[inline(always)]
+fn away_from(point: [f64; 2], to: [f64; 2]) -> Footing {
+    let apart = [to[0] - point[0], to[1] - point[1]];
+    let distance = (apart[0] * apart[0] + apart[1] * apart[1]).sqrt();
+    // A center on the point itself has no direction; any will do.
+    let normal =
+        if distance > 0.0 { [apart[0] / distance, apart[1] / distance] } else { [0.0, 1.0] };
+    Footing { normal, distance }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn discs_are_marked_near_by_their_footing() {
+        let shapes = [
+            Shape::Plane { point: [0.0, 3.0], normal: [0.6, -0.8] },
+            Shape::Segment { from: [2.0, 2.0], to: [7.0, 5.0] },
+            Shape::Drum { center: [5.0, 5.0], radius: 5.0 },
+        ];
+        let part = |number: u32, root: f64| (f64::from(number) * root.sqrt()).fract();
+        let positions: Vec<[f64; 2]> =
+            (0..203).map(|number| [10.0 * part(number, 2.0), 10.0 * part(number, 3.0)]).collect();
+        let radii: Vec<f64> = (0..203).map(|number| part(number, 5.0)).collect();
+        for shape in shapes {
+            let mut are_near = vec![false; 203];
+            shape.mark_near(&positions, &radii, 0.5, &mut are_near);
+            let is_near = |(&position, radius): (&[f64; 2], &f64)| {
+                shape.footing(position).distance < radius + 0.5
+            };
+            let wanted: Vec<bool> = positions.iter().zip(&radii).map(is_near).collect();
+            assert_eq!(are_near, wanted);
+            assert!(are_near.contains(&true) && are_near.contains(&false));
+        }
+    }
+}

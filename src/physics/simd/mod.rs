@@ -1,0 +1,3 @@
+//! Wide instructions: chosen at run time, with the same bits at every width.
+
+pub mod dispatch;

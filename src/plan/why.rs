@@ -1,0 +1,173 @@
+//! Why a run is to be done: what of it differs from the nearest recording that is there already.
+
+use crate::plan::{PlannedRun, Status};
+use kinetoscope_manifest::differing_keys;
+use kinetoscope_physics::physics_version;
+use kinetoscope_recording::channels::SCHEMA_VERSION;
+use kinetoscope_recording::error::{ReadError, ReadFault};
+use kinetoscope_recording::file::{final_path, partial_path};
+use kinetoscope_recording::reader::{Outcome, Recording};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs;
+use std::path::Path;
+
+/// Whether a run is to be done, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// It was done, and ended so.
+    Done(Outcome),
+    /// It can't be done.
+    Refused(String),
+    /// It was begun: this file is there.
+    Unfinished(String),
+    /// Its file is there and can't be used.
+    Unusable(String),
+    /// The same run was recorded under another name: the sweep or the replicates have another form.
+    OtherName(String),
+    /// The nearest recording differs in this.
+    Changed {
+        /// Its file name.
+        file: String,
+        /// Each key or version that differs, with both values.
+        changes: Vec<String>,
+    },
+    /// There is no recording of it.
+    NeverRecorded,
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Done(Outcome::Fault(fault)) => {
+                write!(formatter, "done; it ended in a fault ({fault}), --force does it again")
+            }
+            Self::Done(_) => formatter.write_str("done"),
+            Self::Refused(refusal) => write!(formatter, "can't be done: {refusal}"),
+            Self::Unfinished(file) => write!(formatter, "to do: {file} is unfinished"),
+            Self::Unusable(what) => write!(formatter, "to do: {what}"),
+            Self::OtherName(file) => {
+                write!(formatter, "to do: recorded as {file}, which has another name")
+            }
+            Self::Changed { file, changes } => {
+                write!(formatter, "to do: differs from {file}\n    {}", changes.join("\n    "))
+            }
+            Self::NeverRecorded => formatter.write_str("to do: never recorded"),
+        }
+    }
+}
+
+/// The recordings of a folder, each opened once.
+#[derive(Debug, Default)]
+pub struct Earlier {
+    /// By the file's stem without its key: the experiment's name, the coordinates and the replicate.
+    by_place: BTreeMap<String, Vec<EarlierRecording>>,
+    /// File names by content key.
+    by_key: BTreeMap<String, String>,
+}
+
+#[derive(Debug)]
+struct EarlierRecording {
+    file: String,
+    contents: Contents,
+}
+
+#[derive(Debug)]
+enum Contents {
+    Readable { manifest: String, physics_version: u32 },
+    OtherSchema(u32),
+}
+
+impl Earlier {
+    /// The finished recordings of a folder; none where there is no such folder. What is no recording is passed over.
+    #[must_use]
+    pub fn in_folder(folder: &Path) -> Self {
+        let mut earlier = Self::default();
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut names: Vec<String> =
+            entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+        names.sort();
+        for file in names {
+            let Some(stem) = file.strip_suffix(".mcap").filter(|stem| !stem.ends_with(".partial"))
+            else {
+                continue;
+            };
+            let contents = match Recording::open(&folder.join(&file)) {
+                Ok(recording) => {
+                    let provenance = recording.provenance();
+                    earlier.by_key.insert(provenance.content_key.clone(), file.clone());
+                    Contents::Readable {
+                        manifest: recording.manifest().to_owned(),
+                        physics_version: provenance.physics_version,
+                    }
+                }
+                Err(ReadError { fault: ReadFault::OtherSchema { found }, .. }) => {
+                    Contents::OtherSchema(found)
+                }
+                Err(_) => continue,
+            };
+            let place = place_of(stem).to_owned();
+            earlier.by_place.entry(place).or_default().push(EarlierRecording { file, contents });
+        }
+        earlier
+    }
+
+    /// Whether a run is to be done, and why.
+    #[must_use]
+    pub fn reason(&self, run: &PlannedRun, folder: &Path) -> Reason {
+        match &run.status {
+            Status::Done(outcome) => return Reason::Done(outcome.clone()),
+            Status::Refused(refusal) => return Reason::Refused(refusal.to_string()),
+            Status::ToDo(_) => {}
+        }
+        if let Some(what) = unusable(&final_path(folder, &run.stem)) {
+            return Reason::Unusable(what);
+        }
+        if partial_path(folder, &run.stem).exists() {
+            return Reason::Unfinished(format!("{}.partial.mcap", run.stem));
+        }
+        if let Some(file) = self.by_key.get(run.content_key.as_str()) {
+            return Reason::OtherName(file.clone());
+        }
+        let candidates = self.by_place.get(place_of(&run.stem)).into_iter().flatten();
+        let nearest = candidates
+            .map(|earlier| (changes(&earlier.contents, run), earlier))
+            .min_by_key(|(changes, _)| changes.len());
+        match nearest {
+            Some((changes, earlier)) => Reason::Changed { file: earlier.file.clone(), changes },
+            None => Reason::NeverRecorded,
+        }
+    }
+}
+
+/// A file's stem without its content key.
+fn place_of(stem: &str) -> &str {
+    stem.rsplit_once("__").map_or(stem, |(place, _)| place)
+}
+
+/// Why the file of a run that is to be done is no recording of it; `None` where there is no file.
+fn unusable(path: &Path) -> Option<String> {
+    if !path.exists() {
+        return None;
+    }
+    match Recording::open(path) {
+        Err(error) => Some(error.to_string()),
+        Ok(recording) => Some(match recording.provenance().outcome {
+            None => format!("{} has no end", path.display()),
+            Some(Outcome::Interrupted) => format!("{} was interrupted", path.display()),
+            Some(_) => format!("{} has the content key of another run", path.display()),
+        }),
+    }
+}
+
+fn changes(earlier: &Contents, run: &PlannedRun) -> Vec<String> {
+    match earlier {
+        Contents::OtherSchema(found) => vec![format!("layout version: {found} → {SCHEMA_VERSION}")],
+        Contents::Readable { manifest, physics_version: before } => {
+            let now = physics_version(&run.run.manifest.model);
+            let version = (*before != now).then(|| format!("physics version: {before} → {now}"));
+            let keys = differing_keys(manifest, &run.canonical);
+            version.into_iter().chain(keys.iter().map(ToString::to_string)).collect()
+        }
+    }
+}

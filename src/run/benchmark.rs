@@ -1,0 +1,278 @@
+//! `--time`: how long the runs of an experiment take. The engine alone, one run after the other, nothing recorded; the
+//! figures belong to the machine and say so. Where a folder is named, the table goes beside the recordings there.
+//!
+//! Runs that differ in one key of two values are taken in turn (A B A B …), so that their ratio suffers least from what
+//! else the machine does.
+
+use kinetoscope_manifest::{
+    Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,
+    TimingTable,
+};
+use kinetoscope_physics::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use kinetoscope_physics::random::Seed;
+use kinetoscope_physics::{ForModel, with_model};
+use std::fs;
+use std::time::Instant;
+
+/// Why a run was not timed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum TimingError {
+    /// It can't be run.
+    Refused(Refusal),
+    /// Its physics went wrong.
+    Fault(Fault),
+}
+
+/// Time and work of one run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Measurement {
+    seconds: f64,
+    steps_or_events: u64,
+}
+
+/// All replicates of one point of the sweep, in their order.
+#[derive(Clone, Debug)]
+struct Point {
+    coordinates: Vec<Coordinate>,
+    seconds: Vec<f64>,
+    steps_or_events: u64,
+}
+
+/// Times every run of an experiment.
+///
+/// # Errors
+/// The first run that can't be run, or whose physics goes wrong.
+pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
+    let mut points: Vec<Point> = Vec::new();
+    let mut runs: Vec<&Run> = experiment.runs.iter().collect();
+    runs.sort_by_key(|run| run.replicate);
+    let first_replicate = runs.first().map(|run| run.replicate);
+    for run in runs {
+        // The first run of a point warms the processor up and counts only when it is done again.
+        if Some(run.replicate) == first_replicate {
+            measure(&run.manifest)?;
+        }
+        let Measurement { seconds, steps_or_events } = measure(&run.manifest)?;
+        match points.iter_mut().find(|point| point.coordinates == run.coordinates) {
+            Some(point) => {
+                point.seconds.push(seconds);
+                point.steps_or_events += steps_or_events;
+            }
+            None => points.push(Point {
+                coordinates: run.coordinates.clone(),
+                seconds: vec![seconds],
+                steps_or_events,
+            }),
+        }
+    }
+    Ok(TimingTable {
+        schema: TimingTable::SCHEMA,
+        experiment: experiment.name.clone(),
+        machine: machine(),
+        comparison: comparison(&points),
+        points: points.iter().map(Point::figures).collect(),
+    })
+}
+
+fn measure(manifest: &RunManifest) -> Result<Measurement, TimingError> {
+    struct Action<'a>(&'a RunManifest);
+    impl ForModel for Action<'_> {
+        type Output = Result<Measurement, TimingError>;
+        fn call<M: Model>(self, config: &M::Config) -> Self::Output {
+            let seed = Seed { seed: self.0.seed, replicate: self.0.replicate };
+            let mut model = M::prepare(config, seed, false).map_err(TimingError::Refused)?;
+            let target = match model.extent() {
+                Extent::Steps { total, .. } | Extent::Events(total) => Target::Count(total),
+                Extent::Time(duration) => Target::Time(duration),
+            };
+            let started = Instant::now();
+            while model.advance(target, u64::MAX).map_err(TimingError::Fault)? == Progress::Working
+            {
+            }
+            Ok(Measurement {
+                seconds: started.elapsed().as_secs_f64(),
+                steps_or_events: model.count(),
+            })
+        }
+    }
+    with_model(&manifest.model, Action(manifest))
+}
+
+/// What the figures were measured on.
+fn machine() -> String {
+    let processor = fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        line.split_once(':').map(|(_, name)| name.trim().to_owned())
+    });
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    format!(
+        "on {} ({}, {}, {processors} processors), kinetoscope {}",
+        processor.as_deref().unwrap_or("a processor without a name"),
+        std::env::consts::OS,
+        std::env::consts::ARCH,
+        env!("CARGO_PKG_VERSION")
+    )
+}
+
+impl Point {
+    fn figures(&self) -> TimingPoint {
+        let (mean_s, standard_deviation_s) = mean_and_deviation(&self.seconds);
+        TimingPoint {
+            coordinates: self.coordinates.clone(),
+            runs: self.seconds.len(),
+            median_s: quantile(&self.seconds, 0.5),
+            mean_s,
+            standard_deviation_s,
+            quartile_distance_s: quantile(&self.seconds, 0.75) - quantile(&self.seconds, 0.25),
+            steps_or_events_per_s: self.steps_or_events as f64 / self.seconds.iter().sum::<f64>(),
+        }
+    }
+}
+
+/// The ratios between the two values of the last key that has two, all other coordinates and the replicate being equal.
+fn comparison(points: &[Point]) -> Option<TimingComparison> {
+    let first = points.first()?;
+    let (axis, [one, other]) = (0..first.coordinates.len()).rev().find_map(|axis| {
+        let mut values: Vec<&str> = Vec::new();
+        for point in points {
+            let value = point.coordinates[axis].value.as_str();
+            if !values.contains(&value) {
+                values.push(value);
+            }
+        }
+        <[&str; 2]>::try_from(values).ok().map(|values| (axis, values))
+    })?;
+    let (mut ratios, mut all) = (Vec::new(), Vec::new());
+    for point in points.iter().filter(|point| point.coordinates[axis].value == one) {
+        let mut wanted = point.coordinates.clone();
+        wanted[axis].value = other.to_owned();
+        let Some(partner) = points.iter().find(|point| point.coordinates == wanted) else {
+            continue;
+        };
+        let of_runs: Vec<f64> =
+            partner.seconds.iter().zip(&point.seconds).map(|(other, one)| other / one).collect();
+        wanted.remove(axis);
+        ratios.push(ratio(wanted, &of_runs));
+        all.extend(of_runs);
+    }
+    let (of, over) = (other.to_owned(), one.to_owned());
+    Some(TimingComparison { of, over, ratios, all: ratio(Vec::new(), &all) })
+}
+
+/// The mean is the geometric one: a run that something else on the machine delayed weighs the same on either side.
+fn ratio(coordinates: Vec<Coordinate>, ratios: &[f64]) -> TimingRatio {
+    let logarithms: Vec<f64> = ratios.iter().map(|&ratio| libm::log(ratio)).collect();
+    let (mean, deviation) = mean_and_deviation(&logarithms);
+    let mean = libm::exp(mean);
+    let standard_error = mean * deviation / (ratios.len() as f64).sqrt();
+    TimingRatio { coordinates, median: quantile(ratios, 0.5), mean, standard_error }
+}
+
+/// The table as the terminal shows it.
+#[must_use]
+pub fn text(table: &TimingTable) -> String {
+    let runs = table.points.first().map_or(0, |point| point.runs);
+    let mut text = format!(
+        "{}: the engine alone, one run at a time, nothing recorded, {runs} runs a line after one that warms up\n{}\n\n",
+        table.experiment, table.machine
+    );
+    let names: Vec<String> = table.points.iter().map(|point| name(&point.coordinates)).collect();
+    let width = names.iter().map(String::len).max().unwrap_or(0).max("run".len());
+    text += &format!(
+        "{:width$}  {:>11} {:>11} {:>11} {:>11}  {:>11}\n",
+        "run", "median/s", "mean/s", "st.dev./s", "quartiles/s", "per second"
+    );
+    for (point, name) in table.points.iter().zip(names) {
+        text += &format!(
+            "{name:width$}  {:>11.3e} {:>11.3e} {:>11.3e} {:>11.3e}  {:>11.3e}\n",
+            point.median_s,
+            point.mean_s,
+            point.standard_deviation_s,
+            point.quartile_distance_s,
+            point.steps_or_events_per_s
+        );
+    }
+    if let Some(comparison) = &table.comparison {
+        text += &format!(
+            "\nTime of {} over time of {}, run by run: median, geometric mean, standard error\n",
+            comparison.of, comparison.over
+        );
+        for ratio in &comparison.ratios {
+            text += &ratio_line(&name(&ratio.coordinates), ratio);
+        }
+        text += &ratio_line("all", &comparison.all);
+    }
+    text
+}
+
+fn ratio_line(name: &str, ratio: &TimingRatio) -> String {
+    let TimingRatio { median, mean, standard_error, .. } = ratio;
+    format!("{name}: {median:.4}, {mean:.4} +- {standard_error:.4}\n")
+}
+
+fn name(coordinates: &[Coordinate]) -> String {
+    let parts: Vec<String> = coordinates
+        .iter()
+        .map(|Coordinate { key, value }| {
+            let key = key.rsplit('.').next().unwrap_or(key);
+            format!("{key} = {value}")
+        })
+        .collect();
+    if parts.is_empty() { "the run".to_owned() } else { parts.join(", ") }
+}
+
+/// Mean and standard deviation of a sample; 0 where there is one value.
+fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+    (mean, if count > 1.0 { (squares / (count - 1.0)).sqrt() } else { 0.0 })
+}
+
+/// A quantile between the ordered values.
+fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut ordered = values.to_vec();
+    ordered.sort_by(f64::total_cmp);
+    let place = share * (ordered.len() as f64 - 1.0);
+    let below = place as usize;
+    let (Some(&low), part) = (ordered.get(below), place - below as f64) else { return f64::NAN };
+    let high = ordered.get(below + 1).copied().unwrap_or(low);
+    low + part * (high - low)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(law: &str, seconds: &[f64]) -> Point {
+        let coordinate =
+            |key: &str, value: &str| Coordinate { key: key.to_owned(), value: value.to_owned() };
+        let coordinates = vec![coordinate("n", "5"), coordinate("variant", law)];
+        Point { coordinates, seconds: seconds.to_vec(), steps_or_events: 10 }
+    }
+
+    /// Law: median, quartiles, mean and standard deviation of 1, 2, 3, 4, 10, by hand: 3, 2, 4, 4, sqrt(50/4).
+    #[test]
+    fn the_figures_of_a_known_sample() {
+        let sample = [10.0, 1.0, 3.0, 2.0, 4.0];
+        assert_eq!([0.25, 0.5, 0.75].map(|share| quantile(&sample, share)), [2.0, 3.0, 4.0]);
+        assert_eq!(mean_and_deviation(&sample), (4.0, 12.5_f64.sqrt()));
+    }
+
+    /// Law: ratios are taken run by run, (2/1, 6/2): median 2.5, geometric mean sqrt 6, its error sqrt 6 ln(1.5) / 2.
+    #[test]
+    fn ratios_are_of_runs_of_one_replicate() {
+        let points = [point("one", &[1.0, 2.0]), point("other", &[2.0, 6.0])];
+        let table = TimingTable {
+            schema: TimingTable::SCHEMA,
+            experiment: "timed".to_owned(),
+            machine: "on a machine".to_owned(),
+            comparison: comparison(&points),
+            points: points.iter().map(Point::figures).collect(),
+        };
+        let text = text(&table);
+        assert!(text.contains("n = 5: 2.5000, 2.4495 +- 0.4966"), "{text}");
+        assert!(text.contains("Time of other over time of one"), "{text}");
+        assert_eq!(TimingTable::from_json(&table.to_json().unwrap()).unwrap(), table);
+    }
+}
