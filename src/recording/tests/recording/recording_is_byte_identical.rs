@@ -1,12 +1,10 @@
 //! Promise: the same frames give the same bytes, and what was recorded comes back bit for bit.
 
-mod sample;
-
+use crate::sample::{fill, header, read, record, record_with_outcome, time_of};
 use kinetoscope_recording::channels::{GasTemperature, PerCollision};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::{Compression, Outcome, Selection};
-use sample::{fill, header, read, record, record_with_outcome, time_of};
 
 #[test]
 fn equal_frames_give_equal_bytes() {

@@ -3,14 +3,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-mod sample;
-
+use crate::sample::{fill, header, read_file, record};
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::{Committed, RecordingFile};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::{Clock, Compression, Outcome, Recorder};
-use sample::{fill, header, read_file, record};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -129,8 +127,10 @@ fn a_full_disk_at_any_byte_is_retryable_and_leaves_the_start_of_the_recording() 
             let mut frame = Frame::new();
             for index in 0..frames {
                 fill(&mut frame, index, particles);
-                recorder
-                    .write(Clock { count: 10 * index, time: sample::time_of(index) }, &mut frame)?;
+                recorder.write(
+                    Clock { count: 10 * index, time: crate::sample::time_of(index) },
+                    &mut frame,
+                )?;
             }
             recorder.finish(&Outcome::Complete).map(|_| ())
         });

@@ -2,15 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-mod sample;
-
+use crate::sample::{header, read};
 use foxglove::messages::{CubePrimitive, LinePrimitive, SceneEntity, SceneUpdate};
 use kinetoscope_recording::frame::{ContactLine, Frame};
 use kinetoscope_recording::reader::RecordedFrame;
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder};
 use kinetoscope_recording::scenery::Wall;
 use prost::Message as _;
-use sample::{header, read};
 use std::f64::consts::TAU;
 use std::num::NonZeroU32;
 

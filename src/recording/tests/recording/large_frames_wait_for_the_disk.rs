@@ -4,8 +4,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-mod sample;
-
 use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
@@ -45,7 +43,7 @@ impl Write for SlowDisk {
 
 fn header() -> Header {
     let selection = Selection::Named(vec!["state".to_owned()]);
-    Header { selection, ..sample::header(Compression::None) }
+    Header { selection, ..crate::sample::header(Compression::None) }
 }
 
 fn fill(frame: &mut Frame, particles: usize) {

@@ -3,10 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-mod sample;
-
+use crate::sample::{header, record, record_with_outcome};
 use kinetoscope_recording::recorder::{Compression, Outcome};
-use sample::{header, record, record_with_outcome};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

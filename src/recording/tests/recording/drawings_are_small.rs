@@ -5,11 +5,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-mod sample;
-
+use crate::sample::COLUMNS;
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recorder, Selection};
-use sample::COLUMNS;
 
 const DISCS: usize = 1000;
 const FRAMES: u64 = 300;
@@ -44,7 +42,7 @@ fn fill(frame: &mut Frame, index: u64) {
 
 fn size(selection: &[&str]) -> usize {
     let selection = Selection::Named(selection.iter().map(|&name| name.to_owned()).collect());
-    let header = Header { selection, ..sample::header(Compression::Zstd) };
+    let header = Header { selection, ..crate::sample::header(Compression::Zstd) };
     let mut recorder = Recorder::create(Vec::new(), &header).unwrap();
     let mut frame = Frame::new();
     for index in 0..FRAMES {

@@ -3,11 +3,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-mod sample;
-
+use crate::sample::{fill, header, read, read_on, record};
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use kinetoscope_recording::recorder::{Clock, Compression, Outcome, Recorder, Selection};
-use sample::{fill, header, read, read_on, record};
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
@@ -268,7 +266,7 @@ fn an_interrupted_run_opens_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stopped.partial.mcap");
     let bytes =
-        sample::record_with_outcome(&header(Compression::Zstd), 3, 2, &Outcome::Interrupted)
+        crate::sample::record_with_outcome(&header(Compression::Zstd), 3, 2, &Outcome::Interrupted)
             .unwrap();
     let (frames, error) = read(&bytes, &path);
     assert_eq!((frames.len(), error), (3, None));

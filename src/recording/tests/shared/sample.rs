@@ -1,6 +1,5 @@
 //! A small recording that several tests use: three columns of motion, every kind of message.
 
-#![allow(dead_code, reason = "each test uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 use kinetoscope_recording::channels::{

@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-mod sample;
-
 use kinetoscope_recording::channels::{self, ALL};
 use kinetoscope_recording::layout::{layout_json, template};
 use kinetoscope_recording::recorder::{Compression, Selection};
@@ -133,7 +131,7 @@ fn every_panel_has_its_place() {
 /// The sample has temperatures and speeds of the gas, but neither pressure nor collisions.
 #[test]
 fn what_is_not_recorded_has_no_panel() {
-    let mut header = sample::header(Compression::Zstd);
+    let mut header = crate::sample::header(Compression::Zstd);
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let mut placed = Vec::new();
     leaves(&layout["layout"], &mut placed);
@@ -156,7 +154,7 @@ fn what_is_not_recorded_has_no_panel() {
 /// The viewer's formula by hand: box of 0.04 m: visible height 0.04 x 1.1 x 1.12 = 0.04928 m, center (0.02, 0.018).
 #[test]
 fn the_camera_frames_container_and_color_bar() {
-    let mut header = sample::header(Compression::Zstd);
+    let mut header = crate::sample::header(Compression::Zstd);
     header.model = "dem";
     header.scenery.view = [[0.0, 0.0], [0.04, 0.04]];
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
@@ -185,7 +183,7 @@ fn the_camera_frames_container_and_color_bar() {
 
 #[test]
 fn the_time_axis_says_what_a_second_stands_for() {
-    let mut header = sample::header(Compression::Zstd);
+    let mut header = crate::sample::header(Compression::Zstd);
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let label = |layout: &Value, panel: &str| layout["configById"][panel]["xAxisLabel"].clone();
     assert_eq!(label(&layout, "Plot!temperature"), "playback time (s), 1 s = 75 ms simulated");
