@@ -2,14 +2,12 @@
 //! stands; what has not changed is not read again.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-mod synthetic;
-
+use crate::synthetic::{Folder, Frames, analyze, flat, two_frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::GasPressure;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use synthetic::{Folder, Frames, analyze, flat, two_frames};
 
 const MANIFEST: &str = r#"
 name = "gas"

@@ -2,12 +2,10 @@
 //! experiment, or is none, is named in a note and not shown.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's own failure")]
 
-mod synthetic;
-
+use crate::synthetic::{Folder, analyze, flat, two_frames};
 use kinetoscope_manifest::{Coordinate, TimingComparison, TimingPoint, TimingRatio, TimingTable};
 use kinetoscope_recording::channels::GasPressure;
 use std::fs;
-use synthetic::{Folder, analyze, flat, two_frames};
 
 const MANIFEST: &str =
     "name = \"timed\"\n[model.gas]\nparticles = 1\nduration_s = 1.0\n[record]\nframes = 1\n";

@@ -2,14 +2,12 @@
 //! sums made by hand.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "closed forms need std's maths")]
 
-mod synthetic;
-
+use crate::synthetic::{Folder, Frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::{ModelConfig, OrbitIntegrator};
 use kinetoscope_recording::channels::{PackingCollisions, PackingPressure, PerCollision};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
-use synthetic::{Folder, Frames};
 
 /// Gravitational constant times the Sun's mass, AU^3/day^2, and the state (orbit document, exercise 14to4).
 const GM: f64 = 2.959_122_082_322_128e-4;
@@ -130,7 +128,7 @@ fn convergence_orders_are_one_and_two() {
 fn convergence_refuses_unequal_end_times() {
     let manifest = CONVERGENCE.replace("0.0625]", "0.0626]");
     let folder = Folder::write(&manifest, orbit_frames);
-    let said = synthetic::analyze(&[folder.path().to_str().unwrap()]);
+    let said = crate::synthetic::analyze(&[folder.path().to_str().unwrap()]);
     assert_eq!(said.code, 0);
     assert!(
         said.text.replace("\n  ", " ").contains("runs end at different times"),

@@ -1,14 +1,12 @@
 //! Promise: `docs/metrics.md` is what the program prints of its table of metrics, and `metrics.json` keeps to its schema.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-mod synthetic;
-
+use crate::synthetic::{Folder, Frames, two_frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::GasPressure;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
-use synthetic::{Folder, Frames, two_frames};
 
 fn document(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs").join(name);

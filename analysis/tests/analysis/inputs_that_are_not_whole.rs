@@ -1,14 +1,12 @@
 //! Promise: what can't be read is named with the reason and what was still read, the rest is analyzed, and the exit code says so.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-mod synthetic;
-
+use crate::synthetic::{Folder, Frames, analyze, flat, write_run};
 use kinetoscope_manifest::{RunManifest, parse};
 use kinetoscope_recording::channels::GasPressure;
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::{Clock, Outcome};
 use std::fs;
-use synthetic::{Folder, Frames, analyze, flat, write_run};
 
 const MANIFEST: &str = r#"
 name = "gas"

@@ -6,13 +6,11 @@
 //! Setup: frames made by hand. Tolerance: rounding. Controls: a contact that carries half of what it must, and discs that fly.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "a test judges within tolerances")]
 
-mod synthetic;
-
+use crate::synthetic::{Folder, Frames, Metrics};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{DemContactForces, DemEnergy};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
-use synthetic::{Folder, Frames, Metrics};
 
 const COLUMN: &str = r#"
 name = "column"

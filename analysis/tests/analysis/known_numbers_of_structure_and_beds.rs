@@ -2,14 +2,12 @@
 //! hand, so that each metric is known in closed form; tolerances are rounding.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "closed forms need std's maths")]
 
-mod synthetic;
-
+use crate::synthetic::{Folder, Frames, Metrics};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{DemEnergy, PackingTemperature};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
 use std::f64::consts::PI;
-use synthetic::{Folder, Frames, Metrics};
 
 const PACKING: &str = r#"
 name = "packing"

@@ -2,13 +2,11 @@
 //! does one whose metric is missing. Same recordings, same bytes.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-mod synthetic;
-
+use crate::synthetic::{Folder, Frames, analyze, flat, two_frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_recording::channels::GasPressure;
 use std::fs;
-use synthetic::{Folder, Frames, analyze, flat, two_frames};
 
 const MANIFEST: &str = r#"
 name = "gas"

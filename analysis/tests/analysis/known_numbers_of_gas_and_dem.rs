@@ -2,8 +2,7 @@
 //! metric is known; tolerances are rounding unless said otherwise.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "closed forms need std's maths")]
 
-mod synthetic;
-
+use crate::synthetic::{Folder, Frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
 use kinetoscope_recording::channels::{
@@ -12,7 +11,6 @@ use kinetoscope_recording::channels::{
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
 use std::f64::consts::PI;
-use synthetic::{Folder, Frames};
 
 const GAS_SWEEP: &str = r#"
 name = "gas"

@@ -1,10 +1,5 @@
 //! Recordings whose numbers are known, written without any physics: a manifest, and frames made by hand.
-#![allow(
-    clippy::unwrap_used,
-    dead_code,
-    unreachable_pub,
-    reason = "shared by several test programs, of which not each uses all"
-)]
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use kinetoscope_manifest::{ExperimentRecord, Run, RunManifest, content_key, parse};
 use kinetoscope_recording::channels::{
@@ -21,17 +16,17 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// The frames of a run.
-pub type Frames = Vec<(Clock, Frame)>;
+pub(crate) type Frames = Vec<(Clock, Frame)>;
 
 /// An experiment's folder with one recording a run.
-pub struct Folder {
+pub(crate) struct Folder {
     directory: TempDir,
-    pub files: Vec<String>,
+    pub(crate) files: Vec<String>,
 }
 
 impl Folder {
     /// Writes all runs of a manifest, each with the frames that `frames` makes for it.
-    pub fn write(manifest: &str, frames: impl Fn(&RunManifest) -> Frames) -> Self {
+    pub(crate) fn write(manifest: &str, frames: impl Fn(&RunManifest) -> Frames) -> Self {
         let experiment = parse(manifest, "synthetic.toml", &[]).unwrap();
         let directory = TempDir::new().unwrap();
         let mut files = Vec::new();
@@ -47,35 +42,35 @@ impl Folder {
         Self { directory, files: names }
     }
 
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         self.directory.path()
     }
 
     /// The path as a command line has it.
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         self.path().to_str().unwrap()
     }
 
-    pub fn file(&self, index: usize) -> PathBuf {
+    pub(crate) fn file(&self, index: usize) -> PathBuf {
         self.path().join(&self.files[index])
     }
 
     /// Analyses the folder and reads `metrics.json`.
-    pub fn metrics(&self) -> Metrics {
+    pub(crate) fn metrics(&self) -> Metrics {
         let output = analyze(&[self.name()]);
         assert_eq!(output.code, 0, "{}", output.text);
         self.written()
     }
 
     /// What stands in `metrics.json`.
-    pub fn written(&self) -> Metrics {
+    pub(crate) fn written(&self) -> Metrics {
         let text = std::fs::read_to_string(self.path().join("metrics.json")).unwrap();
         Metrics(serde_json::from_str(&text).unwrap())
     }
 }
 
 /// One particle of a gas that starts in the middle, seen twice, with the same pressure.
-pub fn two_frames(pressure: &GasPressure) -> Frames {
+pub(crate) fn two_frames(pressure: &GasPressure) -> Frames {
     (0..2_u8)
         .map(|index| {
             let mut frame = Frame::new();
@@ -87,7 +82,7 @@ pub fn two_frames(pressure: &GasPressure) -> Frames {
 }
 
 /// The text without its line breaks.
-pub fn flat(text: &str) -> String {
+pub(crate) fn flat(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -96,7 +91,7 @@ fn key_of(run: &Run) -> kinetoscope_manifest::ContentKey {
 }
 
 /// Writes one recording.
-pub fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outcome) {
+pub(crate) fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outcome) {
     let model = run.manifest.model.name();
     let header = Header {
         manifest: run.manifest.canonical(),
@@ -192,13 +187,13 @@ fn channels_of(model: &str) -> &'static [ChannelDeclaration] {
 }
 
 /// What `analyze-recordings` said, and its exit code.
-pub struct Said {
-    pub code: i32,
-    pub text: String,
+pub(crate) struct Said {
+    pub(crate) code: i32,
+    pub(crate) text: String,
 }
 
 /// Runs `analyze-recordings`.
-pub fn analyze(arguments: &[&str]) -> Said {
+pub(crate) fn analyze(arguments: &[&str]) -> Said {
     let output: Output = Command::new(env!("CARGO_BIN_EXE_analyze-recordings"))
         .args(arguments)
         .env("COLUMNS", "60")
@@ -213,39 +208,39 @@ pub fn analyze(arguments: &[&str]) -> Said {
 }
 
 /// `metrics.json`.
-pub struct Metrics(serde_json::Value);
+pub(crate) struct Metrics(serde_json::Value);
 
 impl Metrics {
     /// All metrics of a name.
-    pub fn all(&self, name: &str) -> Vec<&serde_json::Value> {
+    pub(crate) fn all(&self, name: &str) -> Vec<&serde_json::Value> {
         let metrics = self.0["metrics"].as_array().unwrap();
         metrics.iter().filter(|metric| metric["name"] == name).collect()
     }
 
     /// The first metric of a name: of a sweep where there is one, else of the first run.
-    pub fn first(&self, name: &str) -> &serde_json::Value {
+    pub(crate) fn first(&self, name: &str) -> &serde_json::Value {
         let all = self.all(name);
         assert!(!all.is_empty(), "no metric {name}");
         all[0]
     }
 
     /// Its value.
-    pub fn value(&self, name: &str) -> f64 {
+    pub(crate) fn value(&self, name: &str) -> f64 {
         self.first(name)["value"].as_f64().unwrap()
     }
 
     /// Its standard error.
-    pub fn error(&self, name: &str) -> Option<f64> {
+    pub(crate) fn error(&self, name: &str) -> Option<f64> {
         self.first(name)["standard_error"].as_f64()
     }
 
     /// Theory's value.
-    pub fn theory(&self, name: &str) -> Option<f64> {
+    pub(crate) fn theory(&self, name: &str) -> Option<f64> {
         self.first(name)["theory"].as_f64()
     }
 
     /// The value must be as near as this, relatively, or absolutely where zero is expected.
-    pub fn assert_near(&self, name: &str, expected: f64, tolerance: f64) {
+    pub(crate) fn assert_near(&self, name: &str, expected: f64, tolerance: f64) {
         let value = self.value(name);
         let size = if expected == 0.0 { 1.0 } else { expected.abs() };
         assert!(

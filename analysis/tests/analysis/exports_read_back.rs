@@ -2,8 +2,7 @@
 //! Parquet; the last two by foreign readers.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-mod synthetic;
-
+use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
 use kinetoscope_recording::frame::Frame;
@@ -11,7 +10,6 @@ use kinetoscope_recording::recorder::Clock;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
-use synthetic::{Folder, Frames, analyze};
 
 const MANIFEST: &str = r#"
 name = "discs"

@@ -2,8 +2,7 @@
 //! than the screen; every plot has its size, its title and no text outside of its sheet. Headless Chromium is the judge.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
-mod synthetic;
-
+use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemTemperature};
 use kinetoscope_recording::frame::Frame;
@@ -11,7 +10,6 @@ use kinetoscope_recording::recorder::Clock;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use synthetic::{Folder, Frames, analyze};
 
 const MANIFEST: &str = r#"
 name = "discs_with_a_rather_long_name_that_must_break_on_a_phone"
