@@ -16,7 +16,10 @@ fn each_task_hands_its_recordings_to_the_analysis() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let program = path("run-experiment");
-    fs::copy(env!("CARGO_BIN_EXE_run-experiment"), &program).unwrap();
+    // Copied by another process: a child that another test starts meanwhile would inherit the open copy and keep it busy.
+    let copied =
+        Command::new("cp").arg(env!("CARGO_BIN_EXE_run-experiment")).arg(&program).status();
+    assert!(copied.unwrap().success());
     let script = |text: &str| {
         fs::write(path("analyze-recordings"), format!("#!/bin/sh\n{text}\n")).unwrap();
         let mode = fs::Permissions::from_mode(0o755);
