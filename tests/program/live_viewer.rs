@@ -1,5 +1,7 @@
 //! A viewer of a run under way, and the run: the program as a user starts it, and the protocol as a viewer speaks it.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
