@@ -228,9 +228,12 @@ fn a_read_only_folder_is_an_error_that_the_same_command_gets_over() {
         fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
     };
     let place = Place::new(SHORT);
-    // The copy stands where anybody may run it.
+    // The copy is in a folder where every user may run it. Another process writes it: a child that another test starts meanwhile
+    // would inherit the open copy and keep it busy.
     let program = place.folder.path().join("run-experiment");
-    fs::copy(env!("CARGO_BIN_EXE_run-experiment"), &program).unwrap();
+    let copied =
+        Command::new("cp").arg(env!("CARGO_BIN_EXE_run-experiment")).arg(&program).status();
+    assert!(copied.unwrap().success());
     allow(place.folder.path(), 0o777);
     fs::create_dir_all(place.output().join("run")).unwrap();
     for mode in [0o555, 0o777] {

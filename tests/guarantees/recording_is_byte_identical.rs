@@ -99,10 +99,13 @@ fn another_time_zone_and_language_give_the_same_bytes() {
 #[test]
 #[ignore = "needs root and setpriv, to become another user"]
 fn another_user_gives_the_same_bytes() {
-    // The copy stands where anybody may run it.
+    // The copy is in a folder where every user may run it. Another process writes it: a child that another test starts meanwhile
+    // would inherit the open copy and keep it busy.
     let folder = tempfile::tempdir().unwrap();
     let program = folder.path().join("run-experiment");
-    fs::copy(env!("CARGO_BIN_EXE_run-experiment"), &program).unwrap();
+    let copied =
+        Command::new("cp").arg(env!("CARGO_BIN_EXE_run-experiment")).arg(&program).status();
+    assert!(copied.unwrap().success());
     open_to_all(folder.path());
     let mine = recordings(&program, "2");
     let place = tempfile::tempdir().unwrap();
