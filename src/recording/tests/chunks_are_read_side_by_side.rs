@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
+#[path = "shared/sample.rs"]
 mod sample;
 
 use kinetoscope_recording::reader::Recording;

@@ -1,0 +1,78 @@
+//! Promise: `docs/metrics.md` is what the program prints of its table of metrics, and `metrics.json` keeps to its schema.
+#![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
+
+use crate::synthetic::{Folder, Frames, two_frames};
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_recording::channels::GasPressure;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+fn document(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs").join(name);
+    std::fs::read_to_string(path).unwrap()
+}
+
+#[test]
+fn the_document_is_what_the_table_says() {
+    assert!(
+        document("metrics.md") == kinetoscope_analysis::catalog::reference(),
+        "docs/metrics.md is old: run `cargo run --bin analyze-recordings -- --metrics > docs/metrics.md`"
+    );
+}
+
+const MANIFEST: &str = r#"
+name = "gas"
+replicates = 2
+[model.gas]
+particles = 1
+duration_s = 1.0
+[record]
+frames = 1
+channels = ["state", "pressure"]
+[sweep]
+"model.gas.temperature_k" = [100.0, 300.0]
+"#;
+
+fn frames(_: &RunManifest) -> Frames {
+    two_frames(&GasPressure::default())
+}
+
+/// The fields that the schema requires of an object, and those that it knows.
+fn fields(schema: &Value) -> (BTreeSet<String>, BTreeSet<String>) {
+    let required = schema["required"].as_array().unwrap().iter();
+    let known = schema["properties"].as_object().unwrap().keys().cloned().collect();
+    (required.map(|name| name.as_str().unwrap().to_owned()).collect(), known)
+}
+
+fn assert_fits(object: &Value, schema: &Value) {
+    let (required, known) = fields(schema);
+    let found: BTreeSet<String> = object.as_object().unwrap().keys().cloned().collect();
+    assert!(found.is_superset(&required), "{found:?} lacks some of {required:?}");
+    assert!(found.is_subset(&known), "{found:?} has more than {known:?}");
+}
+
+#[test]
+fn the_file_keeps_to_its_schema() {
+    let folder = Folder::write(MANIFEST, frames);
+    folder.metrics();
+    let file: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("metrics.json")).unwrap())
+            .unwrap();
+    let schema: Value = serde_json::from_str(&document("metrics.schema.json")).unwrap();
+    assert_fits(&file, &schema);
+    assert_eq!(file["schema"], schema["properties"]["schema"]["const"]);
+    let of_metric = &schema["$defs"]["metric"];
+    let metrics = file["metrics"].as_array().unwrap();
+    for metric in metrics {
+        assert_fits(metric, of_metric);
+        for place in ["run", "sweep"] {
+            if let Some(found) = metric.get(place) {
+                assert_fits(found, &of_metric["properties"][place]);
+            }
+        }
+    }
+    for place in ["run", "sweep"] {
+        assert!(metrics.iter().any(|metric| metric.get(place).is_some()), "no metric of a {place}");
+    }
+}

@@ -1,0 +1,167 @@
+//! Promise: `report.html` opens in a real browser without an error and without anything fetched; on a phone nothing is wider
+//! than the screen; every plot has its size, its title and no text outside of its sheet. Headless Chromium is the judge.
+#![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
+
+use crate::synthetic::{Folder, Frames, analyze};
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemTemperature};
+use kinetoscope_recording::frame::Frame;
+use kinetoscope_recording::recorder::Clock;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+const MANIFEST: &str = r#"
+name = "discs_with_a_rather_long_name_that_must_break_on_a_phone"
+description = "Three <discs> & their \"energy\"."
+[model.dem]
+discs = 3
+duration_s = 1.0
+[record]
+frames = 20
+channels = ["state", "energy", "contact_count", "temperature"]
+[sweep]
+"model.dem.restitution" = [0.5, 0.8]
+[[checks]]
+metric = "coordination_number"
+minimum = 1.0
+[[checks]]
+metric = "energy.residual_relative"
+maximum = 1e-3
+"#;
+
+fn frames(_: &RunManifest) -> Frames {
+    (0..=20)
+        .map(|index| {
+            let time = f64::from(index) / 20.0;
+            let mut frame = Frame::new();
+            for disc in 0..3 {
+                frame.push_state(&[
+                    0.01 * f64::from(disc + 1),
+                    0.001 + 0.01 * (1.0 - time),
+                    0.0,
+                    -0.01,
+                ]);
+            }
+            frame.push(&DemEnergy {
+                kinetic_j: 1e-4 * time,
+                gravitational_j: 1e-4 * (1.0 - time),
+                ..DemEnergy::default()
+            });
+            frame.push(&DemContacts { coordination_number: 2.0, ..DemContacts::default() });
+            frame.push(&DemTemperature::default());
+            (Clock { count: index as u64, time }, frame)
+        })
+        .collect()
+}
+
+/// Put behind the page: writes into its end what a browser made of it.
+const PROBE: &str = r#"<script>
+const faults = [];
+addEventListener("load", () => {
+  const page = document.documentElement;
+  if (page.scrollWidth > page.clientWidth) faults.push(`page ${page.scrollWidth} wide on ${page.clientWidth}`);
+  for (const svg of document.querySelectorAll("svg")) {
+    const sheet = svg.getBoundingClientRect();
+    if (!(sheet.width > 100 && sheet.height > 100)) faults.push("a plot without a size");
+    if (!svg.getAttribute("aria-label")) faults.push("a plot without a title");
+    for (const text of svg.querySelectorAll("text")) {
+      const box = text.getBoundingClientRect();
+      if (box.left < sheet.left - 1 || box.right > sheet.right + 1 || box.top < sheet.top - 1 || box.bottom > sheet.bottom + 1)
+        faults.push(`outside of its plot: ${text.textContent}`);
+    }
+    const texts = [...svg.querySelectorAll("text")];
+    texts.forEach((one, index) => texts.slice(index + 1).forEach((other) => {
+      const [a, b] = [one.getBoundingClientRect(), other.getBoundingClientRect()];
+      const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+      const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+      if (across > 1 && down > 3) faults.push(`overlap: ${one.textContent} and ${other.textContent}`);
+    }));
+  }
+  if (performance.getEntriesByType("resource").length) faults.push("something was fetched");
+  const found = `plots ${document.querySelectorAll("svg").length}; faults ${JSON.stringify(faults)}`;
+  document.title = found;
+  parent.postMessage(found, "*");
+});
+</script>"#;
+
+/// What the browser says of a page at a width: its title after the probe, and its console.
+fn look(page: &Path, width: u32, dark: bool) -> (String, String) {
+    let mut chromium = Command::new("chromium");
+    chromium.args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"]);
+    if dark {
+        chromium.arg("--force-dark-mode");
+    }
+    let output = chromium
+        .arg(format!("--window-size={width},2000"))
+        .arg("--dump-dom")
+        .arg(format!("file://{}", page.display()))
+        .output()
+        .expect("chromium must be installed");
+    let dom = String::from_utf8_lossy(&output.stdout).into_owned();
+    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next());
+    let log = String::from_utf8_lossy(&output.stderr);
+    let console: Vec<&str> = log.lines().filter(|line| line.contains("CONSOLE")).collect();
+    (title.unwrap_or_default().to_owned(), console.join("\n"))
+}
+
+fn judge(page: &Path) -> Result<(), String> {
+    let probed = page.with_file_name("probed.html");
+    let text = fs::read_to_string(page).unwrap();
+    fs::write(&probed, text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
+    // Headless windows are no narrower than 500 pixels: a frame of 400 stands for the phone.
+    let phone = page.with_file_name("phone.html");
+    fs::write(&phone, PHONE).unwrap();
+    for (file, width, dark) in [(&probed, 1300, false), (&probed, 1300, true), (&phone, 600, false)]
+    {
+        let (title, console) = look(file, width, dark);
+        if !console.is_empty() {
+            return Err(console);
+        }
+        if !title.starts_with("plots ")
+            || !title.ends_with("faults []")
+            || title.starts_with("plots 0")
+        {
+            return Err(format!("{width} wide: {title}"));
+        }
+    }
+    Ok(())
+}
+
+/// The probed page in a frame as wide as a phone; takes over its title.
+const PHONE: &str = r#"<!doctype html><title></title><iframe src="probed.html" width="400" height="800"></iframe>
+<script>
+addEventListener("message", (message) => { document.title = message.data; });
+</script>"#;
+
+#[test]
+#[ignore = "needs chromium"]
+fn a_report_opens_without_an_error_on_a_screen_and_on_a_phone() {
+    let folder = Folder::write(MANIFEST, frames);
+    let said = analyze(&["--pictures-at", "0.5", folder.path().to_str().unwrap()]);
+    assert_eq!(said.code, 0, "{}", said.text);
+    let page = folder.path().join("report.html");
+    let text = fs::read_to_string(&page).unwrap();
+    assert!(
+        !text.contains("http:")
+            || text.matches("http:").count() == text.matches("http://www.w3.org/2000/svg").count()
+    );
+    judge(&page).unwrap();
+
+    // Control: a page with an error, and one that is too wide, are seen.
+    let broken = folder.path().join("broken.html");
+    fs::write(&broken, text.replace("<main>", "<main><script>undefined.x</script>")).unwrap();
+    assert!(judge(&broken).unwrap_err().contains("TypeError"));
+    fs::write(&broken, text.replace("<main>", "<main><div style=\"width: 1400px\">x</div>"))
+        .unwrap();
+    assert!(judge(&broken).unwrap_err().contains("wide on"));
+}
+
+#[test]
+#[ignore = "needs chromium, and REPORTS, the paths of report.html files, colons between"]
+fn these_reports_open_without_an_error() {
+    let reports = std::env::var("REPORTS").expect("REPORTS names the reports");
+    for page in reports.split(':') {
+        judge(Path::new(page)).unwrap_or_else(|fault| panic!("{page}: {fault}"));
+    }
+}

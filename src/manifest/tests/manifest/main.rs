@@ -1,0 +1,18 @@
+//! The manifest as text: its rules, its canonical form, its schema and its sweeps.
+//!
+//! A test belongs here if it needs the public API of this package only.
+
+// The canonical manifest, from which the run key is computed, never changes by accident.
+mod canonical_form_is_stable;
+// Damaged text gives errors, not panics.
+mod damaged_manifests_never_panic;
+// The comparison of two manifests lists exactly the differing keys.
+mod differing_keys_are_named;
+// `experiment.toml` gives the analysis what the manifest gave the run.
+mod experiment_record_round_trips;
+// Every rule broken once: the message states the allowed values and the position.
+mod rules_are_enforced;
+// Parser, canonical form, schema and starters have the same keys.
+mod schema_follows_the_manifest;
+// A sweep is every combination of its axes, in a fixed order.
+mod sweeps_expand_in_order;

@@ -1,0 +1,31 @@
+//! Recordings as files: bytes, channels, drawings, damage, and foreign readers.
+//!
+//! A test belongs here if it needs the public API of this package only. The test that counts the threads of its process is a
+//! binary of its own, `chunks_are_read_side_by_side`.
+
+// A small recording with every kind of message.
+#[path = "../shared/sample.rs"]
+mod sample;
+
+// Topics, schemas, field names, types and tags never change.
+mod channels_are_frozen;
+// Fields are read without the Rust type of their message.
+mod fields_are_read_by_name;
+// The same frames give the same bytes, and come back bitwise identical.
+mod recording_is_byte_identical;
+
+// Frames read from damaged files are bitwise equal, and the error states the loss.
+mod damaged_recordings;
+// Frames that wait for the disk take bounded memory.
+mod large_frames_wait_for_the_disk;
+// A recording gets its final name only when it is complete.
+mod recording_files;
+// Other MCAP readers open a recording.
+mod recordings_open_in_other_readers;
+
+// Drawings take little space compared with the state.
+mod drawings_are_small;
+// Drawings show the state within their grid.
+mod drawings_are_to_scale;
+// Layouts name only topics and fields that exist.
+mod layouts_fit_the_channels;

@@ -1,0 +1,195 @@
+//! Promise: values that can't be integrated are refused before the first step, in words that help: c = eta dt/m_eff, and
+//! values that are accepted when they are typed back. With stability = "warn" they run, and end in a fault.
+//!
+//! Source: the source document's m = 1e-3 kg, k = 5e4 N/m, eta = 1.5e3 N s/m, N_t = 10, 20, 50 give c = 133, 67, 27 by hand;
+//! beds of discs at e = 0.5 explode at N_t = 4 and are fine at 20; a disc of r = 1e-4 m that falls through the box of
+//! 0.04 m overlaps by 0.9 to 1.2 r with k = 5e4 N/m.
+
+use crate::scene::{
+    SEED, damping, equal, frame, given, per_contact, positive, prepared, restitution,
+};
+use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail, Stability, TimeStep};
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::{Model, Target};
+use kinetoscope_recording::frame::Level;
+
+fn document(steps_per_contact: f64) -> DemConfig {
+    DemConfig {
+        dissipation: damping(1.5e3),
+        time_step: per_contact(steps_per_contact),
+        ..DemConfig::default()
+    }
+}
+
+/// The words of a refusal; nothing where the start is accepted.
+fn refusal(config: &DemConfig) -> Option<String> {
+    Dem::prepare(config, SEED, false).err().map(|refusal| refusal.0)
+}
+
+/// The manifest with a line `key = value` of a refusal typed back.
+fn typed_back(config: &DemConfig, key: &str, value: f64) -> DemConfig {
+    let mut changed = config.clone();
+    match key {
+        "time_step_s" => changed.time_step = TimeStep::Fixed(positive(value)),
+        "steps_per_contact" => changed.time_step = per_contact(value),
+        "damping_n_s_per_m" => changed.dissipation = damping(value),
+        "restitution" => changed.dissipation = restitution(value),
+        "stiffness_n_per_m" => changed.stiffness_n_per_m = positive(value),
+        "radius_m" => changed.radius_m = equal(value),
+        other => panic!("no such key: {other}"),
+    }
+    changed
+}
+
+/// All `key = value` between "each alone: " and the full stop behind the last.
+fn remedies(text: &str) -> Vec<(String, f64)> {
+    let Some((_, list)) = text.split_once("each alone: ") else { return Vec::new() };
+    let list = list.split(". ").next().unwrap_or(list);
+    list.split("; ")
+        .map(|line| {
+            let (key, value) = line.split_once(" = ").expect("key = value");
+            (key.to_owned(), value.parse().expect("a number"))
+        })
+        .collect()
+}
+
+/// Types every remedy back; returns their keys.
+fn accepted_keys(config: &DemConfig) -> Vec<String> {
+    let text = refusal(config).expect("refused");
+    println!("{text}");
+    let remedies = remedies(&text);
+    for (key, value) in &remedies {
+        let again = refusal(&typed_back(config, key, *value));
+        assert_eq!(again, None, "{key} = {value} is refused when typed back");
+    }
+    remedies.into_iter().map(|(key, _)| key).collect()
+}
+
+#[test]
+fn the_documents_damping_is_refused_with_its_c_and_with_values_that_do() {
+    for (steps, c) in [(10.0, "c = eta dt/m_eff = 133 "), (20.0, "= 67 "), (50.0, "= 27 ")] {
+        let config = document(steps);
+        let text = refusal(&config).expect("refused");
+        assert!(text.contains(c), "{text}");
+        let keys = accepted_keys(&config);
+        for key in [
+            "time_step_s",
+            "steps_per_contact",
+            "damping_n_s_per_m",
+            "restitution",
+            "stiffness_n_per_m",
+        ] {
+            assert!(keys.iter().any(|found| found == key), "no {key} in: {text}");
+        }
+    }
+}
+
+/// What is named is the border: a tenth beyond it is refused.
+#[test]
+fn the_largest_stable_time_step_is_the_border() {
+    let config = document(20.0);
+    let text = refusal(&config).expect("refused");
+    let (_, step) = remedies(&text).into_iter().next().expect("a time step first");
+    assert!(refusal(&typed_back(&config, "time_step_s", 1.1 * step)).is_some());
+    // 12 eta dt/m < 4, the spring's part being negligible here: dt < m/(3 eta).
+    assert!((step / (1e-3 / 4.5e3) - 1.0).abs() < 0.01, "{step:e}");
+}
+
+#[test]
+fn the_documents_damping_runs_into_a_fault_when_only_warned_of() {
+    for (steps, tail) in [(10.0, ForceTail::Attractive), (20.0, ForceTail::Clamped)] {
+        let config = DemConfig { stability: Stability::Warn, force_tail: tail, ..document(steps) };
+        let mut model = prepared(&config);
+        let start = frame(&model);
+        let warns = |text: &str| text.contains("The time step is unstable");
+        assert!(
+            start.log_lines().iter().any(|line| line.level == Level::Warning && warns(&line.text))
+        );
+        let fault = model.advance(Target::Count(u64::MAX), u64::MAX).expect_err("a blow-up").0;
+        println!("{fault}");
+        for word in ["step ", "t = ", "disc ", "c = eta dt/m_eff", "steps_per_contact"] {
+            assert!(fault.contains(word), "{fault}");
+        }
+        assert!(frame(&model).state().iter().all(|value| value.is_finite()));
+    }
+}
+
+#[test]
+fn four_steps_a_contact_are_refused_and_twenty_accepted() {
+    let config = |steps: f64| DemConfig { time_step: per_contact(steps), ..DemConfig::default() };
+    assert!(refusal(&config(4.0)).is_some_and(|text| text.contains("for a bed")));
+    assert_eq!(
+        accepted_keys(&config(4.0)),
+        ["time_step_s", "steps_per_contact", "damping_n_s_per_m", "restitution"]
+    );
+    assert_eq!(refusal(&config(20.0)), None);
+    let fixed = DemConfig { time_step: TimeStep::Fixed(positive(1e-4)), ..DemConfig::default() };
+    assert!(accepted_keys(&fixed).iter().any(|key| key == "stiffness_n_per_m"));
+    assert!(prepared_warnings(&config(8.0)).iter().any(|text| text.contains("chatter")));
+    assert_eq!(prepared_warnings(&config(20.0)), Vec::<String>::new());
+}
+
+fn prepared_warnings(config: &DemConfig) -> Vec<String> {
+    frame(&prepared(config))
+        .log_lines()
+        .iter()
+        .filter(|line| line.level == Level::Warning)
+        .map(|line| line.text.clone())
+        .collect()
+}
+
+#[test]
+fn a_strong_but_stable_dashpot_is_warned_of() {
+    // c = eta dt/m_eff = 9 * 2.2214e-5 / 5e-4 = 0.40.
+    let config = DemConfig { dissipation: damping(9.0), ..DemConfig::default() };
+    assert!(prepared_warnings(&config)[0].contains("c = eta dt/m_eff = 0.40"));
+}
+
+#[test]
+fn the_texts_radius_is_refused_and_a_stiffer_contact_holds_it() {
+    let small = |stiffness: f64| DemConfig {
+        radius_m: equal(1e-4),
+        stiffness_n_per_m: positive(stiffness),
+        ..DemConfig::default()
+    };
+    for (dissipation, overlap) in [(restitution(0.5), "0.93"), (damping(0.0), "1.25")] {
+        let text = refusal(&DemConfig { dissipation, ..small(5e4) }).expect("refused");
+        assert!(text.contains(&format!("by about {overlap} of its radius")), "{text}");
+    }
+    let keys = accepted_keys(&small(5e4));
+    assert!(["stiffness_n_per_m", "radius_m"].iter().all(|key| keys.iter().any(|k| k == key)));
+    assert_eq!(refusal(&small(5e6)), None);
+}
+
+/// The diagnosis is right: warned of only, the disc does pass the wall; with k = 5e6 N/m it does not.
+#[test]
+fn the_texts_radius_passes_the_wall() {
+    let dropped = |stiffness: f64| {
+        let config = DemConfig {
+            radius_m: equal(1e-4),
+            stiffness_n_per_m: positive(stiffness),
+            dissipation: restitution(0.9),
+            stability: Stability::Warn,
+            ..DemConfig::default()
+        };
+        let mut model = prepared(&given(config, &[([0.02, 0.0399], [0.0, 0.0])]));
+        // It hits the floor after 0.0903 s.
+        let end = (0.1 / crate::scene::time_step(&model)) as u64;
+        model.advance(Target::Count(end), u64::MAX)
+    };
+    let fault = dropped(5e4).expect_err("it passes the floor").0;
+    assert!(fault.contains("stiffness_n_per_m"), "{fault}");
+    assert!(dropped(5e6).is_ok());
+}
+
+#[test]
+fn implicit_dashpots_know_no_such_bound() {
+    let config = DemConfig { integrator: DemIntegrator::ImplicitDashpot, ..document(20.0) };
+    assert_eq!(refusal(&config), None);
+}
+
+#[test]
+fn a_duration_below_one_step_is_refused() {
+    let config = DemConfig { duration_s: positive(1e-9), ..DemConfig::default() };
+    assert!(refusal(&config).is_some_and(|text| text.contains("at least one time step")));
+}

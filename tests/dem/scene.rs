@@ -1,0 +1,277 @@
+//! Short ways to set up discs, to run them and to look at them.
+
+use kinetoscope_manifest::model::{
+    DemConfig, DemContactConstants, DemContactPair, DemMaterial, DemRain, DemWall, DemWallShape,
+    DiscRadius, Dissipation, GivenState, ModelConfig, PeriodicSides, Placement, Stability,
+    TimeStep,
+};
+use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive, Share};
+use kinetoscope_physics::dem::Dem;
+use kinetoscope_physics::model::{Model, Target};
+use kinetoscope_physics::random::Seed;
+use kinetoscope_recording::channels::DemEnergy;
+use kinetoscope_recording::frame::Frame;
+use std::num::NonZeroU32;
+
+pub(crate) const SEED: Seed = Seed { seed: 14, replicate: 0 };
+
+/// A row of the state.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Disc {
+    pub(crate) position: [f64; 2],
+    /// At the positions' time.
+    pub(crate) velocity: [f64; 2],
+    /// The integrator's own.
+    pub(crate) step_velocity: [f64; 2],
+    pub(crate) radius: f64,
+    pub(crate) id: u32,
+    pub(crate) mass: f64,
+}
+
+pub(crate) fn positive(value: f64) -> Positive {
+    Positive::new(value).expect("above zero")
+}
+
+pub(crate) fn per_contact(steps: f64) -> TimeStep {
+    TimeStep::PerContact(positive(steps))
+}
+
+pub(crate) fn restitution(value: f64) -> Dissipation {
+    Dissipation::Restitution(Share::new(value).expect("in (0, 1]"))
+}
+
+pub(crate) fn damping(value: f64) -> Dissipation {
+    Dissipation::Damping(NonNegative::new(value).expect("not negative"))
+}
+
+pub(crate) fn gravity(gx: f64, gy: f64) -> [Finite; 2] {
+    finite([gx, gy])
+}
+
+pub(crate) fn equal(radius: f64) -> DiscRadius {
+    DiscRadius::Equal(positive(radius))
+}
+
+pub(crate) fn finite(pair: [f64; 2]) -> [Finite; 2] {
+    pair.map(|value| Finite::new(value).expect("finite"))
+}
+
+/// Sets the discs' number, positions and velocities.
+pub(crate) fn given(config: DemConfig, discs: &[([f64; 2], [f64; 2])]) -> DemConfig {
+    DemConfig {
+        discs: NonZeroU32::new(discs.len() as u32).expect("not empty"),
+        placement: Placement::Given(GivenState {
+            positions: discs.iter().map(|disc| finite(disc.0)).collect(),
+            velocities: discs.iter().map(|disc| finite(disc.1)).collect(),
+        }),
+        ..config
+    }
+}
+
+/// The model at its start.
+pub(crate) fn prepared(config: &DemConfig) -> Dem {
+    Dem::prepare(config, SEED, false).unwrap_or_else(|refusal| panic!("{refusal}"))
+}
+
+/// Moves on to a step.
+pub(crate) fn run_to(model: &mut Dem, step: u64) {
+    if let Err(fault) = model.advance(Target::Count(step), u64::MAX) {
+        panic!("{fault}");
+    }
+}
+
+pub(crate) fn frame(model: &Dem) -> Frame {
+    let mut frame = Frame::new();
+    model.observe(&mut frame);
+    frame
+}
+
+pub(crate) fn discs(model: &Dem) -> Vec<Disc> {
+    frame(model)
+        .state()
+        .chunks_exact(10)
+        .map(|row| Disc {
+            position: [row[0], row[1]],
+            velocity: [row[2], row[3]],
+            step_velocity: [row[4], row[5]],
+            radius: row[6],
+            id: row[8] as u32,
+            mass: row[9],
+        })
+        .collect()
+}
+
+pub(crate) fn energy(model: &Dem) -> DemEnergy {
+    frame(model).get().expect("every frame has its energy")
+}
+
+/// The length of one step, s.
+pub(crate) fn time_step(model: &Dem) -> f64 {
+    match model.extent() {
+        kinetoscope_physics::model::Extent::Steps { step, .. } => step,
+        other => panic!("{other:?}"),
+    }
+}
+
+pub(crate) fn non_negative(value: f64) -> NonNegative {
+    NonNegative::new(value).expect("not negative")
+}
+
+/// A straight wall at rest.
+pub(crate) fn segment(from: [f64; 2], to: [f64; 2]) -> DemWall {
+    DemWall {
+        shape: DemWallShape::Segment { from_m: finite(from), to_m: finite(to) },
+        velocity_m_per_s: finite([0.0; 2]),
+        amplitude_m: finite([0.0; 2]),
+        frequency_hz: non_negative(0.0),
+        moves_s: None,
+    }
+}
+
+pub(crate) fn drum(center: [f64; 2], radius: f64, spin: f64) -> DemWall {
+    let spin_rad_per_s = Finite::new(spin).expect("finite");
+    let shape =
+        DemWallShape::Drum { center_m: finite(center), radius_m: positive(radius), spin_rad_per_s };
+    DemWall { shape, ..segment([0.0; 2], [1.0; 2]) }
+}
+
+/// The runs of a shipped experiment, each with its coordinates in words.
+pub(crate) fn shipped(name: &str) -> Vec<(String, DemConfig, Seed)> {
+    let path = format!("{}/experiments/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let experiment = kinetoscope_manifest::parse(&text, &path, &[])
+        .unwrap_or_else(|diagnostics| panic!("{diagnostics}"));
+    let words =
+        |place: &kinetoscope_manifest::Coordinate| format!("{}={} ", place.key, place.value);
+    experiment
+        .runs
+        .iter()
+        .map(|run| {
+            let ModelConfig::Dem(config) = &run.manifest.model else { panic!("{name} is no DEM") };
+            let seed = Seed { seed: run.manifest.seed, replicate: run.manifest.replicate };
+            (run.coordinates.iter().map(words).collect(), config.clone(), seed)
+        })
+        .collect()
+}
+
+/// A shipped run by words that its coordinates hold.
+pub(crate) fn shipped_run(name: &str, words: &str) -> (DemConfig, Seed) {
+    let mut runs = shipped(name).into_iter().filter(|run| run.0.contains(words));
+    let Some((_, config, seed)) = runs.next() else { panic!("{name} has no run with {words}") };
+    (config, seed)
+}
+
+/// Moves on to a time, s.
+pub(crate) fn run_to_time(model: &mut Dem, time: f64) {
+    if let Err(fault) = model.advance(Target::Time(time), u64::MAX) {
+        panic!("{fault}");
+    }
+}
+
+pub(crate) fn material(name: &str, restitution: f64, friction: f64) -> DemMaterial {
+    DemMaterial {
+        name: name.to_owned(),
+        share: positive(1.0),
+        density_ratio: positive(1.0),
+        constants: DemContactConstants {
+            restitution: Share::new(restitution),
+            friction: NonNegative::new(friction),
+            rolling_friction: None,
+        },
+    }
+}
+
+/// A scene of every kind, in full motion within a few hundred steps, by name.
+pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
+    let count = |discs: u32| NonZeroU32::new(discs).expect("not zero");
+    // Gravity a hundred times the Earth's: a bed forms in a few hundred steps.
+    let bed = DemConfig {
+        discs: count(6000),
+        radius_m: DiscRadius::Uniform { min: positive(4.5e-4), max: positive(5.5e-4) },
+        width_m: positive(0.3),
+        height_m: positive(0.036),
+        gravity_m_per_s2: gravity(50.0, -981.0),
+        stiffness_n_per_m: positive(5e6),
+        time_step: per_contact(20.0),
+        ..DemConfig::default()
+    };
+    let rubbing = DemConfig {
+        friction: non_negative(0.5),
+        rolling_friction: non_negative(0.1),
+        ..bed.clone()
+    };
+    let small = DemConfig { discs: count(300), width_m: positive(0.04), ..rubbing.clone() };
+    vec![
+        ("bed", bed.clone()),
+        ("rubbing bed", rubbing.clone()),
+        (
+            "periodic",
+            DemConfig { periodic: PeriodicSides::X, stability: Stability::Warn, ..rubbing.clone() },
+        ),
+        (
+            "drum",
+            DemConfig {
+                height_m: positive(0.04),
+                walls: vec![drum([0.02, 0.02], 0.02, 100.0)],
+                ..small.clone()
+            },
+        ),
+        (
+            "shaken box",
+            DemConfig {
+                walls: vec![DemWall {
+                    amplitude_m: finite([0.0, 1e-3]),
+                    frequency_hz: non_negative(500.0),
+                    ..segment([0.0, 0.002], [0.04, 0.002])
+                }],
+                ..small.clone()
+            },
+        ),
+        (
+            "hopper",
+            DemConfig {
+                walls: vec![
+                    segment([0.0, 0.012], [0.015, 0.006]),
+                    segment([0.04, 0.012], [0.025, 0.006]),
+                ],
+                outlet_below_m: Finite::new(0.004),
+                region_m: Some([finite([0.0, 0.005]), finite([0.04, 0.036])]),
+                ..small.clone()
+            },
+        ),
+        ("rain on two materials behind a gate", rain_scene(small)),
+    ]
+}
+
+/// Discs of two materials, more of which fall in, behind a gate that opens.
+fn rain_scene(small: DemConfig) -> DemConfig {
+    DemConfig {
+        materials: vec![
+            DemMaterial { density_ratio: positive(2.0), ..material("heavy", 0.9, 0.2) },
+            material("light", 0.4, 0.6),
+        ],
+        contact_pairs: vec![DemContactPair {
+            between: ["light".to_owned(), "wall".to_owned()],
+            constants: DemContactConstants {
+                friction: Some(non_negative(0.0)),
+                ..DemContactConstants::default()
+            },
+        }],
+        walls: vec![DemWall {
+            velocity_m_per_s: finite([20.0, 0.0]),
+            moves_s: Some([non_negative(2e-4), non_negative(1e-3)]),
+            ..segment([0.02, 0.0], [0.02, 0.03])
+        }],
+        region_m: Some([finite([0.0, 0.0]), finite([0.02, 0.03])]),
+        discs: NonZeroU32::new(200).expect("not zero"),
+        rain: Some(DemRain {
+            discs: NonZeroU32::new(100).expect("not zero"),
+            discs_per_s: positive(5e4),
+            from_m: finite([0.002, 0.035]),
+            to_m: finite([0.038, 0.035]),
+            velocity_m_per_s: finite([0.0, -5.0]),
+            starts_s: non_negative(1e-4),
+        }),
+        ..small
+    }
+}

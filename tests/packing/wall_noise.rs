@@ -1,0 +1,99 @@
+//! Law: a wall turns the outgoing direction by phi, normal with mean 0 and variance pi/1000; the speed is kept; the disc
+//! never goes back into the wall; nobody else's velocity changes.
+//! Source: packing document, section `pcolisiona` and equations 1 to 3; its code draws sqrt(pi/1000) N(0, 1).
+//! Setup: one disc on its way straight to a wall, 20,000 times: phi is the direction afterward. A turn back would take
+//! phi > pi/2, 28 standard deviations. And a disc that grazes the wall, where a third of all angles would.
+//! Tolerance: (n - 1) S^2 / sigma^2 is chi-square with n - 1 degrees of freedom: S^2 / sigma^2 is within 4.5 standard
+//! deviations sqrt(2 / n) = 0.01 of 1; the mean within 4.5 sigma / sqrt(n). The fourth moment of a normal law is
+//! 3 sigma^4, its standard error sqrt(96 / n) = 0.07. Speeds: 4 grains of 1.
+//! Control: a standard deviation (in place of the variance) of pi/1000 is rejected.
+
+// A test judges within tolerances: no bit of a run depends on it.
+#![allow(clippy::disallowed_methods, clippy::unwrap_used)]
+
+use crate::bench::{advance_to_count, at_fraction, given, look, prepare, square_of_speed};
+use kinetoscope_manifest::model::PackingConfig;
+use kinetoscope_manifest::quantity::NonNegative;
+use kinetoscope_physics::model::Model;
+use std::f64::consts::PI;
+
+fn with_variance(config: PackingConfig, variance: f64) -> PackingConfig {
+    PackingConfig { wall_noise_variance_rad2: NonNegative::new(variance).unwrap(), ..config }
+}
+
+/// Angles by which the right wall turned a disc that came straight at it. A seed is a draw.
+fn angles(variance: f64, count: u64) -> Vec<f64> {
+    let config = with_variance(given(&[[18.0, 0.0, 1.0, 0.0]]), variance);
+    (0..count)
+        .map(|seed| {
+            let mut packing = prepare(&config, seed, 0);
+            advance_to_count(&mut packing, 1);
+            let [x, y] = look(&packing)[0].velocity;
+            assert!(x < 0.0, "it leaves the wall");
+            assert!((square_of_speed([x, y]).sqrt() - 1.0).abs() < 4.0 * f64::EPSILON);
+            (-y).atan2(-x)
+        })
+        .collect()
+}
+
+fn is_normal_with_variance(angles: &[f64], variance: f64) -> bool {
+    let count = angles.len() as f64;
+    let mean = angles.iter().sum::<f64>() / count;
+    let central =
+        |power| angles.iter().map(|angle| (angle - mean).powi(power)).sum::<f64>() / count;
+    let (second, fourth) = (central(2) / variance, central(4) / (variance * variance));
+    println!("mean {mean:.5}, variance {second:.4}, fourth moment {fourth:.3} (in units of sigma)");
+    mean.abs() < 4.5 * (variance / count).sqrt()
+        && (second - 1.0).abs() < 4.5 * (2.0 / count).sqrt()
+        && (fourth - 3.0).abs() < 4.5 * (96.0 / count).sqrt()
+}
+
+#[test]
+fn the_angle_is_normal_with_the_variance_of_the_document() {
+    let angles = angles(PackingConfig::default().wall_noise_variance_rad2.get(), 20_000);
+    assert!(is_normal_with_variance(&angles, PI / 1000.0));
+    assert!(!is_normal_with_variance(&angles, (PI / 1000.0) * (PI / 1000.0)));
+}
+
+/// The document's rule would send a grazing disc through the wall.
+#[test]
+fn a_grazing_disc_leaves_the_wall_and_keeps_its_speed() {
+    let variances = [PI / 1000.0, 1.0, 100.0];
+    for (seed, variance) in (0..3000).zip(variances.into_iter().cycle()) {
+        let config = with_variance(given(&[[0.0, 18.5, 3.0, 0.05]]), variance);
+        let mut packing = prepare(&config, seed, 0);
+        advance_to_count(&mut packing, 1);
+        let velocity = look(&packing)[0].velocity;
+        // The disc meets the top wall after 10, the right wall after 6.3: one of the two, and away from it.
+        assert!(velocity[0] < 0.0);
+        assert!((square_of_speed(velocity) / square_of_speed([3.0, 0.05]) - 1.0).abs() < 1e-15);
+        for count in 2..20 {
+            advance_to_count(&mut packing, count);
+            let seen = look(&packing)[0];
+            for axis in 0..2 {
+                let at_wall = seen.position[axis].abs() == 19.0;
+                assert!(!at_wall || seen.position[axis] * seen.velocity[axis] <= 0.0);
+                assert!(seen.position[axis].abs() <= 19.0);
+            }
+        }
+    }
+}
+
+/// The document's rule also turned discs that were elsewhere.
+#[test]
+fn a_wall_changes_one_disc_only() {
+    let mut packing = prepare(&at_fraction(50, 0.1), 5, 0);
+    for count in 1..=2000 {
+        let before = look(&packing);
+        advance_to_count(&mut packing, count);
+        let after = look(&packing);
+        let changed: Vec<usize> =
+            (0..50).filter(|&disc| before[disc].velocity != after[disc].velocity).collect();
+        assert!(changed.len() == 1 || changed.len() == 2, "event {count}: {changed:?}");
+        if let [disc] = changed[..] {
+            let speeds = [before, after].map(|discs| square_of_speed(discs[disc].velocity));
+            assert!((speeds[1] / speeds[0] - 1.0).abs() < 1e-15);
+        }
+    }
+    assert_eq!(packing.count(), 2000);
+}

@@ -1,0 +1,218 @@
+//! A viewer of a run under way, and the run: the program as a user starts it, and the protocol as a viewer speaks it.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use tungstenite::client::IntoClientRequest;
+use tungstenite::http::HeaderValue;
+use tungstenite::{Error, Message, WebSocket};
+
+/// Between two frames at 25 a second, ns.
+pub(crate) const FRAME_NS: u64 = 40_000_000;
+
+/// A message as it is recorded: topic, log time in ns, payload.
+pub(crate) type Recorded = (String, u64, Vec<u8>);
+
+/// A folder with a manifest, and what is made of it.
+pub(crate) struct Experiment {
+    pub(crate) folder: tempfile::TempDir,
+    manifest: PathBuf,
+}
+
+impl Experiment {
+    pub(crate) fn new(manifest: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("watched.toml");
+        fs::write(&path, manifest).unwrap();
+        Self { folder, manifest: path }
+    }
+
+    fn output(&self, output: &str) -> PathBuf {
+        self.folder.path().join(output)
+    }
+
+    pub(crate) fn command(&self, output: &str, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_run-experiment"));
+        command.arg("--output").arg(self.output(output)).args(arguments).arg(&self.manifest);
+        command
+    }
+
+    /// Starts the program and returns it with the address at which it can be watched.
+    pub(crate) fn start(&self, output: &str, arguments: &[&str]) -> (Child, String) {
+        let mut command = self.command(output, arguments);
+        command.arg("--live=0").stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut program = command.spawn().unwrap();
+        let mut lines = BufReader::new(program.stdout.take().unwrap()).lines();
+        let invitation = lines.by_ref().map(Result::unwrap).find(|line| line.contains("ws://"));
+        let invitation = invitation.expect("the program says where it can be watched");
+        let address = invitation.split("ws://").nth(1).unwrap();
+        let address = address.split_whitespace().next().unwrap().to_owned();
+        // What is printed later must find a reader.
+        std::thread::spawn(move || lines.for_each(drop));
+        (program, address)
+    }
+
+    /// The recordings, sorted by name.
+    pub(crate) fn recordings(&self, output: &str) -> Vec<PathBuf> {
+        let files = fs::read_dir(self.output(output).join("watched")).unwrap();
+        let files = files.map(|entry| entry.unwrap().path());
+        let mut files: Vec<PathBuf> =
+            files.filter(|path| path.extension().is_some_and(|end| end == "mcap")).collect();
+        files.sort();
+        files
+    }
+
+    /// The bytes of all recordings that the same manifest gives unwatched.
+    pub(crate) fn unwatched(&self) -> Vec<Vec<u8>> {
+        let output = self.command("unwatched", &["--quiet", "--jobs", "1"]).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        bytes(&self.recordings("unwatched"))
+    }
+}
+
+pub(crate) fn bytes(files: &[PathBuf]) -> Vec<Vec<u8>> {
+    files.iter().map(|file| fs::read(file).unwrap()).collect()
+}
+
+pub(crate) fn messages(recording: &Path) -> Vec<Recorded> {
+    let bytes = fs::read(recording).unwrap();
+    mcap::MessageStream::new(&bytes)
+        .unwrap()
+        .map(|message| {
+            let message = message.unwrap();
+            (message.channel.topic.clone(), message.log_time, message.data.into_owned())
+        })
+        .collect()
+}
+
+/// What a viewer hears.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Heard {
+    /// A text message, such as `serverInfo`.
+    Text(Value),
+    /// A message of a topic: log time in ns, payload.
+    Data(Recorded),
+    /// The viewer's clock, ns.
+    Time(u64),
+    /// Paused or not, log time in ns, and the request that it answers.
+    Playback(bool, u64, String),
+    /// The server has closed.
+    Closed,
+}
+
+pub(crate) struct Viewer {
+    socket: WebSocket<TcpStream>,
+    /// Topics by channel id, as announced.
+    pub(crate) topics: BTreeMap<u64, String>,
+    /// Topics by subscription id: that of the channel.
+    subscribed: BTreeMap<u32, String>,
+}
+
+impl Viewer {
+    /// Connects; the announcement is still to be heard.
+    pub(crate) fn connect(address: &str) -> Self {
+        let stream = TcpStream::connect(address).unwrap();
+        let mut request = format!("ws://{address}").into_client_request().unwrap();
+        // Lichtblick offers an older protocol as well.
+        let offer = HeaderValue::from_static("foxglove.websocket.v1, foxglove.sdk.v1");
+        request.headers_mut().insert("sec-websocket-protocol", offer);
+        let (socket, response) = tungstenite::client(request, stream).unwrap();
+        assert_eq!(response.headers()["sec-websocket-protocol"], "foxglove.sdk.v1");
+        Self { socket, topics: BTreeMap::new(), subscribed: BTreeMap::new() }
+    }
+
+    /// Hears the next message.
+    pub(crate) fn hear(&mut self) -> Heard {
+        match self.socket.read() {
+            Ok(Message::Text(text)) => {
+                let said: Value = serde_json::from_str(&text).unwrap();
+                if said["op"] == "advertise" {
+                    for channel in said["channels"].as_array().unwrap() {
+                        let topic = channel["topic"].as_str().unwrap().to_owned();
+                        self.topics.insert(channel["id"].as_u64().unwrap(), topic);
+                    }
+                } else if said["op"] == "unadvertise" {
+                    for id in said["channelIds"].as_array().unwrap() {
+                        self.topics.remove(&id.as_u64().unwrap());
+                    }
+                }
+                Heard::Text(said)
+            }
+            Ok(Message::Binary(bytes)) => self.hear_binary(&bytes),
+            Ok(Message::Close(_)) | Err(Error::ConnectionClosed) => Heard::Closed,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn hear_binary(&self, bytes: &[u8]) -> Heard {
+        let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+        let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        match bytes[0] {
+            1 => {
+                let topic = self.subscribed[&u32_at(1)].clone();
+                Heard::Data((topic, u64_at(5), bytes[13..].to_vec()))
+            }
+            2 => Heard::Time(u64_at(1)),
+            5 => {
+                let id = str::from_utf8(&bytes[19..]).unwrap().to_owned();
+                assert_eq!(u32_at(15) as usize, id.len());
+                Heard::Playback(bytes[1] == 1, u64_at(2), id)
+            }
+            other => panic!("operation {other}"),
+        }
+    }
+
+    /// Hears messages until one is as wanted, and returns all of them.
+    pub(crate) fn hear_until(&mut self, wanted: impl Fn(&Heard) -> bool) -> Vec<Heard> {
+        let mut heard = Vec::new();
+        loop {
+            heard.push(self.hear());
+            let last = &heard[heard.len() - 1];
+            if wanted(last) {
+                return heard;
+            }
+            assert!(*last != Heard::Closed, "closed after {heard:?}");
+        }
+    }
+
+    pub(crate) fn hear_the_announcement(&mut self) -> Vec<Heard> {
+        self.hear_until(|heard| matches!(heard, Heard::Text(said) if said["op"] == "advertise"))
+    }
+
+    pub(crate) fn subscribe_to_all(&mut self) {
+        self.subscribed =
+            self.topics.iter().map(|(id, topic)| (*id as u32, topic.clone())).collect();
+        let wanted: Vec<Value> =
+            self.topics.keys().map(|id| json!({ "id": id, "channelId": id })).collect();
+        let request = json!({ "op": "subscribe", "subscriptions": wanted });
+        self.socket.send(Message::text(request.to_string())).unwrap();
+    }
+
+    /// Asks to play or pause at a speed, and to go on to a log time if that is not 0.
+    pub(crate) fn ask(&mut self, pause: bool, speed: f32, to_ns: u64, id: &str) {
+        let mut request = vec![3, u8::from(pause)];
+        request.extend(speed.to_le_bytes());
+        request.push(u8::from(to_ns > 0));
+        request.extend(to_ns.to_le_bytes());
+        request.extend((id.len() as u32).to_le_bytes());
+        request.extend(id.as_bytes());
+        self.socket.send(Message::binary(request)).unwrap();
+    }
+}
+
+/// The data among what was heard.
+pub(crate) fn data(heard: &[Heard]) -> Vec<Recorded> {
+    heard
+        .iter()
+        .filter_map(|heard| match heard {
+            Heard::Data(message) => Some(message.clone()),
+            _ => None,
+        })
+        .collect()
+}

@@ -1,0 +1,128 @@
+//! Promise: `--why` says of each run whether it is to be done and for which key, version or file, and does none. A description
+//! or a check decides nothing; the seed does.
+
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
+use crate::forged_recording::{Forgery, record, recordings, run_experiment, stderr, stdout};
+use kinetoscope_recording::reader::Recording;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const GAS: &str = "name = \"gas\"\nseed = 6\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes = 20\n";
+
+/// The answer for a manifest; `set` are values from the command line.
+fn why(folder: &Path, manifest: &str, set: &[&str]) -> String {
+    let path = folder.join("asked.toml");
+    fs::write(&path, manifest).unwrap();
+    let output = folder.join("recordings");
+    let before = recordings(&output.join("gas"));
+    let mut arguments = vec![PathBuf::from("--why"), "--output".into(), output.clone(), path];
+    for value in set {
+        arguments.extend(["--set".into(), value.into()]);
+    }
+    let asked = run_experiment(&arguments);
+    assert_eq!(asked.status.code(), Some(0), "{}", stderr(&asked));
+    assert_eq!(recordings(&output.join("gas")), before, "nothing is done");
+    stdout(&asked)
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap().to_string_lossy().into_owned()
+}
+
+#[test]
+fn what_decides_nothing_is_no_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(why(folder.path(), GAS, &[]), "gas: to do: never recorded\n");
+    record(folder.path(), "gas", GAS);
+    assert_eq!(why(folder.path(), GAS, &[]), "gas: done\n");
+    let described = format!(
+        "description = \"Another.\"\n{GAS}\n[[checks]]\nmetric = \"temperature.mean_square\"\nexpected = 1.0\n\
+         relative_tolerance = 0.1\n"
+    );
+    assert_eq!(why(folder.path(), &described, &[]), "gas: done\n");
+}
+
+#[test]
+fn changed_keys_are_named_against_the_nearest_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = file_name(&record(folder.path(), "gas", GAS));
+    let expected = format!("gas: to do: differs from {first}\n    seed: 6 → 7\n");
+    assert_eq!(why(folder.path(), GAS, &["seed=7"]), expected);
+
+    let second = GAS.replace("seed = 6", "seed = 7").replace("particles = 50", "particles = 60");
+    let second = file_name(&record(folder.path(), "gas", &second));
+    // Seed 7 and 61 particles: one key from the second recording, two from the first.
+    let asked = why(folder.path(), GAS, &["seed=7", "model.gas.particles=61"]);
+    let expected = format!("gas: to do: differs from {second}\n    model.gas.particles: 60 → 61\n");
+    assert_eq!(asked, expected);
+}
+
+#[test]
+fn each_point_of_a_sweep_has_its_own_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = |values: &str| format!("{GAS}[sweep]\n\"model.gas.particles\" = [{values}]\n");
+    let recording = record(folder.path(), "gas", &sweep("50"));
+    let file = file_name(&recording);
+    let asked = why(folder.path(), &sweep("50, 60"), &["seed=8"]);
+    let expected = format!(
+        "model.gas.particles = 50: to do: differs from {file}\n    seed: 6 → 8\n\
+         model.gas.particles = 60: to do: never recorded\n"
+    );
+    assert_eq!(asked, expected);
+    // Without the sweep the same run has another name.
+    let expected = format!("gas: to do: recorded as {file}, which has another name\n");
+    assert_eq!(why(folder.path(), GAS, &[]), expected);
+}
+
+#[test]
+fn versions_and_broken_files_are_reasons() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(folder.path(), "gas", GAS);
+    let provenance = Recording::open(&recording).unwrap().provenance().clone();
+    let older = recording.with_file_name("gas__0123abcd.mcap");
+    let forge = |key: &str, value: String| {
+        let metadata = BTreeMap::from([
+            (key.to_owned(), value),
+            ("content_key".to_owned(), "0123abcd".repeat(8)),
+        ]);
+        Forgery { metadata, ..Forgery::default() }.write(&recording, &older);
+    };
+    let now = provenance.physics_version;
+    forge("physics_version", (now + 1).to_string());
+    fs::rename(&recording, folder.path().join("aside.mcap")).unwrap();
+    let expected = format!(
+        "gas: to do: differs from gas__0123abcd.mcap\n    physics version: {} → {now}\n",
+        now + 1
+    );
+    assert_eq!(why(folder.path(), GAS, &[]), expected);
+
+    fs::rename(folder.path().join("aside.mcap"), &recording).unwrap();
+    forge("schema_version", "77".to_owned());
+    fs::rename(&recording, folder.path().join("aside.mcap")).unwrap();
+    let asked = why(folder.path(), GAS, &[]);
+    let expected = format!("    layout version: 77 → {}\n", provenance.schema_version);
+    assert!(asked.ends_with(&expected), "{asked}");
+
+    let bytes = fs::read(folder.path().join("aside.mcap")).unwrap();
+    fs::write(&recording, &bytes[..bytes.len() / 2]).unwrap();
+    let asked = why(folder.path(), GAS, &[]);
+    assert!(asked.starts_with("gas: to do: ") && asked.contains("has no end"), "{asked}");
+
+    let stem = file_name(&recording).replace(".mcap", "");
+    fs::rename(&recording, recording.with_file_name(format!("{stem}.partial.mcap"))).unwrap();
+    let expected = format!("gas: to do: {stem}.partial.mcap is unfinished\n");
+    assert_eq!(why(folder.path(), GAS, &[]), expected);
+}
+
+#[test]
+fn a_run_that_cannot_be_done_is_said_to_be_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("unstable.toml");
+    // The model refuses steps at which so strong a damping diverges.
+    fs::write(&path, "[model.dem]\ndamping_n_s_per_m = 1.5e3\n").unwrap();
+    let asked = run_experiment(["--why".as_ref(), path.as_os_str()]);
+    assert_eq!(asked.status.code(), Some(2), "{}", stderr(&asked));
+    assert!(stdout(&asked).starts_with("unstable: can't be done: "), "{}", stdout(&asked));
+}
