@@ -4,6 +4,7 @@ use crate::diagnostics::{Diagnostic, nearest};
 use crate::quantity::{
     BoxSide, Finite, NonNegative, PlaybackRate, Positive, Share, StepBelowOneDay, StepTolerance,
 };
+use crate::renamed;
 use crate::tree::{Node, Value};
 use serde_json::{Value as Json, json};
 use std::fmt;
@@ -50,28 +51,18 @@ pub(crate) fn whole_number(node: &Node) -> Option<i128> {
     }
 }
 
+/// A count that is written in the source.
+///
+/// # Panics
+/// If it is zero.
+pub(crate) const fn count(count: u32) -> NonZeroU32 {
+    NonZeroU32::new(count).expect("not zero")
+}
+
 /// A finite number in the shortest decimal form that reads back to the same bits, with an exponent where it is long.
 pub(crate) fn shortest(x: f64) -> String {
     // Debug and not Display: 1e-26, not 0.00000000000000000000000001. Pinned by a test.
     format!("{x:?}")
-}
-
-/// The schema of a table that has no other keys than these.
-pub(crate) fn table_schema(properties: &Json, required: &[&str]) -> Json {
-    json!({
-        "type": "object",
-        "properties": properties,
-        "required": required,
-        "additionalProperties": false
-    })
-}
-
-/// The properties of a table that has keys of two kinds.
-pub(crate) fn joined(mut properties: Json, own: &Json) -> Json {
-    for (key, value) in own.as_object().into_iter().flatten() {
-        properties[key] = value.clone();
-    }
-    properties
 }
 
 /// A TOML basic string.
@@ -294,6 +285,10 @@ pub(crate) fn word<T: Clone>(
     if let Some((_, value)) = words.iter().find(|(word, _)| word == text) {
         return Some(value.clone());
     }
+    if let Some(new) = renamed::value(name, text) {
+        errors.push(renamed::error(&quoted(text), new, node.span));
+        return None;
+    }
     let label = match nearest(text, words.iter().map(|(word, _)| *word)) {
         Some(meant) => format!("did you mean \"{meant}\"? It takes {known}"),
         None => format!("it takes {known}"),
@@ -303,15 +298,26 @@ pub(crate) fn word<T: Clone>(
     None
 }
 
-/// Words of a manifest for the variants of an enum: the one place where both stand.
+/// Defines an enum of words: each variant with its word in the manifest and its doc comment.
 macro_rules! words {
-    ($visibility:vis $type:ident { $($variant:ident = $word:literal),+ $(,)? }) => {
+    (
+        $(#[$meta:meta])*
+        $vis:vis enum $type:ident {
+            $($(#[$variant_meta:meta])* $variant:ident = $word:literal,)+
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $vis enum $type {
+            $($(#[$variant_meta])* $variant,)+
+        }
+
         impl $type {
             const WORDS: &'static [(&'static str, Self)] = &[$(($word, Self::$variant)),+];
 
             /// The word that stands for it in a manifest.
             #[must_use]
-            $visibility fn word(self) -> &'static str {
+            $vis fn word(self) -> &'static str {
                 match self {
                     $(Self::$variant => $word),+
                 }

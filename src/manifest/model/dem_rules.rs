@@ -1,17 +1,58 @@
-//! The rules between the keys of a DEM scene: walls, regions, materials, rain.
+//! The rules between the keys of a DEM scene: sizes, walls, regions, materials, rain.
 
-use super::dem_materials::MOST_MATERIALS;
-use super::{
-    DISC, DemConfig, DemIntegrator, DemWall, DemWallShape, Dissipation, PeriodicSides, Placement,
-    WALL,
-};
+use super::dem::{DemConfig, DemIntegrator, Dissipation, PeriodicSides};
+use super::dem_materials::{DISC, MOST_MATERIALS, WALL};
+use super::dem_radius::MOST_RADIUS_RATIO;
+use super::dem_walls::{DemWall, DemWallShape};
+use super::placement::Placement;
 use crate::keys::Reader;
 use crate::quantity::Finite;
 
 impl DemConfig {
-    /// Reports what no scene can be made of.
-    pub(super) fn check_scene(&self, largest_radius: f64, table: &mut Reader<'_>) {
+    /// Reports discs that do not fit into the box, or radii that differ too much.
+    pub(super) fn check_sizes(&self, table: &mut Reader<'_>) {
+        let (smallest, radius) = self.radius_m.range();
         let (width, height) = (self.width_m.get(), self.height_m.get());
+        if 2.0 * radius >= width || 2.0 * radius >= height {
+            let title = format!(
+                "a disc of radius {radius:?} m does not fit into a box of {width:?} m x {height:?} m"
+            );
+            table.refuse(
+                &["radius_m", "width_m", "height_m"],
+                &title,
+                "the radius must be below half of the shorter side",
+            );
+        }
+        if smallest * MOST_RADIUS_RATIO < radius * (1.0 - 1e-12) {
+            table.refuse(
+                &["radius_m"],
+                &format!("the largest radius is {:.1} times the smallest", radius / smallest),
+                "at most 10 times",
+            );
+        }
+    }
+
+    /// Reports a scene that cannot be set up.
+    pub(super) fn check_scene(&self, table: &mut Reader<'_>) {
+        self.check_integrator(table);
+        self.check_periodic_sides(table);
+        self.check_region(table);
+        for wall in &self.walls {
+            self.check_wall(wall, table);
+        }
+        self.check_materials(table);
+        self.check_rain(table);
+        let is_drawn = matches!(self.placement, Placement::Random | Placement::Lattice);
+        if !is_drawn && self.velocity_deviation_m_per_s.is_some() {
+            table.refuse(
+                &["velocity_deviation_m_per_s", "placement"],
+                "a given or recorded start has its own velocities",
+                "leave velocity_deviation_m_per_s out, or the start",
+            );
+        }
+    }
+
+    fn check_integrator(&self, table: &mut Reader<'_>) {
         let moves = self.walls.iter().any(|wall| !wall.is_at_rest());
         if self.integrator == DemIntegrator::ImplicitDashpot && (moves || self.rubs()) {
             table.refuse(
@@ -27,8 +68,12 @@ impl DemConfig {
                 "take \"semi-implicit-euler\" or \"velocity-verlet\"",
             );
         }
+    }
+
+    fn check_periodic_sides(&self, table: &mut Reader<'_>) {
         // Neighbors across a periodic side must not be neighbors within the box as well.
-        let least = 12.0 * largest_radius;
+        let least = 12.0 * self.radius_m.range().1;
+        let (width, height) = (self.width_m.get(), self.height_m.get());
         let (x, y) = match self.periodic {
             PeriodicSides::None => (false, false),
             PeriodicSides::X => (true, false),
@@ -42,6 +87,10 @@ impl DemConfig {
                 "a periodic side must be at least 12 of the largest radii long",
             );
         }
+    }
+
+    fn check_region(&self, table: &mut Reader<'_>) {
+        let (width, height) = (self.width_m.get(), self.height_m.get());
         if let Some([low, high]) = self.region_m {
             let is_inside = |at: [Finite; 2]| {
                 (0.0..=width).contains(&at[0].get()) && (0.0..=height).contains(&at[1].get())
@@ -53,19 +102,6 @@ impl DemConfig {
                     "its corners, lower left first, must lie within the box",
                 );
             }
-        }
-        for wall in &self.walls {
-            self.check_wall(wall, table);
-        }
-        self.check_materials(table);
-        self.check_rain(largest_radius, table);
-        let is_drawn = matches!(self.placement, Placement::Random | Placement::Lattice);
-        if !is_drawn && self.velocity_deviation_m_per_s.is_some() {
-            table.refuse(
-                &["velocity_deviation_m_per_s", "placement"],
-                "a given or recorded start has its own velocities",
-                "leave velocity_deviation_m_per_s out, or the start",
-            );
         }
     }
 
@@ -119,8 +155,9 @@ impl DemConfig {
         }
     }
 
-    fn check_rain(&self, largest_radius: f64, table: &mut Reader<'_>) {
+    fn check_rain(&self, table: &mut Reader<'_>) {
         let Some(rain) = &self.rain else { return };
+        let largest_radius = self.radius_m.range().1;
         let sides = [self.width_m.get(), self.height_m.get()];
         let has_room = |end: [Finite; 2]| {
             let fits = |axis: usize| {
