@@ -198,14 +198,18 @@ fn read_one(element: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>)
             "minimum",
             "maximum",
         ];
-        reader.refuse(&keys, "a range excludes `expected` and its tolerance", "write two checks");
+        reader.refuse(
+            &keys,
+            "`minimum` and `maximum` cannot be used together with `expected` or a tolerance",
+            "write two checks",
+        );
     }
     if let (Some(minimum), Some(maximum)) = (keys.minimum, keys.maximum)
         && minimum > maximum
     {
         reader.refuse(
             &["minimum", "maximum"],
-            "the smallest value is above the largest",
+            "`minimum` is above `maximum`",
             "must be minimum <= maximum",
         );
     }

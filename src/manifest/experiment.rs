@@ -92,7 +92,7 @@ pub fn parse_run(text: &str) -> Result<RunManifest, Diagnostics> {
     let (document, diagnostics) = read_document(text, "run manifest", &[], None);
     let mut runs = document.runs;
     if diagnostics.is_empty() && runs.len() != 1 {
-        let title = format!("one run is needed, this is an experiment of {}", runs.len());
+        let title = format!("expected one run, found an experiment of {}", runs.len());
         return Err(diagnostics.with(vec![Diagnostic::new(title)]));
     }
     match runs.pop() {
@@ -112,7 +112,7 @@ fn experiment(
     let name = document.head.name.or_else(|| stem.map(String::from)).unwrap_or_default();
     if !is_name(&name) {
         let title = format!(
-            "no name: the file's own, {}, is no name; add name = \"...\" of at most 80 \
+            "the file name {} cannot name the experiment; add name = \"...\" of at most 80 \
             letters, digits, _ and -",
             quoted(&name)
         );
@@ -278,7 +278,7 @@ fn read_root(
 /// Puts a value from the command line or from a sweep in its place.
 fn set(root: &mut Table, key: &str, key_span: Span, node: &Node, errors: &mut Vec<Diagnostic>) {
     if let Err(no_table) = root.set(key, key_span, node.clone()) {
-        let title = format!("unknown key `{key}`: `{no_table}` is no table here");
+        let title = format!("unknown key `{key}`: `{no_table}` is not a table");
         errors.push(Diagnostic::new(title).at(key_span, "it has no keys of its own"));
     }
 }
@@ -338,7 +338,7 @@ fn expand(
     let name = |run: &Run| run.manifest.model.name();
     if let Some(other) = runs.iter().find(|run| name(run) != name(&runs[0])) {
         let title = format!(
-            "an experiment has one model, the sweep mixes {} and {}",
+            "an experiment must have one model; the sweep mixes {} and {}",
             name(&runs[0]),
             name(other)
         );

@@ -28,9 +28,9 @@ impl Head {
 
     /// Reports a name that cannot name a folder.
     pub(crate) fn check(&self, table: &mut Reader<'_>) {
-        if self.name.as_ref().is_some_and(|name| !is_name(name)) {
-            let label = "must be 1 to 80 letters, digits, _ and -: it names a folder";
-            table.refuse(&["name"], "`name` is not fit for a folder", label);
+        if let Some(name) = self.name.as_ref().filter(|name| !is_name(name)) {
+            let title = format!("`name` is {name:?}; must be 1 to 80 letters, digits, _ and -");
+            table.refuse(&["name"], &title, "it names a folder");
         }
     }
 

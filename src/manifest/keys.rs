@@ -183,7 +183,7 @@ impl Keys for Reader<'_> {
         if present.len() > 1 {
             let names: Vec<String> =
                 present.iter().map(|entry| format!("`{}`", self.name(&entry.key))).collect();
-            let title = format!("{} exclude each other", names.join(" and "));
+            let title = format!("{} cannot be used together", names.join(" and "));
             let places = present.iter().map(|entry| entry.key_span).collect();
             self.errors.push(Diagnostic::between(title, places, "keep one of them"));
         }

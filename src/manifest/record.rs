@@ -132,14 +132,15 @@ impl RecordConfig {
         let allowed = model.intervals(sound);
         for key in IntervalKeys::EXCLUSIVE {
             if table.has(key) && !allowed.contains(key) {
-                let title = format!("`record.{key}` is not for this {} experiment", model.name());
-                let label = format!("it takes {}", allowed.join(", "));
+                let title =
+                    format!("`record.{key}` cannot be used with this {} experiment", model.name());
+                let label = format!("must be one of {}", allowed.join(", "));
                 table.refuse(&[key], &title, &label);
             }
         }
         if table.has("decades") && !table.has("frames_per_decade") {
-            let title = "`record.decades` says how far back `frames_per_decade` reaches";
-            table.refuse(&["decades"], title, "give frames_per_decade, too");
+            let title = "`record.decades` needs `frames_per_decade`";
+            table.refuse(&["decades"], title, "add `frames_per_decade`");
         }
         let known = model.channels();
         check_channels(model.name(), known, table);
@@ -159,8 +160,8 @@ fn check_channels(model: &str, known: &[&str], table: &mut Reader<'_>) {
     for element in elements.iter() {
         let Value::Text(channel) = &element.value else { continue };
         if seen.contains(&channel) {
-            let title = format!("channel \"{channel}\" stands twice");
-            table.report(Diagnostic::new(title).at(element.span, "once is enough"));
+            let title = format!("channel \"{channel}\" is listed twice");
+            table.report(Diagnostic::new(title).at(element.span, "list it once"));
         } else if !known.contains(&&**channel) {
             let label = match nearest(channel, known.iter().copied()) {
                 Some(meant) => format!("did you mean \"{meant}\"?"),

@@ -103,7 +103,7 @@ impl ExperimentRecord {
         head.keys(&mut reader);
         reader.also_known(&["axes", "runs", "checks"]);
         if ModelConfig::with_defaults(&head.model).is_none() {
-            reader.report(Diagnostic::new(format!("{origin} names no known model")));
+            reader.report(Diagnostic::new(format!("unknown model {}", quoted(&head.model))));
         }
         reader.finish();
         let Head { name, description, model, replicates } = head;
@@ -188,7 +188,7 @@ impl RunKeys {
         let Some(content_key) = ContentKey::from_hex(&self.content_key) else {
             reader.refuse(
                 &["content_key"],
-                "this is no content key",
+                "this is not a content key",
                 "must be 64 hexadecimal digits",
             );
             return None;

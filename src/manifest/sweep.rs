@@ -138,7 +138,7 @@ fn axis(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Points
     for (index, node) in nodes.iter().enumerate() {
         let value = text(node, index);
         if !seen.insert(value.clone()) {
-            let title = format!("{value} stands twice on the axis `{key}`");
+            let title = format!("{value} is listed twice on the axis `{key}`");
             errors.push(
                 Diagnostic::new(title)
                     .at(node.span, "each value once; for repetitions use `replicates`"),
@@ -230,7 +230,7 @@ fn variants(node: &Node, errors: &mut Vec<Diagnostic>) -> Option<Points> {
         };
         let Some(text) = String::read(&name.node, "sweep.variants.name", errors) else { continue };
         if text.trim().is_empty() || axis.values.iter().any(|values| values[0] == text) {
-            let title = format!("the variant name \"{text}\" is empty or stands twice");
+            let title = format!("the variant name \"{text}\" is empty or listed twice");
             errors.push(
                 Diagnostic::new(title).at(name.node.span, "each variant needs a name of its own"),
             );
@@ -299,11 +299,9 @@ fn pair(zip: &Node, axes: &mut Vec<Points>, errors: &mut Vec<Diagnostic>) {
                 let swept = axes.iter().flat_map(|points| &points.axis.keys).map(String::as_str);
                 let label = match nearest(&key, swept) {
                     Some(meant) => format!("did you mean \"{meant}\"?"),
-                    None => {
-                        "each name must be an axis of [sweep], and stand in one group".to_owned()
-                    }
+                    None => "each name must be an axis of [sweep] in one group only".to_owned(),
                 };
-                let title = format!("`{key}` is not an axis to be paired");
+                let title = format!("`{key}` is not an axis of the sweep");
                 errors.push(Diagnostic::new(title).at(group.span, label));
                 continue;
             };

@@ -24,11 +24,13 @@ pub(crate) trait TomlValue: Sized {
 
 /// Reports a value that is not what the key takes. `expected` reads after "must be".
 pub(crate) fn refuse(node: &Node, name: &str, expected: &str, errors: &mut Vec<Diagnostic>) {
-    let title = match node.value {
-        Value::Integer(_) | Value::Float(_) => format!("`{name}` is out of range"),
-        _ => format!("`{name}` cannot be {}", node.what()),
+    let (found, label) = match node.value {
+        Value::Integer(integer) => (integer.to_string(), "out of range"),
+        Value::Float(number) => (shortest(number).to_lowercase(), "out of range"),
+        _ => (node.what().to_owned(), "wrong type"),
     };
-    errors.push(Diagnostic::new(title).at(node.span, format!("must be {expected}")));
+    let title = format!("`{name}` is {found}; must be {expected}");
+    errors.push(Diagnostic::new(title).at(node.span, label));
 }
 
 /// The number, integer or not. May be infinite or no number at all.
@@ -290,11 +292,11 @@ pub(crate) fn word<T: Clone>(
         return None;
     }
     let label = match nearest(text, words.iter().map(|(word, _)| *word)) {
-        Some(meant) => format!("did you mean \"{meant}\"? It takes {known}"),
-        None => format!("it takes {known}"),
+        Some(meant) => format!("did you mean \"{meant}\"? Must be one of {known}"),
+        None => format!("must be one of {known}"),
     };
-    errors
-        .push(Diagnostic::new(format!("`{name}` knows no {}", quoted(text))).at(node.span, label));
+    let title = format!("unknown value {} for `{name}`", quoted(text));
+    errors.push(Diagnostic::new(title).at(node.span, label));
     None
 }
 

@@ -164,7 +164,7 @@ fn one_model<'a>(models: &'a Table, errors: &mut Vec<Diagnostic>) -> Option<&'a 
     if known.len() > 1 {
         let names: Vec<String> =
             known.iter().map(|entry| format!("[model.{}]", entry.key)).collect();
-        let title = format!("{} exclude each other", names.join(" and "));
+        let title = format!("{} cannot be used together", names.join(" and "));
         let places = known.iter().map(|entry| entry.key_span).collect();
         errors.push(Diagnostic::between(title, places, "keep one model"));
     }

@@ -54,7 +54,7 @@ impl DemMaterial {
             reader.refuse(
                 &["name"],
                 "a material cannot have this name",
-                "must be a name of its own; \"wall\" stands for the walls",
+                "must not be empty or \"wall\"",
             );
         }
     }

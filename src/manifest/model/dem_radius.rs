@@ -70,16 +70,16 @@ impl DiscRadius {
     fn rules(&self, name: &str, reader: &mut Reader<'_>) {
         match self {
             Self::Uniform { min, max } if min > max => {
-                let title = format!("`{name}` has its smallest radius above its largest");
+                let title = format!("`{name}` has `min` above `max`");
                 reader.refuse(&["min", "max"], &title, "min must be <= max");
             }
             Self::Normal { mean, deviation } if 3.0 * deviation.get() >= mean.get() => {
-                let title = "three deviations below the mean is no radius";
+                let title = format!("mean - 3 deviation is {:?}; must be > 0", self.range().0);
                 let label = "deviation must be below a third of mean";
-                reader.refuse(&["mean", "deviation"], title, label);
+                reader.refuse(&["mean", "deviation"], &title, label);
             }
             Self::TwoSizes { small, large, .. } if small > large => {
-                let title = "the smaller radius is above the larger";
+                let title = "`small` is above `large`";
                 reader.refuse(&["small", "large"], title, "small must be <= large");
             }
             _ => {}

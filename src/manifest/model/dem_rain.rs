@@ -27,7 +27,7 @@ inline_table! {
 impl DemRain {
     fn rules(&self, _name: &str, reader: &mut Reader<'_>) {
         if self.velocity_m_per_s.iter().all(|component| component.get() == 0.0) {
-            let title = "discs that enter at rest stand in each other's way";
+            let title = "`velocity_m_per_s` is [0, 0]; discs cannot enter at rest";
             reader.refuse(&["velocity_m_per_s"], title, "must not be [0, 0]");
         }
     }

@@ -27,7 +27,7 @@ impl DemConfig {
             table.refuse(
                 &["radius_m"],
                 &format!("the largest radius is {:.1} times the smallest", radius / smallest),
-                "at most 10 times",
+                "must be at most 10 times",
             );
         }
     }
@@ -46,8 +46,8 @@ impl DemConfig {
         if !is_drawn && self.velocity_deviation_m_per_s.is_some() {
             table.refuse(
                 &["velocity_deviation_m_per_s", "placement"],
-                "a given or recorded start has its own velocities",
-                "leave velocity_deviation_m_per_s out, or the start",
+                "`velocity_deviation_m_per_s` cannot be used with a given or recorded start",
+                "remove one of them",
             );
         }
     }
@@ -64,8 +64,8 @@ impl DemConfig {
                     "contact_pairs",
                     "walls",
                 ],
-                "the implicit dashpot knows neither friction nor moving walls",
-                "take \"semi-implicit-euler\" or \"velocity-verlet\"",
+                "the implicit dashpot supports neither friction nor moving walls",
+                "use \"semi-implicit-euler\" or \"velocity-verlet\"",
             );
         }
     }
@@ -98,7 +98,7 @@ impl DemConfig {
             if !is_inside(low) || !is_inside(high) || low[0] >= high[0] || low[1] >= high[1] {
                 table.refuse(
                     &["region_m", "width_m", "height_m"],
-                    "the region is no rectangle within the box",
+                    "`region_m` is not a rectangle within the box",
                     "its corners, lower left first, must lie within the box",
                 );
             }
@@ -116,13 +116,14 @@ impl DemConfig {
 
     fn check_materials(&self, table: &mut Reader<'_>) {
         let names: Vec<&str> = self.materials.iter().map(|material| &*material.name).collect();
-        let stands_twice = |(index, name): (usize, &&str)| names[..index].contains(name);
-        if names.len() > MOST_MATERIALS || names.iter().enumerate().any(stands_twice) {
-            table.refuse(
-                &["materials"],
-                "the materials cannot be told apart",
-                "at most 8 materials, each with a name of its own",
-            );
+        if names.len() > MOST_MATERIALS {
+            let title = format!("there are {} materials", names.len());
+            table.refuse(&["materials"], &title, &format!("must be at most {MOST_MATERIALS}"));
+        }
+        let is_repeated = |(index, name): &(usize, &&str)| names[..*index].contains(name);
+        if let Some((_, name)) = names.iter().enumerate().find(is_repeated) {
+            let title = format!("material {name:?} is listed twice");
+            table.refuse(&["materials"], &title, "each material needs a name of its own");
         }
         let known = if names.is_empty() { vec![DISC] } else { names };
         let mut seen: Vec<[&str; 2]> = Vec::new();
@@ -132,13 +133,13 @@ impl DemConfig {
                 [one, other].into_iter().find(|name| *name != WALL && !known.contains(name));
             if let Some(name) = unknown {
                 let label = format!("known: {}, {WALL}", known.join(", "));
-                let title = format!("no material is called {name:?}");
+                let title = format!("unknown material {name:?}");
                 table.refuse(&["contact_pairs"], &title, &label);
             } else if one == WALL && other == WALL {
                 let title = "walls do not touch each other";
                 table.refuse(&["contact_pairs"], title, "one of the two must be a material");
             } else if seen.contains(&[one, other]) || seen.contains(&[other, one]) {
-                let title = format!("the pair of {one:?} and {other:?} stands twice");
+                let title = format!("the pair of {one:?} and {other:?} is listed twice");
                 table.refuse(&["contact_pairs"], &title, "keep one of them");
             }
             seen.push([one, other]);
@@ -149,8 +150,8 @@ impl DemConfig {
         if wants_restitution && matches!(self.dissipation, Dissipation::Damping(_)) {
             table.refuse(
                 &["damping_n_s_per_m", "materials", "contact_pairs"],
-                "with one damping for all contacts no material has a restitution of its own",
-                "give restitution in place of damping_n_s_per_m",
+                "`damping_n_s_per_m` cannot be used together with a restitution per material",
+                "replace damping_n_s_per_m with restitution",
             );
         }
     }
@@ -174,7 +175,11 @@ impl DemConfig {
             );
         }
         if self.discs.checked_add(rain.discs.get()).is_none() {
-            table.refuse(&["rain", "discs"], "there are too many discs", "at most 2^32 - 1 in all");
+            table.refuse(
+                &["rain", "discs"],
+                "there are too many discs",
+                "must be at most 2^32 - 1 in total",
+            );
         }
     }
 

@@ -61,11 +61,11 @@ impl DemWall {
         if let DemWallShape::Segment { from_m, to_m } = self.shape
             && from_m == to_m
         {
-            let title = format!("`{name}` has a wall without length");
+            let title = format!("`{name}` has a wall of zero length");
             reader.refuse(&["from_m", "to_m"], &title, "the two ends must differ");
         }
         if self.moves_s.is_some_and(|[begin, end]| begin >= end) {
-            reader.refuse(&["moves_s"], "a motion ends before it begins", "must be [begin, end]");
+            reader.refuse(&["moves_s"], "`moves_s` ends before it begins", "must be [begin, end]");
         }
     }
 }

@@ -151,7 +151,7 @@ impl GasConfig {
         if scheme == exact && has_step {
             table.refuse(
                 &["propagation", "time_step_s"],
-                "exact propagation takes no time step",
+                "`time_step_s` cannot be used with exact propagation",
                 "remove it, or set propagation to \"stepped\" or \"literal\"",
             );
         } else if is_stepped && !has_step {

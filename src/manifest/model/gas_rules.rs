@@ -15,18 +15,18 @@ impl GasConfig {
             if table.has("speeds_m_per_s") {
                 table.refuse(
                     &["speeds_m_per_s"],
-                    "there is no speed in the list",
-                    "write one, or remove the key",
+                    "`speeds_m_per_s` is empty",
+                    "add a speed or remove the key",
                 );
             }
             return;
         }
         if table.has("max_speed_m_per_s") {
-            let title = "written speeds leave nothing to `max_speed_m_per_s`";
+            let title = "`speeds_m_per_s` and `max_speed_m_per_s` cannot be used together";
             table.refuse(&["speeds_m_per_s", "max_speed_m_per_s"], title, "keep one of them");
         }
         if let Placement::Given(_) = self.placement {
-            let title = "a given start has its own speeds";
+            let title = "`speeds_m_per_s` cannot be used with a given start";
             table.refuse(&["placement", "speeds_m_per_s"], title, "remove `speeds_m_per_s`");
         }
         if !table.has("temperature_k") {
@@ -40,8 +40,8 @@ impl GasConfig {
         {
             table.refuse(
                 &["speed_distribution", "max_speed_m_per_s"],
-                "Maxwell's speeds have no upper bound",
-                "give `temperature_k` in place of `max_speed_m_per_s`",
+                "`max_speed_m_per_s` cannot be used with Maxwell's distribution, which is unbounded",
+                "use `temperature_k` instead",
             );
         }
         self.particles = match &self.placement {
@@ -52,7 +52,7 @@ impl GasConfig {
         if table.has("max_speed_m_per_s") {
             table.refuse(
                 &["placement", "start_from", "max_speed_m_per_s"],
-                "a given start has its own speeds",
+                "`max_speed_m_per_s` cannot be used with a given start",
                 "remove `max_speed_m_per_s`; `temperature_k` rescales a given start",
             );
         }
@@ -72,7 +72,7 @@ impl GasConfig {
         if table.has("temperature_schedule")
             && matches!(self.propagation, Propagation::Literal { .. })
         {
-            let title = "the scheme as printed has no temperature schedule";
+            let title = "`temperature_schedule` cannot be used with literal propagation";
             table.refuse(
                 &["propagation", "temperature_schedule"],
                 title,
@@ -82,7 +82,7 @@ impl GasConfig {
         if table.has("wall_accommodation") && !table.has("wall_temperature_k") {
             table.refuse(
                 &["wall_accommodation"],
-                "a wall without temperature accommodates nothing",
+                "`wall_accommodation` needs `wall_temperature_k`",
                 "add `wall_temperature_k`",
             );
         }
@@ -90,7 +90,7 @@ impl GasConfig {
         if !rising {
             table.refuse(
                 &["temperature_schedule"],
-                "the times of the schedule do not rise",
+                "the times of `temperature_schedule` are not in rising order",
                 "order the pairs [time, temperature] by time",
             );
         }
@@ -107,7 +107,7 @@ impl GasConfig {
         if self.opening_width_m.is_some_and(|width| width.get() > perimeter) {
             table.refuse(
                 &["opening_width_m", "radius_m"],
-                "the opening is wider than the wall is long",
+                "`opening_width_m` is longer than the wall",
                 "must be at most 2 pi radius_m",
             );
         }
@@ -128,7 +128,7 @@ impl GasConfig {
         ];
         for (key, is_plain, label) in beside {
             if !is_plain {
-                let title = format!("discs that collide do not go with this `{key}`");
+                let title = format!("`disc_radius_m` cannot be used with this `{key}`");
                 table.refuse(&["disc_radius_m", key], &title, label);
             }
         }

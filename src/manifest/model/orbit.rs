@@ -110,7 +110,7 @@ inline_table! {
 impl OrbitState {
     fn rules(&self, name: &str, reader: &mut Reader<'_>) {
         if self.position_au.iter().all(|x| x.get() == 0.0) {
-            let title = format!("`{name}` lies in the Sun");
+            let title = format!("`{name}` is at the position of the Sun");
             reader.refuse(&["position_au"], &title, "must not be [0, 0, 0]");
         }
     }
@@ -188,20 +188,20 @@ impl Model for OrbitConfig {
         {
             table.refuse(
                 &["start_from"],
-                "the recording is one of several bodies",
-                "write them out as `bodies`: their masses are not in its frames",
+                "the recording has several bodies",
+                "list them as `bodies`: their masses are not in its frames",
             );
         }
         let Some(bodies) = &self.bodies else { return };
         if self.integrator == OrbitIntegrator::Kepler {
             table.refuse(
                 &["bodies", "integrator"],
-                "several bodies have no exact solution",
+                "`integrator = \"kepler\"` cannot be used with several bodies",
                 "\"kepler\" moves one body about the Sun",
             );
         }
         if bodies.len() < 2 || bodies.iter().all(|body| body.gm_au3_per_day2.get() == 0.0) {
-            let title = "`model.orbit.bodies` attract nobody";
+            let title = "no body of `model.orbit.bodies` attracts another";
             table.refuse(&["bodies"], title, "needs at least two bodies, one of them with mass");
         }
     }

@@ -160,8 +160,8 @@ impl Model for PackingConfig {
         let (width, height) = (self.width.get(), self.height.get());
         let (radius, spread) = (self.radius.get(), self.polydispersity.get());
         if spread >= 1.0 {
-            let title = format!("`polydispersity` is {spread:?}: the smallest disc has no radius");
-            table.refuse(&["polydispersity"], &title, "must be in [0, 1)");
+            let title = format!("`polydispersity` is {spread:?}; must be in [0, 1)");
+            table.refuse(&["polydispersity"], &title, "the smallest disc would have no radius");
             return;
         }
         let largest = radius * (1.0 + spread);

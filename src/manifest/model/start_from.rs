@@ -47,7 +47,7 @@ impl RecordedState {
             return Err("its last frame has no particles".to_owned());
         }
         if values.iter().any(|value| !value.is_finite()) {
-            return Err("a value of its last frame is no number".to_owned());
+            return Err("a value of its last frame is not a number".to_owned());
         }
         let mut hash = Sha256::new();
         // One column a line, so that no two lists run into the same bytes.
