@@ -11,9 +11,10 @@ use crate::keys::{HasKeys, Keys, Reader};
 use crate::tree::{Entry, Table};
 use crate::value::refuse;
 
-/// Defines [`ModelConfig`] from the list of models: each with its name, its variant and its type.
+/// Defines [`ModelConfig`] from the list of models: each with its name, its variant, its type and the
+/// field of its start.
 macro_rules! models {
-    ($($(#[$meta:meta])* $name:ident: $variant:ident($config:ty),)+) => {
+    ($($(#[$meta:meta])* $name:ident: $variant:ident($config:ty) from $start:ident,)+) => {
         /// The table `[model.<NAME>]`: which model, and its values.
         #[derive(Clone, Debug, PartialEq)]
         pub enum ModelConfig {
@@ -56,6 +57,20 @@ macro_rules! models {
                 }
             }
 
+            /// The recording that the run begins with, if it begins with one.
+            #[must_use]
+            pub fn start_from(&self) -> Option<&StartFrom> {
+                match self {
+                    $(Self::$variant(model) => model.$start.recorded(),)+
+                }
+            }
+
+            fn start_from_mut(&mut self) -> Option<&mut StartFrom> {
+                match self {
+                    $(Self::$variant(model) => model.$start.recorded_mut(),)+
+                }
+            }
+
             /// The key of `[record]` for an interval of simulated time.
             pub(crate) fn time_key(&self) -> &'static str {
                 match self {
@@ -77,13 +92,13 @@ macro_rules! models {
 
 models! {
     /// Spring–dashpot discs in a box.
-    dem: Dem(DemConfig),
+    dem: Dem(DemConfig) from placement,
     /// Point particles in a circular container.
-    gas: Gas(GasConfig),
+    gas: Gas(GasConfig) from placement,
     /// Event-driven hard discs.
-    packing: Packing(PackingConfig),
+    packing: Packing(PackingConfig) from placement,
     /// The Earth around the Sun.
-    orbit: Orbit(OrbitConfig),
+    orbit: Orbit(OrbitConfig) from start,
 }
 
 impl HasKeys for ModelConfig {
@@ -93,20 +108,13 @@ impl HasKeys for ModelConfig {
 }
 
 impl ModelConfig {
-    /// The recording that the run begins with, if it does.
-    #[must_use]
-    pub fn start_from(&self) -> Option<&StartFrom> {
-        each!(self, model => model.start().recorded())
-    }
-
-    /// Looks for the recording that the run begins with, if it does.
+    /// Reads the recording that the run begins with, if it begins with one.
     ///
     /// # Errors
     /// Why there is none, or none that this model can begin with.
     pub fn read_start(&mut self, recordings: Recordings<'_>) -> Result<(), String> {
         let name = self.name();
-        let start = each!(self, model => model.start_mut().recorded_mut());
-        start.map_or(Ok(()), |start| start.read_by(recordings, name))
+        self.start_from_mut().map_or(Ok(()), |start| start.read_by(recordings, name))
     }
 
     /// The keys of `[record]` that give an interval between frames of this model.

@@ -1,24 +1,14 @@
 //! What a model's table provides beyond its keys.
 
-use super::start_from::MayBeRecorded;
 use crate::keys::{HasKeys, Reader};
 
 /// The table `[model.<NAME>]` of one model.
 pub(crate) trait Model: HasKeys + Default {
-    /// The type of the state at the start.
-    type Start: MayBeRecorded;
-
     /// The channels that the model can record, without the leading slash; `/frame` is always recorded.
     const CHANNELS: &'static [&'static str];
 
     /// The key of `[record]` for an interval of simulated time, in the model's unit.
     const TIME_KEY: &'static str;
-
-    /// The state at the start.
-    fn start(&self) -> &Self::Start;
-
-    /// The same, to be replaced.
-    fn start_mut(&mut self) -> &mut Self::Start;
 
     /// The keys of `[record]` that give an interval between frames, other than `frames` and `frames_per_decade`. If the
     /// table has errors, it is not `sound`, and the keys are those that any table of the model allows.

@@ -217,8 +217,6 @@ impl TomlValue for StepLength {
 }
 
 impl Model for DemConfig {
-    type Start = Placement;
-
     const CHANNELS: &'static [&'static str] = &[
         "state",
         "discs",
@@ -236,14 +234,6 @@ impl Model for DemConfig {
     ];
 
     const TIME_KEY: &'static str = "every_s";
-
-    fn start(&self) -> &Placement {
-        &self.placement
-    }
-
-    fn start_mut(&mut self) -> &mut Placement {
-        &mut self.placement
-    }
 
     fn intervals(&self, _sound: bool) -> &'static [&'static str] {
         &["every_s", "every_steps"]

@@ -165,8 +165,6 @@ impl GasConfig {
 }
 
 impl Model for GasConfig {
-    type Start = Placement;
-
     const CHANNELS: &'static [&'static str] = &[
         "state",
         "discs",
@@ -183,14 +181,6 @@ impl Model for GasConfig {
     ];
 
     const TIME_KEY: &'static str = "every_s";
-
-    fn start(&self) -> &Placement {
-        &self.placement
-    }
-
-    fn start_mut(&mut self) -> &mut Placement {
-        &mut self.placement
-    }
 
     fn intervals(&self, sound: bool) -> &'static [&'static str] {
         match self.propagation {

@@ -151,8 +151,6 @@ impl TomlValue for OrbitStart {
 }
 
 impl Model for OrbitConfig {
-    type Start = OrbitStart;
-
     const CHANNELS: &'static [&'static str] = &[
         "state",
         "discs",
@@ -167,14 +165,6 @@ impl Model for OrbitConfig {
     ];
 
     const TIME_KEY: &'static str = "every_days";
-
-    fn start(&self) -> &OrbitStart {
-        &self.start
-    }
-
-    fn start_mut(&mut self) -> &mut OrbitStart {
-        &mut self.start
-    }
 
     fn intervals(&self, _sound: bool) -> &'static [&'static str] {
         &["every_days", "every_steps"]

@@ -116,8 +116,6 @@ impl PackingConfig {
 }
 
 impl Model for PackingConfig {
-    type Start = PackingPlacement;
-
     const CHANNELS: &'static [&'static str] = &[
         "state",
         "discs",
@@ -132,14 +130,6 @@ impl Model for PackingConfig {
     ];
 
     const TIME_KEY: &'static str = "every_time";
-
-    fn start(&self) -> &PackingPlacement {
-        &self.placement
-    }
-
-    fn start_mut(&mut self) -> &mut PackingPlacement {
-        &mut self.placement
-    }
 
     fn intervals(&self, sound: bool) -> &'static [&'static str] {
         match self.length {
