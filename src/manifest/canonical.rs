@@ -1,8 +1,7 @@
 //! The canonical manifest of one run and its content key.
 
-use crate::diagnostics::Diagnostics;
-use crate::experiment::{Head, read_document};
-use crate::keys::Writer;
+use crate::head::Head;
+use crate::keys::{HasKeys as _, Writer};
 use crate::model::ModelConfig;
 use crate::record::RecordConfig;
 use sha2::{Digest, Sha256};
@@ -23,33 +22,16 @@ pub struct RunManifest {
 
 impl RunManifest {
     /// The TOML text of the run: every key, in a fixed order, numbers in their shortest exact form. Equal runs have
-    /// equal texts, [`parse_run`] gives the run back, and the text is itself a manifest of one run.
+    /// equal texts, [`crate::parse_run`] gives the run back, and the text is itself a manifest of one run.
     #[must_use]
     pub fn canonical(&self) -> String {
         let mut writer = Writer::default();
-        Head::of_run(self).keys(&mut writer);
+        Head::of_run(self.seed, self.replicate).keys(&mut writer);
         writer.header(&format!("model.{}", self.model.name()));
         self.model.clone().keys(&mut writer);
         writer.header("record");
-        self.record.clone().keys(&self.model, &mut writer);
+        self.record.clone().keys_for(self.model.time_key(), &mut writer);
         writer.text
-    }
-}
-
-/// Reads the canonical text of a run, or any manifest of exactly one run.
-///
-/// # Errors
-/// Everything that is wrong with the text.
-pub fn parse_run(text: &str) -> Result<RunManifest, Diagnostics> {
-    let (document, diagnostics) = read_document(text, "run manifest", &[], None);
-    let mut runs = document.runs;
-    if diagnostics.is_empty() && runs.len() != 1 {
-        let title = format!("one run is needed, this is an experiment of {}", runs.len());
-        return Err(diagnostics.with(vec![crate::diagnostics::Diagnostic::new(title)]));
-    }
-    match runs.pop() {
-        Some(run) if diagnostics.is_empty() => Ok(run.manifest),
-        _ => Err(diagnostics),
     }
 }
 

@@ -1,10 +1,12 @@
 //! `[[checks]]`: what analysis must find.
 
 use crate::diagnostics::{Diagnostic, Diagnostics, nearest};
-use crate::experiment::parse_toml;
-use crate::keys::{Keys, Reader, Writer};
+use crate::keys::{HasKeys as _, Reader, Writer};
 use crate::quantity::{Finite, NonNegative};
+use crate::renamed;
 use crate::sweep::{Axis, Coordinate, text};
+use crate::syntax::parse_toml;
+use crate::table::table;
 use crate::tree::{Entry, Node, Value};
 use crate::value::{quoted, refuse};
 
@@ -87,16 +89,24 @@ pub fn parse_checks(source: &str, origin: &str) -> Result<Vec<Check>, Diagnostic
     if diagnostics.is_empty() { Ok(read) } else { Err(diagnostics) }
 }
 
-/// The keys of one check, as they stand in its table.
-#[derive(Default)]
-pub(crate) struct CheckKeys {
-    metric: String,
-    expected: Option<Finite>,
-    tolerance: Option<NonNegative>,
-    relative_tolerance: Option<NonNegative>,
-    standard_errors: Option<NonNegative>,
-    minimum: Option<Finite>,
-    maximum: Option<Finite>,
+table! {
+    /// The keys of a check except the table `where`.
+    pub(crate) struct CheckKeys at most one of [tolerance, relative_tolerance, standard_errors] {
+        /// Name of the metric, as in metrics.json.
+        metric: String [""] = String::new(),
+        /// The value expected; by default the theory's.
+        expected: Option<Finite> ["of the metric", optional],
+        /// Largest deviation allowed.
+        tolerance: Option<NonNegative> ["of the metric", optional],
+        /// Largest deviation allowed, as a share of the expected value.
+        relative_tolerance: Option<NonNegative> ["1", optional],
+        /// Largest deviation allowed, in standard errors of the metric.
+        standard_errors: Option<NonNegative> ["1", optional],
+        /// Smallest value allowed.
+        minimum: Option<Finite> ["of the metric", optional],
+        /// Largest value allowed.
+        maximum: Option<Finite> ["of the metric", optional],
+    }
 }
 
 /// The ways to bound a metric, of which a check has exactly one; `minimum` and `maximum` may stand together.
@@ -104,40 +114,6 @@ const BOUNDS: &[&str] =
     &["tolerance", "relative_tolerance", "standard_errors", "minimum", "maximum"];
 
 impl CheckKeys {
-    /// The keys of `[[checks]]`, save the table `where`.
-    pub(crate) fn keys(&mut self, keys: &mut impl Keys) {
-        keys.key("metric", "", "Name of the metric, as in metrics.json.", &mut self.metric);
-        self.expected = keys.optional(
-            "expected",
-            "of the metric",
-            "The value expected; by default the theory's.",
-            self.expected,
-        );
-        keys.exclusive(&["tolerance", "relative_tolerance", "standard_errors"]);
-        self.tolerance = keys.optional(
-            "tolerance",
-            "of the metric",
-            "Largest deviation allowed.",
-            self.tolerance,
-        );
-        self.relative_tolerance = keys.optional(
-            "relative_tolerance",
-            "1",
-            "Largest deviation allowed, as a share of the expected value.",
-            self.relative_tolerance,
-        );
-        self.standard_errors = keys.optional(
-            "standard_errors",
-            "1",
-            "Largest deviation allowed, in standard errors of the metric.",
-            self.standard_errors,
-        );
-        self.minimum =
-            keys.optional("minimum", "of the metric", "Smallest value allowed.", self.minimum);
-        self.maximum =
-            keys.optional("maximum", "of the metric", "Largest value allowed.", self.maximum);
-    }
-
     fn of(check: &Check) -> Self {
         let metric = check.metric.clone();
         let keys = Self { metric, ..Self::default() };
@@ -222,14 +198,18 @@ fn read_one(element: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>)
             "minimum",
             "maximum",
         ];
-        reader.refuse(&keys, "a range excludes `expected` and its tolerance", "write two checks");
+        reader.refuse(
+            &keys,
+            "`minimum` and `maximum` cannot be used together with `expected` or a tolerance",
+            "write two checks",
+        );
     }
     if let (Some(minimum), Some(maximum)) = (keys.minimum, keys.maximum)
         && minimum > maximum
     {
         reader.refuse(
             &["minimum", "maximum"],
-            "the smallest value is above the largest",
+            "`minimum` is above `maximum`",
             "must be minimum <= maximum",
         );
     }
@@ -267,6 +247,10 @@ fn read_place(
         for inner in &table.entries {
             read_place(&format!("{key}.{}", inner.key), inner, axes, at, errors);
         }
+        return;
+    }
+    if let Some(new) = renamed::dotted_key(key) {
+        errors.push(renamed::error(key, new, entry.key_span));
         return;
     }
     let value = text(&entry.node, 0);

@@ -94,7 +94,7 @@ impl Diagnostics {
         let mut rendered: Vec<String> =
             shown.map(|error| self.render_one(error, &renderer)).collect();
         if self.found.len() > MOST_SHOWN {
-            let more = format!("and {} more of them", self.found.len() - MOST_SHOWN);
+            let more = format!("and {} more errors", self.found.len() - MOST_SHOWN);
             let title = Level::ERROR.primary_title(more);
             rendered.push(renderer.render(&[Group::with_title(title)]));
         }

@@ -3,13 +3,15 @@
 use crate::canonical::{ContentKey, RunManifest};
 use crate::checks::{self, Check};
 use crate::diagnostics::{Diagnostic, Diagnostics};
-use crate::keys::{Keys, Reader};
+use crate::head::{Head, is_name};
+use crate::keys::{HasKeys as _, Reader};
 use crate::model::{ModelConfig, Recordings, no_model};
 use crate::record::RecordConfig;
 use crate::sweep::{self, Axis, Coordinate, Points, overlap};
+use crate::syntax::parse_toml;
 use crate::tree::{self, Node, Span, Table, Value};
 use crate::value::{ReplicateCount, quoted, refuse};
-use toml::de::{DeTable, DeValue};
+use toml::de::DeValue;
 
 /// An experiment: everything that a manifest asks for, checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,6 +84,23 @@ pub fn parse_with_recordings(
     experiment(read_document(source, origin, overrides, Some(recordings)), origin)
 }
 
+/// Reads the canonical text of a run, or any manifest of exactly one run.
+///
+/// # Errors
+/// Everything that is wrong with the text.
+pub fn parse_run(text: &str) -> Result<RunManifest, Diagnostics> {
+    let (document, diagnostics) = read_document(text, "run manifest", &[], None);
+    let mut runs = document.runs;
+    if diagnostics.is_empty() && runs.len() != 1 {
+        let title = format!("expected one run, found an experiment of {}", runs.len());
+        return Err(diagnostics.with(vec![Diagnostic::new(title)]));
+    }
+    match runs.pop() {
+        Some(run) if diagnostics.is_empty() => Ok(run.manifest),
+        _ => Err(diagnostics),
+    }
+}
+
 fn experiment(
     (document, diagnostics): (Document, Diagnostics),
     origin: &str,
@@ -93,7 +112,7 @@ fn experiment(
     let name = document.head.name.or_else(|| stem.map(String::from)).unwrap_or_default();
     if !is_name(&name) {
         let title = format!(
-            "no name: the file's own, {}, is no name; add name = \"...\" of at most 80 \
+            "the file name {} cannot name the experiment; add name = \"...\" of at most 80 \
             letters, digits, _ and -",
             quoted(&name)
         );
@@ -144,75 +163,6 @@ fn safe(text: &str) -> String {
     text.chars().map(|c| if keep(c) { c } else { '-' }).collect()
 }
 
-/// The keys before the first table.
-#[derive(Default)]
-pub(crate) struct Head {
-    pub(crate) name: Option<String>,
-    pub(crate) description: Option<String>,
-    pub(crate) seed: u64,
-    pub(crate) replicates: Option<ReplicateCount>,
-    pub(crate) replicate: Option<u32>,
-}
-
-impl Head {
-    /// The head of a canonical manifest: no name and no description, which decide nothing.
-    pub(crate) fn of_run(run: &RunManifest) -> Self {
-        Self { seed: run.seed, replicate: Some(run.replicate), ..Self::default() }
-    }
-
-    /// The keys before the first table.
-    pub(crate) fn keys(&mut self, keys: &mut impl Keys) {
-        self.name = keys.optional(
-            "name",
-            "",
-            "Name of the experiment and of its folder, [A-Za-z0-9_-]+; by default the file's stem.",
-            self.name.take(),
-        );
-        self.description = keys.optional(
-            "description",
-            "",
-            "What the experiment asks, in a sentence.",
-            self.description.take(),
-        );
-        keys.key("seed", "1", "Seed of all random streams.", &mut self.seed);
-        keys.exclusive(&["replicates", "replicate"]);
-        self.replicates = keys.optional(
-            "replicates",
-            "1",
-            "Number of runs at each point of the sweep, each with its own random streams; \
-            by default 1.",
-            self.replicates,
-        );
-        self.replicate = keys.optional(
-            "replicate",
-            "1",
-            "In place of `replicates`: this one alone, counted from 0.",
-            self.replicate,
-        );
-    }
-
-    fn check(&self, table: &mut Reader<'_>) {
-        if self.name.as_ref().is_some_and(|name| !is_name(name)) {
-            let label = "must be 1 to 80 letters, digits, _ and -: it names a folder";
-            table.refuse(&["name"], "`name` is not fit for a folder", label);
-        }
-    }
-
-    /// The numbers of the replicates to run.
-    fn replicate_numbers(&self) -> std::ops::Range<u32> {
-        match (self.replicate, self.replicates) {
-            (Some(number), _) => number..number.saturating_add(1),
-            (None, Some(count)) => 0..count.get(),
-            (None, None) => 0..1,
-        }
-    }
-}
-
-fn is_name(name: &str) -> bool {
-    let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
-    (1..=80).contains(&name.len()) && name.chars().all(fits)
-}
-
 /// What a manifest's text says; to be trusted only if there were no errors.
 #[derive(Default)]
 pub(crate) struct Document {
@@ -241,45 +191,6 @@ pub(crate) fn read_document(
         errors = syntax.errors;
     }
     (document, diagnostics.with(errors))
-}
-
-/// What the TOML parser itself refused.
-pub(crate) struct SyntaxErrors {
-    pub(crate) errors: Vec<Diagnostic>,
-    lines: Vec<std::ops::Range<usize>>,
-    /// A `[table]` header could not be read, so that the keys below it stand in the wrong table.
-    hides_tables: bool,
-}
-
-impl SyntaxErrors {
-    /// Whether an error only follows from a line that could not be read.
-    fn explains(&self, source: &str, error: &Diagnostic) -> bool {
-        error.starts_in(|start| {
-            self.lines.iter().any(|line| line.contains(&start.min(source.len())))
-        })
-    }
-}
-
-/// Parses a TOML text into a tree, as far as it can be read.
-pub(crate) fn parse_toml(
-    source: &str,
-    origin: &str,
-    diagnostics: &mut Diagnostics,
-) -> (Table, SyntaxErrors) {
-    let number = diagnostics.source(origin, source);
-    let (parsed, refused) = DeTable::parse_recoverable(source);
-    let mut syntax = SyntaxErrors { errors: Vec::new(), lines: Vec::new(), hides_tables: false };
-    for error in refused {
-        let range = error.span().unwrap_or(0..0);
-        let start = source.floor_char_boundary(range.start);
-        let begin = source[..start].rfind('\n').map_or(0, |newline| newline + 1);
-        let end = source[start..].find('\n').map_or(source.len(), |length| start + length);
-        syntax.hides_tables |= source[begin..end].trim_start().starts_with('[');
-        syntax.lines.push(begin..end + 1);
-        let span = Span { source: number, start: range.start, end: range.end };
-        syntax.errors.push(Diagnostic::new("this is not TOML").at(span, error.message()));
-    }
-    (tree::table(parsed.get_ref(), number, 0), syntax)
 }
 
 /// A checked `--set`.
@@ -367,7 +278,7 @@ fn read_root(
 /// Puts a value from the command line or from a sweep in its place.
 fn set(root: &mut Table, key: &str, key_span: Span, node: &Node, errors: &mut Vec<Diagnostic>) {
     if let Err(no_table) = root.set(key, key_span, node.clone()) {
-        let title = format!("unknown key `{key}`: `{no_table}` is no table here");
+        let title = format!("unknown key `{key}`: `{no_table}` is not a table");
         errors.push(Diagnostic::new(title).at(key_span, "it has no keys of its own"));
     }
 }
@@ -427,7 +338,7 @@ fn expand(
     let name = |run: &Run| run.manifest.model.name();
     if let Some(other) = runs.iter().find(|run| name(run) != name(&runs[0])) {
         let title = format!(
-            "an experiment has one model, the sweep mixes {} and {}",
+            "an experiment must have one model; the sweep mixes {} and {}",
             name(&runs[0]),
             name(other)
         );
@@ -485,7 +396,7 @@ fn read_physics(
     let sound = errors.len() == errors_before;
     let mut record = RecordConfig::default();
     let mut reader = Reader::new("record", table, errors);
-    record.keys(&model, &mut reader);
+    record.keys_for(model.time_key(), &mut reader);
     record.check(&model, sound, &mut reader);
     reader.finish();
     Some((model, record))

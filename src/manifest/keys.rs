@@ -1,33 +1,48 @@
-//! The keys of a table. Each table names its keys once, in a function `keys`; whoever walks them decides what that
-//! means: [`Reader`] reads a table, [`Writer`] writes the canonical text, `schema::Describer` makes the schema. So
-//! the three cannot fall out of step.
+//! The keys of a table. Each table lists its keys once, in [`HasKeys::keys`]; the visitor decides what a key means:
+//! [`Reader`] reads a table, [`Writer`] writes the canonical text, `describe::Describer` builds the schema. The three
+//! therefore always agree. The macros in `table` generate the lists.
 
 use crate::diagnostics::{Diagnostic, nearest};
+use crate::renamed;
 use crate::tree::{Entry, Node, Span, Table, Value};
 use crate::value::TomlValue;
 
-/// Who walks the keys of a table.
+/// One key of a table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Key {
+    /// Its name in the manifest.
+    pub(crate) name: &'static str,
+    /// Its unit: "1" for a pure number, "" for a word.
+    pub(crate) unit: &'static str,
+    /// Its meaning, as the schema describes it.
+    pub(crate) about: &'static str,
+}
+
+/// A visitor of the keys of a table.
 pub(crate) trait Keys {
-    /// A key with its unit ("1" for a pure number, "" for words), what it means, and its value, at first the default.
-    fn key<T: TomlValue>(
-        &mut self,
-        name: &'static str,
-        unit: &'static str,
-        about: &'static str,
-        value: &mut T,
-    );
+    /// A key that always has a value: at first the default.
+    fn key<T: TomlValue>(&mut self, key: &Key, value: &mut T);
 
-    /// A key that may be absent: `Some` if it was read, or what the writer was given.
-    fn optional<T: TomlValue>(
-        &mut self,
-        name: &'static str,
-        unit: &'static str,
-        about: &'static str,
-        current: Option<T>,
-    ) -> Option<T>;
+    /// A key that may be absent: returns the value read, or `current` where nothing is read.
+    fn optional<T: TomlValue>(&mut self, key: &Key, current: Option<T>) -> Option<T>;
 
-    /// Of these keys at most one may stand in the table.
+    /// A key that the canonical text omits while it has its default.
+    fn sparse<T: TomlValue + PartialEq>(&mut self, key: &Key, value: &mut T, default: T) {
+        let current = std::mem::replace(value, default);
+        let current = (current != *value).then_some(current);
+        if let Some(given) = self.optional(key, current) {
+            *value = given;
+        }
+    }
+
+    /// At most one of these keys may be present in the table.
     fn exclusive(&mut self, names: &'static [&'static str]);
+}
+
+/// A table, or a part of one, that lists its keys.
+pub(crate) trait HasKeys {
+    /// Visits the keys in the order of the canonical manifest.
+    fn keys(&mut self, keys: &mut impl Keys);
 }
 
 /// Reads one table: known keys into values, everything else into errors.
@@ -37,12 +52,20 @@ pub(crate) struct Reader<'a> {
     errors: &'a mut Vec<Diagnostic>,
     known: Vec<&'static str>,
     failed: Vec<&'static str>,
+    breaks_a_rule: bool,
 }
 
 impl<'a> Reader<'a> {
     /// A reader of the table that stands at a dotted path; the path of the whole manifest is empty.
     pub(crate) fn new(path: &str, table: &'a Table, errors: &'a mut Vec<Diagnostic>) -> Self {
-        Self { path: path.to_owned(), table, errors, known: Vec::new(), failed: Vec::new() }
+        Self {
+            path: path.to_owned(),
+            table,
+            errors,
+            known: Vec::new(),
+            failed: Vec::new(),
+            breaks_a_rule: false,
+        }
     }
 
     /// The dotted name of a key of this table.
@@ -70,11 +93,22 @@ impl<'a> Reader<'a> {
 
     /// A key without which the table makes no sense; its absence is reported at `at`.
     pub(crate) fn required<T: TomlValue>(&mut self, key: &'static str, at: Span) -> Option<T> {
-        if !self.has(key) {
+        let has_old_name =
+            || self.table.entries.iter().any(|e| renamed::key(&self.path, &e.key) == Some(key));
+        if !self.has(key) && has_old_name() {
+            // `finish` reports the old name; that the new one is missing follows from it.
+            self.failed.push(key);
+        } else if !self.has(key) {
+            self.failed.push(key);
             let title = format!("`{}` is missing", self.name(key));
             self.errors.push(Diagnostic::new(title).at(at, format!("needs `{key}`")));
         }
-        self.optional(key, "", "", None)
+        self.maybe(key)
+    }
+
+    /// A key without a unit or a description of its own, as in tables on one line.
+    pub(crate) fn maybe<T: TomlValue>(&mut self, key: &'static str) -> Option<T> {
+        self.optional(&Key { name: key, unit: "", about: "" }, None)
     }
 
     /// Reports a rule between keys, at those of them that stand in the table. A key that could not be read breaks no rule.
@@ -82,6 +116,7 @@ impl<'a> Reader<'a> {
         if keys.iter().any(|key| self.failed.contains(key)) {
             return;
         }
+        self.breaks_a_rule = true;
         let entries = keys.iter().filter_map(|key| self.table.get(key));
         let places = entries.map(|entry| entry.node.span).collect();
         self.errors.push(Diagnostic::between(title, places, label));
@@ -92,9 +127,9 @@ impl<'a> Reader<'a> {
         self.errors.push(error);
     }
 
-    /// Whether no key of this table failed so far.
+    /// Whether all keys were read and no rule is broken so far.
     pub(crate) fn is_sound(&self) -> bool {
-        self.failed.is_empty()
+        self.failed.is_empty() && !self.breaks_a_rule
     }
 
     /// Keys that somebody else reads.
@@ -106,6 +141,10 @@ impl<'a> Reader<'a> {
     pub(crate) fn finish(self) {
         for entry in &self.table.entries {
             if self.known.contains(&&*entry.key) {
+                continue;
+            }
+            if let Some(new) = renamed::key(&self.path, &entry.key) {
+                self.errors.push(renamed::error(&entry.key, new, entry.key_span));
                 continue;
             }
             let title = if self.path.is_empty() {
@@ -123,30 +162,18 @@ impl<'a> Reader<'a> {
 }
 
 impl Keys for Reader<'_> {
-    fn key<T: TomlValue>(
-        &mut self,
-        name: &'static str,
-        unit: &'static str,
-        about: &'static str,
-        value: &mut T,
-    ) {
-        if let Some(read) = self.optional(name, unit, about, None) {
+    fn key<T: TomlValue>(&mut self, key: &Key, value: &mut T) {
+        if let Some(read) = self.optional(key, None) {
             *value = read;
         }
     }
 
-    fn optional<T: TomlValue>(
-        &mut self,
-        name: &'static str,
-        _unit: &'static str,
-        _about: &'static str,
-        _current: Option<T>,
-    ) -> Option<T> {
-        self.known.push(name);
-        let node = self.node(name)?;
-        let read = T::read(node, &self.name(name), self.errors);
+    fn optional<T: TomlValue>(&mut self, key: &Key, _current: Option<T>) -> Option<T> {
+        self.known.push(key.name);
+        let node = self.node(key.name)?;
+        let read = T::read(node, &self.name(key.name), self.errors);
         if read.is_none() {
-            self.failed.push(name);
+            self.failed.push(key.name);
         }
         read
     }
@@ -156,7 +183,7 @@ impl Keys for Reader<'_> {
         if present.len() > 1 {
             let names: Vec<String> =
                 present.iter().map(|entry| format!("`{}`", self.name(&entry.key))).collect();
-            let title = format!("{} exclude each other", names.join(" and "));
+            let title = format!("{} cannot be used together", names.join(" and "));
             let places = present.iter().map(|entry| entry.key_span).collect();
             self.errors.push(Diagnostic::between(title, places, "keep one of them"));
         }
@@ -178,25 +205,13 @@ impl Writer {
 }
 
 impl Keys for Writer {
-    fn key<T: TomlValue>(
-        &mut self,
-        name: &'static str,
-        _unit: &'static str,
-        _about: &'static str,
-        value: &mut T,
-    ) {
-        self.text.push_str(&format!("{name} = {}\n", value.write()));
+    fn key<T: TomlValue>(&mut self, key: &Key, value: &mut T) {
+        self.text.push_str(&format!("{} = {}\n", key.name, value.write()));
     }
 
-    fn optional<T: TomlValue>(
-        &mut self,
-        name: &'static str,
-        unit: &'static str,
-        about: &'static str,
-        current: Option<T>,
-    ) -> Option<T> {
+    fn optional<T: TomlValue>(&mut self, key: &Key, current: Option<T>) -> Option<T> {
         current.map(|mut value| {
-            self.key(name, unit, about, &mut value);
+            self.key(key, &mut value);
             value
         })
     }

@@ -1,12 +1,14 @@
-//! The manifest of an experiment: what to run, and what must hold afterward.
+//! The manifest of an experiment: what to run, and which checks must pass afterward.
 //!
-//! Past this package every value is in range by its type. In reading order: [`parse`] makes an [`Experiment`] with
-//! all its [`Run`]s out of a TOML text, or [`Diagnostics`] with everything that is wrong with it.
-
-mod experiment;
+//! [`parse`] turns a TOML text into an [`Experiment`] with all its [`Run`]s, or into [`Diagnostics`] with every error of
+//! the text. After this package every value is in range by its type.
 
 mod diagnostics;
+mod inline;
 mod keys;
+mod renamed;
+mod syntax;
+mod table;
 mod tree;
 mod value;
 
@@ -14,21 +16,23 @@ pub mod model;
 pub mod quantity;
 pub mod record;
 
-mod checks;
-mod sweep;
-
 mod canonical;
+mod checks;
 mod comparison;
+mod describe;
+mod experiment;
+mod head;
 mod schema;
 mod sidecar;
 mod starter;
+mod sweep;
 mod timing;
 
-pub use canonical::{ContentKey, RunManifest, content_key, parse_run};
+pub use canonical::{ContentKey, RunManifest, content_key};
 pub use checks::{Bound, Check, parse_checks};
 pub use comparison::{KeyDifference, differing_keys};
 pub use diagnostics::Diagnostics;
-pub use experiment::{Experiment, Override, Run, parse, parse_with_recordings};
+pub use experiment::{Experiment, Override, Run, parse, parse_run, parse_with_recordings};
 pub use schema::json_schema;
 pub use sidecar::{ExperimentRecord, RunRecord};
 pub use starter::starter;

@@ -3,10 +3,12 @@
 use crate::canonical::ContentKey;
 use crate::checks::{self, Check};
 use crate::diagnostics::{Diagnostic, Diagnostics};
-use crate::experiment::{Experiment, parse_toml};
-use crate::keys::{Keys, Reader, Writer};
+use crate::experiment::Experiment;
+use crate::keys::{HasKeys as _, Reader, Writer};
 use crate::model::ModelConfig;
 use crate::sweep::{Axis, Coordinate};
+use crate::syntax::parse_toml;
+use crate::table::table;
 use crate::tree::{Node, Table, Value};
 use crate::value::{TomlValue, quoted, refuse};
 
@@ -73,10 +75,12 @@ impl ExperimentRecord {
         writer
             .text
             .push_str("# Written by run-experiment: what the recordings in this folder are.\n");
-        self.clone().keys(&mut writer);
-        for axis in &self.axes {
+        let head = (&self.name, &self.description, &self.model);
+        let (name, description, model) = (head.0.clone(), head.1.clone(), head.2.clone());
+        Head { name, description, model, replicates: self.replicates }.keys(&mut writer);
+        for Axis { keys, values } in self.axes.iter().cloned() {
             writer.text.push_str("\n[[axes]]\n");
-            AxisKeys::of(axis).keys(&mut writer);
+            AxisKeys { keys, values }.keys(&mut writer);
         }
         for run in &self.runs {
             writer.text.push_str("\n[[runs]]\n");
@@ -94,22 +98,17 @@ impl ExperimentRecord {
         let mut diagnostics = Diagnostics::default();
         let (root, syntax) = parse_toml(text, origin, &mut diagnostics);
         let mut errors = syntax.errors;
-        let mut record = Self {
-            name: String::new(),
-            description: String::new(),
-            model: String::new(),
-            replicates: 1,
-            axes: Vec::new(),
-            runs: Vec::new(),
-            checks: Vec::new(),
-        };
+        let mut head = Head::default();
         let mut reader = Reader::new("", &root, &mut errors);
-        record.keys(&mut reader);
+        head.keys(&mut reader);
         reader.also_known(&["axes", "runs", "checks"]);
-        if ModelConfig::with_defaults(&record.model).is_none() {
-            reader.report(Diagnostic::new(format!("{origin} names no known model")));
+        if ModelConfig::with_defaults(&head.model).is_none() {
+            reader.report(Diagnostic::new(format!("unknown model {}", quoted(&head.model))));
         }
         reader.finish();
+        let Head { name, description, model, replicates } = head;
+        let (axes, runs, checks) = (Vec::new(), Vec::new(), Vec::new());
+        let mut record = Self { name, description, model, replicates, axes, runs, checks };
         for_each(&root, "axes", &mut errors, |reader| {
             let mut axis = AxisKeys::default();
             axis.keys(reader);
@@ -125,13 +124,6 @@ impl ExperimentRecord {
         }
         let diagnostics = diagnostics.with(errors);
         if diagnostics.is_empty() { Ok(record) } else { Err(diagnostics) }
-    }
-
-    fn keys(&mut self, keys: &mut impl Keys) {
-        keys.key("name", "", "", &mut self.name);
-        keys.key("description", "", "", &mut self.description);
-        keys.key("model", "", "", &mut self.model);
-        keys.key("replicates", "1", "", &mut self.replicates);
     }
 }
 
@@ -158,29 +150,28 @@ fn for_each(
     }
 }
 
-#[derive(Default)]
-struct AxisKeys {
-    keys: Vec<String>,
-    values: Vec<Vec<String>>,
-}
-
-impl AxisKeys {
-    fn of(axis: &Axis) -> Self {
-        Self { keys: axis.keys.clone(), values: axis.values.clone() }
+table! {
+    /// The keys before the first table.
+    struct Head {
+        name: String [""] = String::new(),
+        description: String [""] = String::new(),
+        model: String [""] = String::new(),
+        replicates: u32 ["1"] = 1,
     }
 
-    fn keys(&mut self, keys: &mut impl Keys) {
-        keys.key("keys", "", "", &mut self.keys);
-        keys.key("values", "", "", &mut self.values);
+    /// The keys of one of `[[axes]]`.
+    struct AxisKeys {
+        keys: Vec<String> [""] = Vec::new(),
+        values: Vec<Vec<String>> [""] = Vec::new(),
     }
-}
 
-#[derive(Default)]
-struct RunKeys {
-    file: String,
-    content_key: String,
-    coordinates: Vec<Coordinate>,
-    replicate: u32,
+    /// The keys of one of `[[runs]]`.
+    struct RunKeys {
+        file: String [""] = String::new(),
+        content_key: String [""] = String::new(),
+        coordinates: Vec<Coordinate> [""] = Vec::new(),
+        replicate: u32 ["1"] = 0,
+    }
 }
 
 impl RunKeys {
@@ -193,18 +184,11 @@ impl RunKeys {
         }
     }
 
-    fn keys(&mut self, keys: &mut impl Keys) {
-        keys.key("file", "", "", &mut self.file);
-        keys.key("content_key", "", "", &mut self.content_key);
-        keys.key("coordinates", "", "", &mut self.coordinates);
-        keys.key("replicate", "1", "", &mut self.replicate);
-    }
-
     fn into_record(self, reader: &mut Reader<'_>) -> Option<RunRecord> {
         let Some(content_key) = ContentKey::from_hex(&self.content_key) else {
             reader.refuse(
                 &["content_key"],
-                "this is no content key",
+                "this is not a content key",
                 "must be 64 hexadecimal digits",
             );
             return None;

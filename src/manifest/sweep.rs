@@ -1,9 +1,10 @@
 //! `[sweep]`: one run for each combination of values.
 
+use crate::describe;
 use crate::diagnostics::{Diagnostic, nearest};
-use crate::keys::{Keys, Reader};
+use crate::keys::Reader;
 use crate::quantity::Finite;
-use crate::schema;
+use crate::renamed;
 use crate::tree::{Entry, Node, Span, Table, Value};
 use crate::value::{TomlValue, refuse, shortest, words};
 use serde::{Deserialize, Serialize};
@@ -51,12 +52,13 @@ const LONGEST_VALUE: usize = 40;
 /// Most points of one axis.
 const MOST_POINTS: u32 = 1_000_000;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Spacing {
-    Linear,
-    Log,
+words! {
+    /// How the values of a range are spaced.
+    enum Spacing {
+        Linear = "linear",
+        Log = "log",
+    }
 }
-words!(Spacing { Linear = "linear", Log = "log" });
 
 /// Reads the table `[sweep]` into its axes, in the order of the file.
 pub(crate) fn read(sweep: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Points> {
@@ -136,7 +138,7 @@ fn axis(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Points
     for (index, node) in nodes.iter().enumerate() {
         let value = text(node, index);
         if !seen.insert(value.clone()) {
-            let title = format!("{value} stands twice on the axis `{key}`");
+            let title = format!("{value} is listed twice on the axis `{key}`");
             errors.push(
                 Diagnostic::new(title)
                     .at(node.span, "each value once; for repetitions use `replicates`"),
@@ -158,10 +160,8 @@ fn range(key: &str, node: &Node, table: &Table, errors: &mut Vec<Diagnostic>) ->
     let from: Option<Finite> = reader.required("from", node.span);
     let to: Option<Finite> = reader.required("to", node.span);
     let count: Option<NonZeroU32> = reader.required("count", node.span);
-    let mut spacing = Spacing::Linear;
-    reader.key("spacing", "", "", &mut spacing);
+    let spacing = reader.maybe("spacing").unwrap_or(Spacing::Linear);
     let (from, to) = (from.map(Finite::get), to.map(Finite::get));
-    let mut sound = reader.is_sound();
     if let Some(count) = count
         && !(2..=MOST_POINTS).contains(&count.get())
     {
@@ -170,21 +170,20 @@ fn range(key: &str, node: &Node, table: &Table, errors: &mut Vec<Diagnostic>) ->
             "the count of a range is out of range",
             "must be from 2 to 1000000",
         );
-        sound = false;
     }
     if let (Spacing::Log, Some(from), Some(to)) = (spacing, from, to)
         && (from <= 0.0 || to <= 0.0)
     {
         reader.refuse(&["from", "to"], "a logarithmic range needs bounds > 0", "must be > 0");
-        sound = false;
     }
+    let sound = reader.is_sound();
     reader.finish();
     if !sound {
         // The first value is known all the same: it shows whether key and value fit.
         return from.and_then(|_| table.get("from")).map(|entry| vec![entry.node.clone()]);
     }
     let (from, to, count) = (from?, to?, count?);
-    let whole = schema::is_whole(key);
+    let whole = describe::is_whole(key);
     let points = (0..count.get()).map(|index| {
         let value = between(from, to, index, count.get() - 1, spacing);
         let value = if whole { value.round() } else { value };
@@ -231,7 +230,7 @@ fn variants(node: &Node, errors: &mut Vec<Diagnostic>) -> Option<Points> {
         };
         let Some(text) = String::read(&name.node, "sweep.variants.name", errors) else { continue };
         if text.trim().is_empty() || axis.values.iter().any(|values| values[0] == text) {
-            let title = format!("the variant name \"{text}\" is empty or stands twice");
+            let title = format!("the variant name \"{text}\" is empty or listed twice");
             errors.push(
                 Diagnostic::new(title).at(name.node.span, "each variant needs a name of its own"),
             );
@@ -291,16 +290,18 @@ fn pair(zip: &Node, axes: &mut Vec<Points>, errors: &mut Vec<Diagnostic>) {
         let Some(keys) = Vec::<String>::read(group, "sweep.zip", errors) else { continue };
         let mut joined: Option<Points> = None;
         for key in keys {
+            if let Some(new) = renamed::dotted_key(&key) {
+                errors.push(renamed::error(&key, new, group.span));
+                continue;
+            }
             let Some(index) = axes.iter().position(|points| points.axis.keys == [key.as_str()])
             else {
                 let swept = axes.iter().flat_map(|points| &points.axis.keys).map(String::as_str);
                 let label = match nearest(&key, swept) {
                     Some(meant) => format!("did you mean \"{meant}\"?"),
-                    None => {
-                        "each name must be an axis of [sweep], and stand in one group".to_owned()
-                    }
+                    None => "each name must be an axis of [sweep] in one group only".to_owned(),
                 };
-                let title = format!("`{key}` is not an axis to be paired");
+                let title = format!("`{key}` is not an axis of the sweep");
                 errors.push(Diagnostic::new(title).at(group.span, label));
                 continue;
             };

@@ -4,6 +4,7 @@ use crate::diagnostics::{Diagnostic, nearest};
 use crate::quantity::{
     BoxSide, Finite, NonNegative, PlaybackRate, Positive, Share, StepBelowOneDay, StepTolerance,
 };
+use crate::renamed;
 use crate::tree::{Node, Value};
 use serde_json::{Value as Json, json};
 use std::fmt;
@@ -23,11 +24,13 @@ pub(crate) trait TomlValue: Sized {
 
 /// Reports a value that is not what the key takes. `expected` reads after "must be".
 pub(crate) fn refuse(node: &Node, name: &str, expected: &str, errors: &mut Vec<Diagnostic>) {
-    let title = match node.value {
-        Value::Integer(_) | Value::Float(_) => format!("`{name}` is out of range"),
-        _ => format!("`{name}` cannot be {}", node.what()),
+    let (found, label) = match node.value {
+        Value::Integer(integer) => (integer.to_string(), "out of range"),
+        Value::Float(number) => (shortest(number).to_lowercase(), "out of range"),
+        _ => (node.what().to_owned(), "wrong type"),
     };
-    errors.push(Diagnostic::new(title).at(node.span, format!("must be {expected}")));
+    let title = format!("`{name}` is {found}; must be {expected}");
+    errors.push(Diagnostic::new(title).at(node.span, label));
 }
 
 /// The number, integer or not. May be infinite or no number at all.
@@ -50,28 +53,18 @@ pub(crate) fn whole_number(node: &Node) -> Option<i128> {
     }
 }
 
+/// A count that is written in the source.
+///
+/// # Panics
+/// If it is zero.
+pub(crate) const fn count(count: u32) -> NonZeroU32 {
+    NonZeroU32::new(count).expect("not zero")
+}
+
 /// A finite number in the shortest decimal form that reads back to the same bits, with an exponent where it is long.
 pub(crate) fn shortest(x: f64) -> String {
     // Debug and not Display: 1e-26, not 0.00000000000000000000000001. Pinned by a test.
     format!("{x:?}")
-}
-
-/// The schema of a table that has no other keys than these.
-pub(crate) fn table_schema(properties: &Json, required: &[&str]) -> Json {
-    json!({
-        "type": "object",
-        "properties": properties,
-        "required": required,
-        "additionalProperties": false
-    })
-}
-
-/// The properties of a table that has keys of two kinds.
-pub(crate) fn joined(mut properties: Json, own: &Json) -> Json {
-    for (key, value) in own.as_object().into_iter().flatten() {
-        properties[key] = value.clone();
-    }
-    properties
 }
 
 /// A TOML basic string.
@@ -294,24 +287,39 @@ pub(crate) fn word<T: Clone>(
     if let Some((_, value)) = words.iter().find(|(word, _)| word == text) {
         return Some(value.clone());
     }
+    if let Some(new) = renamed::value(name, text) {
+        errors.push(renamed::error(&quoted(text), new, node.span));
+        return None;
+    }
     let label = match nearest(text, words.iter().map(|(word, _)| *word)) {
-        Some(meant) => format!("did you mean \"{meant}\"? It takes {known}"),
-        None => format!("it takes {known}"),
+        Some(meant) => format!("did you mean \"{meant}\"? Must be one of {known}"),
+        None => format!("must be one of {known}"),
     };
-    errors
-        .push(Diagnostic::new(format!("`{name}` knows no {}", quoted(text))).at(node.span, label));
+    let title = format!("unknown value {} for `{name}`", quoted(text));
+    errors.push(Diagnostic::new(title).at(node.span, label));
     None
 }
 
-/// Words of a manifest for the variants of an enum: the one place where both stand.
+/// Defines an enum of words: each variant with its word in the manifest and its doc comment.
 macro_rules! words {
-    ($visibility:vis $type:ident { $($variant:ident = $word:literal),+ $(,)? }) => {
+    (
+        $(#[$meta:meta])*
+        $vis:vis enum $type:ident {
+            $($(#[$variant_meta:meta])* $variant:ident = $word:literal,)+
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $vis enum $type {
+            $($(#[$variant_meta])* $variant,)+
+        }
+
         impl $type {
             const WORDS: &'static [(&'static str, Self)] = &[$(($word, Self::$variant)),+];
 
             /// The word that stands for it in a manifest.
             #[must_use]
-            $visibility fn word(self) -> &'static str {
+            $vis fn word(self) -> &'static str {
                 match self {
                     $(Self::$variant => $word),+
                 }

@@ -35,23 +35,23 @@ const RENDERED: &str = r#"error: unknown key `nmae`
 1 | nmae = "planted"
   | ^^^^ did you mean `name`?
 
-error: `seed` is out of range
+error: `seed` is -1; must be a whole number from 0 to 18446744073709551615
  --> planted.toml:2:8
   |
 2 | seed = -1
-  |        ^^ must be a whole number from 0 to 18446744073709551615
+  |        ^^ out of range
 
-error: `model.dem.radius_m` has its smallest radius above its largest
+error: `model.dem.radius_m` has `min` above `max`
  --> planted.toml:6:32
   |
 6 | radius_m = { min = 6e-4, max = 4e-4 }
   |                    ----        ^^^^ min must be <= max
 
-error: `model.dem.gravity_m_per_s2` is out of range
+error: `model.dem.gravity_m_per_s2` is -inf; must be a finite number
  --> planted.toml:7:26
   |
 7 | gravity_m_per_s2 = [0.0, -inf]
-  |                          ^^^^ must be a finite number
+  |                          ^^^^ out of range
 
 error: unknown key `stifness_n_per_m` in `model.dem`
  --> planted.toml:8:1
@@ -59,7 +59,7 @@ error: unknown key `stifness_n_per_m` in `model.dem`
 8 | stifness_n_per_m = 5e4
   | ^^^^^^^^^^^^^^^^ did you mean `stiffness_n_per_m`?
 
-error: `model.dem.restitution` and `model.dem.damping_n_s_per_m` exclude each other
+error: `model.dem.restitution` and `model.dem.damping_n_s_per_m` cannot be used together
   --> planted.toml:10:1
    |
  9 | restitution = 0.5
@@ -67,23 +67,23 @@ error: `model.dem.restitution` and `model.dem.damping_n_s_per_m` exclude each ot
 10 | damping_n_s_per_m = 1.5e3
    | ^^^^^^^^^^^^^^^^^ keep one of them
 
-error: `model.dem.integrator` knows no "verlet"
+error: unknown value "verlet" for `model.dem.integrator`
   --> planted.toml:11:14
    |
 11 | integrator = "verlet"
-   |              ^^^^^^^^ did you mean "velocity-verlet"? It takes "semi-implicit-euler", "velocity-verlet", "implicit-dashpot"
+   |              ^^^^^^^^ did you mean "velocity-verlet"? Must be one of "semi-implicit-euler", "velocity-verlet", "implicit-dashpot"
 
-error: `model.dem.width_m` cannot be a string
+error: `model.dem.width_m` is a string; must be a number > 0
   --> planted.toml:12:11
    |
 12 | width_m = "0.04"
-   |           ^^^^^^ must be a number > 0
+   |           ^^^^^^ wrong type
 
-error: `record.every_days` is not for this dem experiment
+error: `record.every_days` cannot be used with this dem experiment
   --> planted.toml:15:14
    |
 15 | every_days = 0.25
-   |              ^^^^ it takes frames, every_s, every_steps, frames_per_decade
+   |              ^^^^ must be one of frames, every_s, every_steps, frames_per_decade
 
 error: the dem model has no channel "energi"
   --> planted.toml:16:22
@@ -91,11 +91,11 @@ error: the dem model has no channel "energi"
 16 | channels = ["state", "energi"]
    |                      ^^^^^^^^ did you mean "energy"?
 
-error: `model.dem.duration_s` is out of range
+error: `model.dem.duration_s` is 0.0; must be a number > 0
   --> planted.toml:19:30
    |
 19 | model.dem.duration_s = [1.0, 0.0]
-   |                              ^^^ must be a number > 0
+   |                              ^^^ out of range
 
 error: a check has nothing to compare with
   --> planted.toml:21:1
@@ -118,7 +118,7 @@ fn an_override_is_shown_beside_the_manifest() {
     assert_eq!(
         errors.to_string(),
         "\
-error: `model.dem.restitution` and `model.dem.damping_n_s_per_m` exclude each other
+error: `model.dem.restitution` and `model.dem.damping_n_s_per_m` cannot be used together
  --> --set:1:1
   |
 1 | model.dem.restitution=0.9

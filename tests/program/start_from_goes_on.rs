@@ -333,7 +333,7 @@ fn a_recording_that_no_run_can_start_from_is_refused_at_its_line() {
             .contains("text.mcap")
     );
     let both = bench.refusal("[model.orbit]\nstart_from = \"orbit.mcap\"\nstart = \"document\"\n");
-    assert!(both.contains("exclude each other"), "{both}");
+    assert!(both.contains("cannot be used together"), "{both}");
 
     let gas =
         bench.run("gas", "[model.gas]\nparticles = 7\nduration_s = 1e-4\n[record]\nframes = 1\n");

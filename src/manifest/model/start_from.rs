@@ -1,8 +1,7 @@
 //! `start_from`: a run that begins where the run of a recording ended.
 
-use super::{OrbitStart, PackingPlacement, Placement};
 use crate::diagnostics::Diagnostic;
-use crate::keys::{Keys, Reader};
+use crate::keys::{Key, Keys, Reader};
 use crate::tree::{Node, Value};
 use crate::value::{TomlValue, quoted, refuse};
 use serde_json::{Value as Json, json};
@@ -48,7 +47,7 @@ impl RecordedState {
             return Err("its last frame has no particles".to_owned());
         }
         if values.iter().any(|value| !value.is_finite()) {
-            return Err("a value of its last frame is no number".to_owned());
+            return Err("a value of its last frame is not a number".to_owned());
         }
         let mut hash = Sha256::new();
         // One column a line, so that no two lists run into the same bytes.
@@ -152,59 +151,53 @@ impl PartialEq for StartFrom {
 }
 
 /// A start of which a recording is one kind.
-pub(super) trait MayBeRecorded: TomlValue + From<StartFrom> {
-    /// The recording, where it is one.
+pub(crate) trait MayBeRecorded: TomlValue + From<StartFrom> {
+    /// The recording, if the start is one.
     fn recorded(&self) -> Option<&StartFrom>;
-    /// The same, to be looked for.
+    /// The same, to be read.
     fn recorded_mut(&mut self) -> Option<&mut StartFrom>;
 }
 
+/// Implements [`MayBeRecorded`] for an enum with a variant `Recorded`.
 macro_rules! may_be_recorded {
-    ($($start:ident),*) => {$(
-        impl From<StartFrom> for $start {
-            fn from(start: StartFrom) -> Self {
+    ($start:ident) => {
+        impl From<$crate::model::StartFrom> for $start {
+            fn from(start: $crate::model::StartFrom) -> Self {
                 Self::Recorded(start)
             }
         }
 
-        impl MayBeRecorded for $start {
-            fn recorded(&self) -> Option<&StartFrom> {
-                match self {
-                    Self::Recorded(start) => Some(start),
-                    _ => None,
-                }
+        impl $crate::model::start_from::MayBeRecorded for $start {
+            fn recorded(&self) -> Option<&$crate::model::StartFrom> {
+                if let Self::Recorded(start) = self { Some(start) } else { None }
             }
 
-            fn recorded_mut(&mut self) -> Option<&mut StartFrom> {
-                match self {
-                    Self::Recorded(start) => Some(start),
-                    _ => None,
-                }
+            fn recorded_mut(&mut self) -> Option<&mut $crate::model::StartFrom> {
+                if let Self::Recorded(start) = self { Some(start) } else { None }
             }
         }
-    )*};
+    };
 }
-may_be_recorded!(Placement, PackingPlacement, OrbitStart);
+pub(super) use may_be_recorded;
 
-/// The key of a start, and `start_from` in its place.
-pub(super) fn start_keys<T: MayBeRecorded>(
-    name: &'static str,
-    about: &'static str,
+/// Visits the key of a start, and `start_from` in its place. At most one of the keys `exclusive` may be present.
+pub(crate) fn start_keys<T: MayBeRecorded>(
+    key: &Key,
     exclusive: &'static [&'static str],
     start: &mut T,
     keys: &mut impl Keys,
 ) {
+    const START_FROM: Key = Key {
+        name: "start_from",
+        unit: "",
+        about: "A recording whose last frame is the start; its path is relative to the manifest's folder. Time and counts \
+            begin at zero, and random streams with the run's own seed.",
+    };
     let recorded = start.recorded().cloned();
     if recorded.is_none() {
-        keys.key(name, "", about, start);
+        keys.key(key, start);
     }
-    if let Some(recorded) = keys.optional(
-        "start_from",
-        "",
-        "A recording whose last frame is the start; its path is relative to the manifest's folder. Time and counts begin \
-        at zero, and random streams with the run's own seed.",
-        recorded,
-    ) {
+    if let Some(recorded) = keys.optional(&START_FROM, recorded) {
         *start = recorded.into();
     }
     keys.exclusive(exclusive);

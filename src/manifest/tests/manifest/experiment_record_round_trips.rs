@@ -81,5 +81,5 @@ fn a_damaged_record_says_so() {
     assert!(errors.contains("must be 64 hexadecimal digits"), "{errors}");
     let errors =
         ExperimentRecord::from_toml("name = \"a\"\n", "experiment.toml").unwrap_err().to_string();
-    assert!(errors.contains("experiment.toml names no known model"), "{errors}");
+    assert!(errors.contains("experiment.toml: unknown model \"\""), "{errors}");
 }

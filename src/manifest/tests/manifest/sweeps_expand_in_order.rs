@@ -183,11 +183,11 @@ fn errors_point_into_the_sweep() {
     assert_eq!(
         text,
         "\
-error: `model.gas.temperature_k` is out of range
+error: `model.gas.temperature_k` is -2; must be a number >= 0
  --> my_sweep.toml:3:31
   |
 3 | model.gas.temperature_k = [1, -2, 3]
-  |                               ^^ must be a number >= 0
+  |                               ^^ out of range
 
 error: unknown key `tmp` in `model.gas`
  --> my_sweep.toml:4:11
@@ -208,7 +208,7 @@ fn what_is_no_sweep_is_refused() {
     let refused = [
         ("[sweep]\nmodel.gas.radius_m = []", "the axis `model.gas.radius_m` is empty"),
         ("[sweep]\nmodel.gas.radius_m = 3", "must be a list [...] or a range"),
-        ("[sweep]\nmodel.gas.radius_m = [1, 2, 1.0]", "1 stands twice on the axis"),
+        ("[sweep]\nmodel.gas.radius_m = [1, 2, 1.0]", "1 is listed twice on the axis"),
         ("[sweep]\nmodel.gas.radius_m = { from = 1, to = 2 }", "needs `count`"),
         (
             "[sweep]\nmodel.gas.radius_m = { from = 1, to = 2, count = 1 }",
@@ -234,7 +234,7 @@ fn what_is_no_sweep_is_refused() {
         ("[[sweep.variants]]\nmodel.gas.radius_m = 4", "a variant has no name"),
         (
             "[[sweep.variants]]\nname = \"a\"\n[[sweep.variants]]\nname = \"a\"",
-            "is empty or stands twice",
+            "is empty or listed twice",
         ),
         (
             "[[sweep.variants]]\nname = \"a\"\nradius_m = 3",
@@ -244,8 +244,8 @@ fn what_is_no_sweep_is_refused() {
             "[sweep]\nmodel.gas.radius_m = { from = 1, to = 2, count = 1001 }\nmodel.gas.mass_kg = { from = 1, to = 2, count = 1000 }",
             "the sweep has more than 1000000 runs: 1001 x 1000 points and 1 replicates",
         ),
-        ("[sweep]\nmodel.dem.discs = [1]", "[model.gas] and [model.dem] exclude each other"),
-        ("[sweep]\nmodel.gas.radius_m.inner = [1]", "`model.gas.radius_m` is no table here"),
+        ("[sweep]\nmodel.dem.discs = [1]", "[model.gas] and [model.dem] cannot be used together"),
+        ("[sweep]\nmodel.gas.radius_m.inner = [1]", "`model.gas.radius_m` is not a table"),
     ];
     for (sweep, message) in refused {
         let text = errors(&format!("[model.gas]\nradius_m = 1.0\n{sweep}\n"));

@@ -1,17 +1,58 @@
-//! The rules between the keys of a DEM scene: walls, regions, materials, rain.
+//! The rules between the keys of a DEM scene: sizes, walls, regions, materials, rain.
 
-use super::dem_materials::MOST_MATERIALS;
-use super::{
-    DISC, DemConfig, DemIntegrator, DemWall, DemWallShape, Dissipation, PeriodicSides, Placement,
-    WALL,
-};
+use super::dem::{DemConfig, DemIntegrator, Dissipation, PeriodicSides};
+use super::dem_materials::{DISC, MOST_MATERIALS, WALL};
+use super::dem_radius::MOST_RADIUS_RATIO;
+use super::dem_walls::{DemWall, DemWallShape};
+use super::placement::Placement;
 use crate::keys::Reader;
 use crate::quantity::Finite;
 
 impl DemConfig {
-    /// Reports what no scene can be made of.
-    pub(super) fn check_scene(&self, largest_radius: f64, table: &mut Reader<'_>) {
+    /// Reports discs that do not fit into the box, or radii that differ too much.
+    pub(super) fn check_sizes(&self, table: &mut Reader<'_>) {
+        let (smallest, radius) = self.radius_m.range();
         let (width, height) = (self.width_m.get(), self.height_m.get());
+        if 2.0 * radius >= width || 2.0 * radius >= height {
+            let title = format!(
+                "a disc of radius {radius:?} m does not fit into a box of {width:?} m x {height:?} m"
+            );
+            table.refuse(
+                &["radius_m", "width_m", "height_m"],
+                &title,
+                "the radius must be below half of the shorter side",
+            );
+        }
+        if smallest * MOST_RADIUS_RATIO < radius * (1.0 - 1e-12) {
+            table.refuse(
+                &["radius_m"],
+                &format!("the largest radius is {:.1} times the smallest", radius / smallest),
+                "must be at most 10 times",
+            );
+        }
+    }
+
+    /// Reports a scene that cannot be set up.
+    pub(super) fn check_scene(&self, table: &mut Reader<'_>) {
+        self.check_integrator(table);
+        self.check_periodic_sides(table);
+        self.check_region(table);
+        for wall in &self.walls {
+            self.check_wall(wall, table);
+        }
+        self.check_materials(table);
+        self.check_rain(table);
+        let is_drawn = matches!(self.placement, Placement::Random | Placement::Lattice);
+        if !is_drawn && self.velocity_deviation_m_per_s.is_some() {
+            table.refuse(
+                &["velocity_deviation_m_per_s", "placement"],
+                "`velocity_deviation_m_per_s` cannot be used with a given or recorded start",
+                "remove one of them",
+            );
+        }
+    }
+
+    fn check_integrator(&self, table: &mut Reader<'_>) {
         let moves = self.walls.iter().any(|wall| !wall.is_at_rest());
         if self.integrator == DemIntegrator::ImplicitDashpot && (moves || self.rubs()) {
             table.refuse(
@@ -23,12 +64,16 @@ impl DemConfig {
                     "contact_pairs",
                     "walls",
                 ],
-                "the implicit dashpot knows neither friction nor moving walls",
-                "take \"semi-implicit-euler\" or \"velocity-verlet\"",
+                "the implicit dashpot supports neither friction nor moving walls",
+                "use \"semi-implicit-euler\" or \"velocity-verlet\"",
             );
         }
+    }
+
+    fn check_periodic_sides(&self, table: &mut Reader<'_>) {
         // Neighbors across a periodic side must not be neighbors within the box as well.
-        let least = 12.0 * largest_radius;
+        let least = 12.0 * self.radius_m.range().1;
+        let (width, height) = (self.width_m.get(), self.height_m.get());
         let (x, y) = match self.periodic {
             PeriodicSides::None => (false, false),
             PeriodicSides::X => (true, false),
@@ -42,6 +87,10 @@ impl DemConfig {
                 "a periodic side must be at least 12 of the largest radii long",
             );
         }
+    }
+
+    fn check_region(&self, table: &mut Reader<'_>) {
+        let (width, height) = (self.width_m.get(), self.height_m.get());
         if let Some([low, high]) = self.region_m {
             let is_inside = |at: [Finite; 2]| {
                 (0.0..=width).contains(&at[0].get()) && (0.0..=height).contains(&at[1].get())
@@ -49,23 +98,10 @@ impl DemConfig {
             if !is_inside(low) || !is_inside(high) || low[0] >= high[0] || low[1] >= high[1] {
                 table.refuse(
                     &["region_m", "width_m", "height_m"],
-                    "the region is no rectangle within the box",
+                    "`region_m` is not a rectangle within the box",
                     "its corners, lower left first, must lie within the box",
                 );
             }
-        }
-        for wall in &self.walls {
-            self.check_wall(wall, table);
-        }
-        self.check_materials(table);
-        self.check_rain(largest_radius, table);
-        let is_drawn = matches!(self.placement, Placement::Random | Placement::Lattice);
-        if !is_drawn && self.velocity_deviation_m_per_s.is_some() {
-            table.refuse(
-                &["velocity_deviation_m_per_s", "placement"],
-                "a given or recorded start has its own velocities",
-                "leave velocity_deviation_m_per_s out, or the start",
-            );
         }
     }
 
@@ -80,13 +116,14 @@ impl DemConfig {
 
     fn check_materials(&self, table: &mut Reader<'_>) {
         let names: Vec<&str> = self.materials.iter().map(|material| &*material.name).collect();
-        let stands_twice = |(index, name): (usize, &&str)| names[..index].contains(name);
-        if names.len() > MOST_MATERIALS || names.iter().enumerate().any(stands_twice) {
-            table.refuse(
-                &["materials"],
-                "the materials cannot be told apart",
-                "at most 8 materials, each with a name of its own",
-            );
+        if names.len() > MOST_MATERIALS {
+            let title = format!("there are {} materials", names.len());
+            table.refuse(&["materials"], &title, &format!("must be at most {MOST_MATERIALS}"));
+        }
+        let is_repeated = |(index, name): &(usize, &&str)| names[..*index].contains(name);
+        if let Some((_, name)) = names.iter().enumerate().find(is_repeated) {
+            let title = format!("material {name:?} is listed twice");
+            table.refuse(&["materials"], &title, "each material needs a name of its own");
         }
         let known = if names.is_empty() { vec![DISC] } else { names };
         let mut seen: Vec<[&str; 2]> = Vec::new();
@@ -96,13 +133,13 @@ impl DemConfig {
                 [one, other].into_iter().find(|name| *name != WALL && !known.contains(name));
             if let Some(name) = unknown {
                 let label = format!("known: {}, {WALL}", known.join(", "));
-                let title = format!("no material is called {name:?}");
+                let title = format!("unknown material {name:?}");
                 table.refuse(&["contact_pairs"], &title, &label);
             } else if one == WALL && other == WALL {
                 let title = "walls do not touch each other";
                 table.refuse(&["contact_pairs"], title, "one of the two must be a material");
             } else if seen.contains(&[one, other]) || seen.contains(&[other, one]) {
-                let title = format!("the pair of {one:?} and {other:?} stands twice");
+                let title = format!("the pair of {one:?} and {other:?} is listed twice");
                 table.refuse(&["contact_pairs"], &title, "keep one of them");
             }
             seen.push([one, other]);
@@ -113,14 +150,15 @@ impl DemConfig {
         if wants_restitution && matches!(self.dissipation, Dissipation::Damping(_)) {
             table.refuse(
                 &["damping_n_s_per_m", "materials", "contact_pairs"],
-                "with one damping for all contacts no material has a restitution of its own",
-                "give restitution in place of damping_n_s_per_m",
+                "`damping_n_s_per_m` cannot be used together with a restitution per material",
+                "replace damping_n_s_per_m with restitution",
             );
         }
     }
 
-    fn check_rain(&self, largest_radius: f64, table: &mut Reader<'_>) {
+    fn check_rain(&self, table: &mut Reader<'_>) {
         let Some(rain) = &self.rain else { return };
+        let largest_radius = self.radius_m.range().1;
         let sides = [self.width_m.get(), self.height_m.get()];
         let has_room = |end: [Finite; 2]| {
             let fits = |axis: usize| {
@@ -137,7 +175,11 @@ impl DemConfig {
             );
         }
         if self.discs.checked_add(rain.discs.get()).is_none() {
-            table.refuse(&["rain", "discs"], "there are too many discs", "at most 2^32 - 1 in all");
+            table.refuse(
+                &["rain", "discs"],
+                "there are too many discs",
+                "must be at most 2^32 - 1 in total",
+            );
         }
     }
 

@@ -1,0 +1,51 @@
+//! The keys of a manifest before its first table.
+
+use crate::keys::Reader;
+use crate::table::table;
+use crate::value::ReplicateCount;
+
+table! {
+    /// The keys before the first table.
+    pub(crate) struct Head at most one of [replicates, replicate] {
+        /// Name of the experiment and of its folder, [A-Za-z0-9_-]+; by default the file's stem.
+        name: Option<String> ["", optional],
+        /// What the experiment asks, in a sentence.
+        description: Option<String> ["", optional],
+        /// Seed of all random streams.
+        seed: u64 ["1"] = 0,
+        /// Number of runs at each point of the sweep, each with its own random streams; by default 1.
+        replicates: Option<ReplicateCount> ["1", optional],
+        /// In place of `replicates`: only this one, counted from 0.
+        replicate: Option<u32> ["1", optional],
+    }
+}
+
+impl Head {
+    /// The head of a canonical manifest: without a name and a description, which do not affect the run.
+    pub(crate) fn of_run(seed: u64, replicate: u32) -> Self {
+        Self { seed, replicate: Some(replicate), ..Self::default() }
+    }
+
+    /// Reports a name that cannot name a folder.
+    pub(crate) fn check(&self, table: &mut Reader<'_>) {
+        if let Some(name) = self.name.as_ref().filter(|name| !is_name(name)) {
+            let title = format!("`name` is {name:?}; must be 1 to 80 letters, digits, _ and -");
+            table.refuse(&["name"], &title, "it names a folder");
+        }
+    }
+
+    /// The numbers of the replicates to run.
+    pub(crate) fn replicate_numbers(&self) -> std::ops::Range<u32> {
+        match (self.replicate, self.replicates) {
+            (Some(number), _) => number..number.saturating_add(1),
+            (None, Some(count)) => 0..count.get(),
+            (None, None) => 0..1,
+        }
+    }
+}
+
+/// Whether a text can name an experiment and its folder.
+pub(crate) fn is_name(name: &str) -> bool {
+    let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+    (1..=80).contains(&name.len()) && name.chars().all(fits)
+}

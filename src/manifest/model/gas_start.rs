@@ -1,0 +1,90 @@
+//! `[model.gas]`: positions and speeds at the start, and the temperature that they define.
+
+use super::placement::{GIVEN_SI, Placement, placements};
+use crate::quantity::NonNegative;
+use crate::table::choice;
+use crate::value::words;
+
+words! {
+    /// The distribution of the positions at the start.
+    pub enum PlaceDistribution {
+        /// Uniform over the area: stationary.
+        Area = "area",
+        /// Distance from the center uniform in [0, r]: too many in the middle, and not stationary.
+        Radius = "radius",
+    }
+}
+
+words! {
+    /// The distribution of the speeds at the start; directions are uniform.
+    pub enum SpeedDistribution {
+        /// Uniform in `[0, v_max)`, as the source document asks.
+        Uniform = "uniform",
+        /// Maxwell's in two dimensions.
+        Maxwell = "maxwell",
+        /// All equal.
+        Equal = "equal",
+    }
+}
+
+choice! {
+    /// What fixes the scale of the speeds.
+    pub enum SpeedScale {
+        /// All velocities are rescaled at the start to exactly this temperature.
+        temperature_k: Temperature(NonNegative) ["K"],
+        /// Upper bound of uniform speeds, or the speed itself for equal ones, in place of `temperature_k`; nothing is
+        /// rescaled.
+        max_speed_m_per_s: MaxSpeed(NonNegative) ["m/s"],
+        |
+        /// The start is written out with its velocities, or its speeds are; nothing is rescaled.
+        Given,
+    }
+}
+
+words! {
+    /// The mean of the speeds that defines the temperature.
+    pub enum TemperatureDefinition {
+        /// `N k_B T = N m <v>^2 / 2`: the source document's equation (13).
+        MeanSpeed = "mean-speed",
+        /// `N k_B T = N m <v^2> / 2`: equipartition in two dimensions.
+        MeanSquare = "mean-square",
+    }
+}
+
+words! {
+    /// Boltzmann's constant.
+    pub enum BoltzmannConstant {
+        /// 1.380658e-23 J/K (CODATA 1986), the source document's.
+        Codata1986 = "codata-1986",
+        /// 1.380649e-23 J/K, exact in the SI since 2019.
+        Si2019 = "si-2019",
+    }
+}
+
+placements! {
+    /// A placement of the gas: points need no lattice.
+    pub(super) enum GasPlacement given as GIVEN_SI {
+        /// Uniformly at random.
+        Random = "random",
+    }
+}
+
+impl From<Placement> for GasPlacement {
+    fn from(placement: Placement) -> Self {
+        match placement {
+            Placement::Random | Placement::Lattice => Self::Random,
+            Placement::Given(state) => Self::Given(state),
+            Placement::Recorded(start) => Self::Recorded(start),
+        }
+    }
+}
+
+impl From<GasPlacement> for Placement {
+    fn from(placement: GasPlacement) -> Self {
+        match placement {
+            GasPlacement::Random => Self::Random,
+            GasPlacement::Given(state) => Self::Given(state),
+            GasPlacement::Recorded(start) => Self::Recorded(start),
+        }
+    }
+}

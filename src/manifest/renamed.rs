@@ -1,0 +1,102 @@
+//! Keys and values that 0.1 renamed, so that the error for an old name gives the new one. Kept for 0.1 only.
+
+use crate::diagnostics::Diagnostic;
+use crate::tree::Span;
+
+/// Old names: the path of the table that had the key (or of the key that had the value), the old name, and what to write
+/// instead, as in a manifest: `insertion`, `"dop853"`, or `dashpot = "implicit"`.
+type Renames = &'static [(&'static str, &'static str, &'static str)];
+
+/// Old keys, by the path of their table: `model.dem`, `model.dem.materials`, `record`, `checks`, or "" for the first keys.
+#[cfg(not(test))]
+const KEYS: Renames = &[];
+
+/// Old words, by the path of their key, such as `model.orbit.integrator`.
+#[cfg(not(test))]
+const VALUES: Renames = &[];
+
+#[cfg(test)]
+const KEYS: Renames = &[
+    ("", "random_seed", "seed"),
+    ("model.dem", "tail", "limit_damping = true"),
+    ("model.dem.materials", "label", "name"),
+    ("model.gas", "container_m", "radius_m"),
+    ("record", "images", "frames"),
+];
+
+#[cfg(test)]
+const VALUES: Renames = &[
+    ("model.gas.propagation", "closed-form", "\"exact\""),
+    ("model.gas.placement", "anywhere", "\"random\""),
+];
+
+fn find(names: Renames, path: &str, old: &str) -> Option<&'static str> {
+    let entry = names.iter().find(|(at, name, _)| *at == path && *name == old);
+    entry.map(|(_, _, new)| *new)
+}
+
+/// The new name of an old key of a table.
+pub(crate) fn key(table: &str, old: &str) -> Option<&'static str> {
+    find(KEYS, table, old)
+}
+
+/// The new name of an old value of a key.
+pub(crate) fn value(key: &str, old: &str) -> Option<&'static str> {
+    find(VALUES, key, old)
+}
+
+/// The new name of an old key that is written with its table, such as `model.gas.radius`, or by its last part only.
+pub(crate) fn dotted_key(old: &str) -> Option<&'static str> {
+    match old.rsplit_once('.') {
+        Some((table, old)) => key(table, old),
+        None => KEYS.iter().find(|(_, name, _)| *name == old).map(|(_, _, new)| *new),
+    }
+}
+
+/// The error for an old name.
+pub(crate) fn error(old: &str, new: &str, at: Span) -> Diagnostic {
+    Diagnostic::new(format!("`{old}` was renamed; use `{new}`")).at(at, "old name")
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use crate::parse;
+
+    /// Every line of a manifest that ends in `# <- NEW` has an old name; nothing else is wrong.
+    fn names_every_new_name(manifest: &str) {
+        let errors = parse(manifest, "m.toml", &[]).unwrap_err();
+        let text = errors.to_string();
+        let mut expected = 0;
+        for (index, line) in manifest.lines().enumerate() {
+            let Some((_, new)) = line.split_once("# <- ") else { continue };
+            expected += 1;
+            assert!(text.contains(&format!("was renamed; use `{new}`")), "{line}\n{text}");
+            assert!(text.contains(&format!("--> m.toml:{}:", index + 1)), "{line}\n{text}");
+        }
+        assert_eq!(errors.len(), expected, "{text}");
+    }
+
+    #[test]
+    fn all_old_names_are_reported_at_once_with_the_new_ones() {
+        names_every_new_name(
+            "random_seed = 3 # <- seed\n[model.gas]\ncontainer_m = 2 # <- radius_m\n\
+             propagation = \"closed-form\" # <- \"exact\"\nplacement = \"anywhere\" # <- \"random\"\n\
+             [record]\nimages = 3 # <- frames\n",
+        );
+        names_every_new_name("[model.dem]\ntail = \"clamped\" # <- limit_damping = true\n");
+    }
+
+    #[test]
+    fn old_required_key_is_one_error() {
+        names_every_new_name("[model.dem]\nmaterials = [{ label = \"a\" }] # <- name\n");
+    }
+
+    #[test]
+    fn old_names_of_swept_keys_are_reported() {
+        names_every_new_name(
+            "[model.gas]\n[sweep]\nmodel.gas.container_m = [1, 2] # <- radius_m\n\
+             [[checks]]\nmetric = \"a\"\nminimum = 1\nwhere = { container_m = 1 } # <- radius_m\n",
+        );
+    }
+}
