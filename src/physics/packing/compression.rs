@@ -2,7 +2,7 @@
 //! 561, 1990). All diameters grow at one constant relative rate; the velocities are scaled back now and then, as growing
 //! discs heat each other.
 
-use super::arena::{Arena, Guard};
+use super::domain::{Arena, Guard};
 use super::engine::{Engine, Step, With};
 use super::motion::Vector;
 use super::observables::Moments;

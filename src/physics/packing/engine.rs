@@ -5,21 +5,21 @@
 //! and is found out when its time comes (Lubachevsky, J. Comput. Phys. 94, 255, 1991; Paul, J. Comput. Phys. 221, 615, 2007).
 
 mod collisions;
-mod foresight;
 mod growth;
 mod prediction;
+mod prefetch;
 
 pub(super) use self::collisions::{Changes, Collision, With};
 use self::prediction::Prospect;
-use super::arena::{Arena, Growth};
-use super::calendar::Calendar;
 use super::cells::{Cells, Grid, Shifts};
 use super::clock::Clock;
 use super::disc::{Disc, MANY};
+use super::domain::{Arena, Growth};
+use super::event_queue::Calendar;
 use super::events::{EventCode, EventKind, NEVER, Side};
+use super::inelastic_collapse::Rapid;
 use super::motion::{self, Vector};
 use super::processor::with_large_pages;
-use super::rapid::Rapid;
 use super::scan::Seeker;
 use crate::model::Fault;
 use crate::random::Generator;

@@ -2,28 +2,28 @@
 //!
 //! Equal discs of mass 1 fly freely in a box until two of them touch or one touches a wall. In reading order: the laws of
 //! flight and collision (`motion`), the start (`start`, `lattice`, `compression`), what can happen (`events`), what comes next
-//! (`engine` with its `collisions`, `prediction` and `foresight`, `scan`, `cells`, `calendar`, `clock`), and what is measured (`observables`).
+//! (`engine` with its `collisions`, `prediction` and `prefetch`, `scan`, `cells`, `event_queue`, `clock`), and what is measured (`observables`).
 //!
 //! The mean velocity of a random start is removed (but for a single disc), so that T at the start is 2 (1 - 1/n) times the
 //! variance of a component. Walls do not keep the momentum: it fluctuates about zero later on.
 
-mod arena;
-mod calendar;
 mod cells;
 mod clock;
 mod compression;
 mod disc;
+mod domain;
 mod engine;
+mod event_queue;
 mod events;
+mod inelastic_collapse;
 mod lattice;
 mod motion;
 mod observables;
 mod processor;
-mod rapid;
 mod scan;
 mod start;
 
-use self::arena::{Arena, Guard};
+use self::domain::{Arena, Guard};
 use self::engine::{Collision, Engine, Step};
 use self::observables::{Moments, Series, Tallies};
 use self::processor::Kernel;

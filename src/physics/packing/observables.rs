@@ -1,6 +1,6 @@
 //! What is measured of hard discs: moments of the velocities, collisions, pressure.
 
-use super::arena::Arena;
+use super::domain::Arena;
 use super::engine::{Changes, Collision, With};
 use super::motion::Vector;
 use crate::sum::CompensatedSum;

@@ -1,7 +1,7 @@
 //! Compression: discs that grow while they move.
 
 use super::Engine;
-use crate::packing::arena::Growth;
+use crate::packing::domain::Growth;
 
 impl Engine {
     /// Lets discs grow from now on, from a share of their full radius. The engine was made with the radius of each disc.

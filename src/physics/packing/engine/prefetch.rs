@@ -1,9 +1,9 @@
 //! Memory is asked for before it is needed: what the coming events will look at.
 
 use super::Engine;
-use crate::packing::calendar::Ahead;
 use crate::packing::cells::Cells;
 use crate::packing::disc::Disc;
+use crate::packing::event_queue::Ahead;
 use crate::packing::events::{EventCode, EventKind};
 use crate::packing::processor::fetch_ahead;
 
@@ -82,7 +82,7 @@ fn for_each_center(
 
 #[cfg(test)]
 mod tests {
-    use crate::packing::arena::{Arena, Guard};
+    use crate::packing::domain::{Arena, Guard};
     use crate::packing::engine::Engine;
     use crate::random::{Seed, Stream};
 
