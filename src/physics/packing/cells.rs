@@ -8,20 +8,20 @@ use super::processor::with_large_pages;
 /// partner. As narrow as that, four discs fit into a cell and the search looks at the fewest.
 const MARGIN: f64 = 1.01;
 
-/// So many cells a disc at most: in dilute systems narrower cells would only be crossed. With one cell a disc, five would
+/// So many cells a disc at most: in dilute systems narrower cells would only be crossed. CollisionPartner one cell a disc, five would
 /// often stand in one.
 const CELLS_PER_DISC: f64 = 2.0;
 
 /// An empty place.
-pub(super) const NOBODY: u32 = u32::MAX;
+pub(super) const NO_DISC: u32 = u32::MAX;
 
 /// A cell in which nobody stands.
-const EMPTY: [u32; 4] = [NOBODY; 4];
+const EMPTY: [u32; 4] = [NO_DISC; 4];
 
 /// How many of a cell's places are taken.
 #[inline(always)]
 fn taken(slots: &[u32; 4]) -> usize {
-    slots.iter().map(|&slot| usize::from(slot != NOBODY)).sum()
+    slots.iter().map(|&slot| usize::from(slot != NO_DISC)).sum()
 }
 
 /// How the box is divided. Cells are wider than the contact distance, so that all discs that can touch a disc of a cell
@@ -136,14 +136,14 @@ impl Grid {
     }
 
     /// The corners of the block around a cell, row by row, from that cell's own corner.
-    pub(super) fn shifts(&self) -> Shifts {
+    pub(super) fn offsets(&self) -> BlockOffsets {
         let steps = [-1.0, 0.0, 1.0];
-        let mut shifts = [[0.0; 16]; 2];
+        let mut offsets = [[0.0; 16]; 2];
         for place in 0..9 {
-            shifts[0][place] = steps[place % 3] * self.side[0];
-            shifts[1][place] = steps[place / 3] * self.side[1];
+            offsets[0][place] = steps[place % 3] * self.side[0];
+            offsets[1][place] = steps[place / 3] * self.side[1];
         }
-        shifts
+        offsets
     }
 
     /// The order of cells by patches of 16 x 16, row by row in each: near in this order is near in space.
@@ -173,7 +173,7 @@ impl Grid {
 }
 
 /// Corners of the nine cells of a block, x and y, in a table whose size is a power of two.
-pub(super) type Shifts = [[f64; 16]; 2];
+pub(super) type BlockOffsets = [[f64; 16]; 2];
 
 /// Who stands in which cell. The order of discs within a cell has no influence on any result.
 #[derive(Clone, Debug)]
@@ -199,7 +199,7 @@ impl Cells {
 
     /// Whether a cell has more discs than places.
     #[inline(always)]
-    pub(super) fn are_crowded(&self) -> bool {
+    pub(super) fn has_overflow(&self) -> bool {
         self.crowd > 0
     }
 
@@ -222,10 +222,10 @@ impl Cells {
         (&self.slots, rows, columns)
     }
 
-    /// The disc behind one in a last place, or [`NOBODY`].
+    /// The disc behind one in a last place, or [`NO_DISC`].
     #[inline(always)]
     pub(super) fn behind(&self, disc: u32) -> u32 {
-        if self.behind.is_empty() { NOBODY } else { self.behind[disc as usize] }
+        if self.behind.is_empty() { NO_DISC } else { self.behind[disc as usize] }
     }
 
     /// Puts a disc into a cell; `discs` is the number of all discs.
@@ -244,7 +244,7 @@ impl Cells {
     #[inline(never)]
     fn insert_behind(&mut self, disc: u32, index: usize, discs: usize) {
         if self.behind.is_empty() {
-            self.behind = vec![NOBODY; discs];
+            self.behind = vec![NO_DISC; discs];
         }
         let last = &mut self.slots[index][3];
         self.behind[disc as usize] = *last;
@@ -256,7 +256,7 @@ impl Cells {
     #[inline(always)]
     pub(super) fn remove(&mut self, disc: u32, cell: [u16; 2]) {
         let index = self.grid.index(cell);
-        if self.are_crowded() {
+        if self.has_overflow() {
             self.remove_from_crowd(disc, index);
             return;
         }
@@ -267,7 +267,7 @@ impl Cells {
             + 3 * usize::from(slots[3] == disc);
         let last = (taken(slots) + 3) % 4;
         slots[place] = slots[last];
-        slots[last] = NOBODY;
+        slots[last] = NO_DISC;
     }
 
     #[inline(never)]
@@ -281,8 +281,8 @@ impl Cells {
                 if place != last {
                     slots[place] = moved;
                 }
-                if slots[last] != NOBODY {
-                    self.behind[moved as usize] = NOBODY;
+                if slots[last] != NO_DISC {
+                    self.behind[moved as usize] = NO_DISC;
                     self.crowd -= 1;
                 }
             }
@@ -294,11 +294,11 @@ impl Cells {
     /// Takes a disc out of the row behind `first`.
     fn unlink(&mut self, disc: u32, first: u32) {
         let mut before = first;
-        while before != NOBODY {
+        while before != NO_DISC {
             let next = self.behind(before);
             if next == disc {
                 self.behind[before as usize] = self.behind[disc as usize];
-                self.behind[disc as usize] = NOBODY;
+                self.behind[disc as usize] = NO_DISC;
                 self.crowd -= 1;
                 return;
             }
@@ -311,7 +311,7 @@ impl Cells {
         for slots in self.around(cell) {
             for &slot in slots {
                 let mut disc = slot;
-                while disc != NOBODY {
+                while disc != NO_DISC {
                     visit(disc);
                     disc = self.behind(disc);
                 }

@@ -51,7 +51,7 @@ impl Clock {
 
     /// Moves the zero as near to the present as whole units allow, and returns by how much: what stands on this clock
     /// elsewhere has to follow.
-    pub(super) fn move_zero(&mut self) -> f64 {
+    pub(super) fn shift_origin(&mut self) -> f64 {
         let units = (self.local / self.unit).floor();
         let shift = units * self.unit;
         self.whole_units += units;
@@ -79,7 +79,7 @@ mod tests {
                 local += clock.unit * 0.1 * f64::from(step % 97);
                 clock.advance_to(local);
                 let time = clock.time();
-                let shift = clock.move_zero();
+                let shift = clock.shift_origin();
                 assert_eq!(local - shift, clock.local());
                 assert_eq!(clock.time(), time);
                 assert!(clock.local() < clock.unit);

@@ -2,10 +2,10 @@
 //! 561, 1990). All diameters grow at one constant relative rate; the velocities are scaled back now and then, as growing
 //! discs heat each other.
 
-use super::domain::{Arena, Guard};
-use super::engine::{Engine, Step, With};
+use super::domain::{Domain, ElasticThreshold};
+use super::engine::{CollisionPartner, Engine, StepOutcome};
 use super::motion::Vector;
-use super::observables::Moments;
+use super::observables::VelocityMoments;
 use super::start::{packing_fraction, random_positions, random_velocities};
 use crate::model::Refusal;
 use crate::random::{Seed, Stream};
@@ -24,13 +24,13 @@ const JAMMED: f64 = 1e7;
 const HEXAGONAL: f64 = 0.9069;
 
 /// Discs that have grown.
-pub(super) struct Compressed {
+pub(super) struct CompressedStart {
     /// Centers.
     pub(super) positions: Vec<Vector>,
     /// The share of the full radius that was reached: 1 unless a pressure was wanted.
     pub(super) scale: f64,
     /// How it went, for the log.
-    pub(super) account: String,
+    pub(super) description: String,
 }
 
 /// Lets discs grow to these radii, or up to the pressure that the manifest wants.
@@ -41,7 +41,7 @@ pub(super) fn compress(
     config: &PackingConfig,
     radii: &[f64],
     seed: Seed,
-) -> Result<Compressed, Refusal> {
+) -> Result<CompressedStart, Refusal> {
     let fraction = packing_fraction(config, radii);
     let is_equal = config.polydispersity.get() == 0.0;
     if is_equal && fraction >= HEXAGONAL && config.compression_pressure.is_none() {
@@ -58,24 +58,24 @@ pub(super) fn compress(
     let unmodified =
         PackingConfig { initial_velocities: InitialVelocities::Unmodified, ..config.clone() };
     let velocities = random_velocities(&unmodified, seed.stream(Stream::Compression));
-    let arena = Arena {
+    let domain = Domain {
         sides: [config.width.get(), config.height.get()],
         has_walls: config.boundary == Boundary::Walls,
-        largest_radius: config.largest_radius(),
+        max_radius: config.largest_radius(),
         restitution: 1.0,
-        guard: Guard::Off,
+        elastic_threshold: ElasticThreshold::Off,
         wall_noise_rad: 0.0,
     };
     let noise = seed.stream(Stream::WallNoise);
-    let mut engine = Engine::new(arena, positions, velocities, radii.to_vec(), 2.0, noise);
+    let mut engine = Engine::new(domain, positions, velocities, radii.to_vec(), 2.0, noise);
     let rate = growth_rate(config);
     engine.grow(scale, rate);
     let outcome = grow(&mut engine, config, [scale, rate])?;
     let reached = outcome.scale;
-    Ok(Compressed {
-        positions: engine.look().map(|(position, _)| position).collect(),
+    Ok(CompressedStart {
+        positions: engine.positions_and_velocities().map(|(position, _)| position).collect(),
         scale: reached,
-        account: format!(
+        description: format!(
             "compression at rate {} from packing fraction {begin:.4}, {} collisions a disc, pressure over ideal {:.4}",
             config.compression_rate.get(),
             outcome.collisions / radii.len() as u64,
@@ -89,7 +89,7 @@ fn growth_rate(config: &PackingConfig) -> f64 {
     config.compression_rate.get() / (2.0 * config.radius.get())
 }
 
-struct Outcome {
+struct GrowthResult {
     scale: f64,
     collisions: u64,
     pressure: f64,
@@ -99,25 +99,25 @@ fn grow(
     engine: &mut Engine,
     config: &PackingConfig,
     [scale, rate]: [f64; 2],
-) -> Result<Outcome, Refusal> {
+) -> Result<GrowthResult, Refusal> {
     let end = (1.0 - scale) / rate;
     let window = COLLISIONS_BETWEEN_SCALINGS * u64::from(config.discs.get());
-    let mut outcome = Outcome { scale: 1.0, collisions: 0, pressure: 1.0 };
+    let mut outcome = GrowthResult { scale: 1.0, collisions: 0, pressure: 1.0 };
     let (mut virial, mut opened) = (0.0, 0.0);
     loop {
         let step =
             engine.step::<false>(end).map_err(|fault| jammed(config, engine.scale(), &fault.0))?;
         let collision = match step {
-            Step::Collision(collision) => collision,
-            Step::Other => continue,
-            Step::Quiet => break,
+            StepOutcome::Collision(collision) => collision,
+            StepOutcome::Bookkeeping => continue,
+            StepOutcome::NoEvent => break,
         };
-        if let With::Disc(reach) = collision.with {
+        if let CollisionPartner::Disc(reach) = collision.with {
             virial += reach * engine.scale() * collision.normal_impulse;
         }
         outcome.collisions += 1;
         if outcome.collisions.is_multiple_of(window) {
-            let moments = Moments::of(engine.velocities());
+            let moments = VelocityMoments::of(engine.velocities());
             let kinetic = moments.temperature() * 0.5 * engine.count() as f64;
             let elapsed = engine.time() - opened;
             outcome.pressure = 1.0 + 0.5 * virial / (kinetic * elapsed);
@@ -134,7 +134,7 @@ fn grow(
             (virial, opened) = (0.0, engine.time());
         }
     }
-    engine.wait_until(end);
+    engine.advance_clock_to(end);
     Ok(outcome)
 }
 

@@ -5,13 +5,13 @@ use super::motion::{self, Vector};
 use serde::{Deserialize, Serialize};
 
 /// So many discs no longer stay in the processor's caches: where they are in memory begins to matter.
-pub(super) const MANY: usize = 20_000;
+pub(super) const LARGE_SYSTEM: usize = 20_000;
 
 /// One disc as its last collision left it, and its soonest event. One cache line: whoever looks at a neighbor fetches
 /// this and nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[repr(C, align(64))]
-pub(super) struct Disc {
+pub(super) struct DiscRecord {
     /// From the lower left corner of the cell.
     pub(super) position: Vector,
     /// Velocity.
@@ -31,7 +31,7 @@ pub(super) struct Disc {
 }
 
 /// Stands where no disc stands: no disc ever touches it, as no comparison with its numbers holds.
-pub(super) static NO_DISC: Disc = Disc {
+pub(super) static SENTINEL: DiscRecord = DiscRecord {
     position: [f64::NAN; 2],
     velocity: [0.0; 2],
     time: 0.0,
@@ -42,7 +42,7 @@ pub(super) static NO_DISC: Disc = Disc {
     cell: [0; 2],
 };
 
-impl Disc {
+impl DiscRecord {
     /// Where it is at a time, from the corner of its cell.
     #[inline(always)]
     pub(super) fn position_at(&self, time: f64) -> Vector {
@@ -50,4 +50,4 @@ impl Disc {
     }
 }
 
-const _: () = assert!(size_of::<Disc>() == 64);
+const _: () = assert!(size_of::<DiscRecord>() == 64);

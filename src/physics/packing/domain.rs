@@ -5,24 +5,24 @@ use serde::{Deserialize, Serialize};
 
 /// The box and the laws of collision.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Arena {
+pub(super) struct Domain {
     /// Width and height of the box, which is centered on the origin.
     pub(super) sides: Vector,
     /// Whether it has walls, as against periodic.
     pub(super) has_walls: bool,
     /// Radius of the largest disc.
-    pub(super) largest_radius: f64,
+    pub(super) max_radius: f64,
     /// Coefficient of restitution of a pair.
     pub(super) restitution: f64,
     /// Which collisions are elastic whatever the restitution.
-    pub(super) guard: Guard,
+    pub(super) elastic_threshold: ElasticThreshold,
     /// Standard deviation of the angle by which a wall turns the outgoing direction, rad.
     pub(super) wall_noise_rad: f64,
 }
 
 /// What keeps inelastic discs from infinitely many collisions in a finite time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) enum Guard {
+pub(super) enum ElasticThreshold {
     /// Nothing.
     Off,
     /// The TC model: elastic where one of the two collided less than this time ago (Luding and McNamara, Granular
@@ -32,20 +32,20 @@ pub(super) enum Guard {
     CutoffVelocity(f64),
 }
 
-impl Arena {
+impl Domain {
     /// Sides of the rectangle that centers stay in: of the largest disc, where they differ.
-    pub(super) fn room(&self) -> Vector {
-        let kept_off = if self.has_walls { 2.0 * self.largest_radius } else { 0.0 };
+    pub(super) fn accessible_sides(&self) -> Vector {
+        let kept_off = if self.has_walls { 2.0 * self.max_radius } else { 0.0 };
         self.sides.map(|side| side - kept_off)
     }
 
     /// The coefficient of restitution of a pair that approaches at `approach`, `time` after the last collision of either.
     #[inline(always)]
-    pub(super) fn restitution_of(&self, approach: f64, time: f64) -> f64 {
-        let is_elastic = match self.guard {
-            Guard::Off => false,
-            Guard::ContactTime(least) => time < least,
-            Guard::CutoffVelocity(least) => approach < least,
+    pub(super) fn restitution_at(&self, approach: f64, time: f64) -> f64 {
+        let is_elastic = match self.elastic_threshold {
+            ElasticThreshold::Off => false,
+            ElasticThreshold::ContactTime(least) => time < least,
+            ElasticThreshold::CutoffVelocity(least) => approach < least,
         };
         if is_elastic { 1.0 } else { self.restitution }
     }

@@ -9,35 +9,35 @@ mod growth;
 mod prediction;
 mod prefetch;
 
-pub(super) use self::collisions::{Changes, Collision, With};
-use self::prediction::Prospect;
-use super::cells::{Cells, Grid, Shifts};
+pub(super) use self::collisions::{Changes, Collision, CollisionPartner};
+use self::prediction::Prediction;
+use super::cells::{BlockOffsets, Cells, Grid};
 use super::clock::Clock;
-use super::disc::{Disc, MANY};
-use super::domain::{Arena, Growth};
-use super::event_queue::Calendar;
+use super::disc::{DiscRecord, LARGE_SYSTEM};
+use super::domain::{Domain, Growth};
+use super::event_queue::EventQueue;
 use super::events::{EventCode, EventKind, NEVER, Side};
-use super::inelastic_collapse::Rapid;
+use super::inelastic_collapse::CollapseDetector;
 use super::motion::{self, Vector};
 use super::processor::with_large_pages;
-use super::scan::Seeker;
+use super::scan::MovingDisc;
 use crate::model::Fault;
 use crate::random::Generator;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// At least so many events lie between two moves of the clock's zero, and at least so many a disc, as a move costs n. So
 /// the clock's local time stays near the time between a disc's collisions, and its grain far below all lengths.
-const EVENTS_BETWEEN_MOVES: u64 = 16;
-const EVENTS_A_DISC_BETWEEN_MOVES: u64 = 4;
+const MIN_EVENTS_BETWEEN_SHIFTS: u64 = 16;
+const EVENTS_PER_DISC_BETWEEN_SHIFTS: u64 = 4;
 
 /// What a step of the engine was.
-pub(super) enum Step {
+pub(super) enum StepOutcome {
     /// A collision.
     Collision(Collision),
     /// A crossing, or an event that was void.
-    Other,
+    Bookkeeping,
     /// Nothing happens any more in the time that was given.
-    Quiet,
+    NoEvent,
 }
 
 /// All discs, what will happen to them, and the time.
@@ -46,21 +46,21 @@ pub(super) struct Engine {
     state: State,
     /// From here on all is found again from the state.
     cells: Cells,
-    shifts: Shifts,
-    calendar: Calendar,
+    offsets: BlockOffsets,
+    event_queue: EventQueue,
     /// Whether all discs have one radius that stays.
     are_equal: bool,
     /// The clock's zero is moved after so many events.
-    events_between_moves: u64,
+    events_between_shifts: u64,
     /// Whether memory is asked for ahead: of few discs it is at hand, and asking would only cost.
-    fetches_ahead: bool,
+    prefetches: bool,
 }
 
 /// What the future depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct State {
-    arena: Arena,
-    discs: Vec<Disc>,
+    domain: Domain,
+    discs: Vec<DiscRecord>,
     /// Radius of each disc; empty where all are equal.
     radii: Vec<f64>,
     /// While the start is being compressed; `radii` are then those at the end.
@@ -69,27 +69,27 @@ struct State {
     /// Local time of the last collision.
     last_collision: f64,
     /// Events since the zero of the clock was moved, void ones and crossings included.
-    events_since_move: u64,
+    events_since_shift: u64,
     wall_noise: Generator,
-    rapid: Rapid,
+    collapse_detector: CollapseDetector,
 }
 
 impl Engine {
     /// An engine at time 0. There are as many velocities as positions, at least one; positions are inside and apart.
     /// `radii` are those of all discs, or empty where all are equal.
     pub(super) fn new(
-        arena: Arena,
+        domain: Domain,
         positions: Vec<Vector>,
         velocities: Vec<Vector>,
         radii: Vec<f64>,
         mean_square_speed: f64,
         wall_noise: Generator,
     ) -> Self {
-        let grid = Self::grid(&arena, positions.len());
+        let grid = Self::grid(&domain, positions.len());
         let mut discs = with_large_pages(positions.len());
         discs.extend(positions.into_iter().zip(velocities).map(|(position, velocity)| {
             let (cell, inside) = grid.locate(position);
-            Disc {
+            DiscRecord {
                 position: inside,
                 velocity,
                 time: 0.0,
@@ -100,48 +100,48 @@ impl Engine {
                 cell,
             }
         }));
-        let contact_distance = 2.0 * arena.largest_radius;
+        let contact_distance = 2.0 * domain.max_radius;
         let mut engine = Self::of(State {
-            arena,
+            domain,
             discs,
             radii,
             growth: None,
             clock: Clock::new(contact_distance, mean_square_speed),
             last_collision: 0.0,
-            events_since_move: 0,
+            events_since_shift: 0,
             wall_noise,
-            rapid: Rapid::new(contact_distance, mean_square_speed),
+            collapse_detector: CollapseDetector::new(contact_distance, mean_square_speed),
         });
         for disc in 0..engine.state.discs.len() as u32 {
             engine.predict::<false>(disc);
         }
-        engine.calendar = Calendar::new(&engine.state.discs, engine.mean_wait_ahead());
+        engine.event_queue = EventQueue::new(&engine.state.discs, engine.mean_wait_ahead());
         engine
     }
 
-    /// The engine of a state: discs into their cells, events into the calendar.
+    /// The engine of a state: discs into their cells, events into the event_queue.
     fn of(state: State) -> Self {
-        let grid = Self::grid(&state.arena, state.discs.len());
+        let grid = Self::grid(&state.domain, state.discs.len());
         let mut cells = Cells::new(grid);
         for (disc, record) in state.discs.iter().enumerate() {
             cells.insert(disc as u32, record.cell, state.discs.len());
         }
         let mut engine = Self {
-            calendar: Calendar::new(&[], 1.0),
-            shifts: grid.shifts(),
+            event_queue: EventQueue::new(&[], 1.0),
+            offsets: grid.offsets(),
             cells,
             are_equal: state.radii.is_empty(),
-            fetches_ahead: state.discs.len() >= MANY,
-            events_between_moves: EVENTS_BETWEEN_MOVES
-                .max(EVENTS_A_DISC_BETWEEN_MOVES * state.discs.len() as u64),
+            prefetches: state.discs.len() >= LARGE_SYSTEM,
+            events_between_shifts: MIN_EVENTS_BETWEEN_SHIFTS
+                .max(EVENTS_PER_DISC_BETWEEN_SHIFTS * state.discs.len() as u64),
             state,
         };
-        engine.calendar = Calendar::new(&engine.state.discs, engine.mean_wait_ahead());
+        engine.event_queue = EventQueue::new(&engine.state.discs, engine.mean_wait_ahead());
         engine
     }
 
-    fn grid(arena: &Arena, discs: usize) -> Grid {
-        Grid::new(arena.sides, 2.0 * arena.largest_radius, discs, arena.has_walls)
+    fn grid(domain: &Domain, discs: usize) -> Grid {
+        Grid::new(domain.sides, 2.0 * domain.max_radius, discs, domain.has_walls)
     }
 
     /// How long discs wait for their events, on average over those that have one.
@@ -154,8 +154,8 @@ impl Engine {
     }
 
     /// The box and the laws of collision.
-    pub(super) fn arena(&self) -> &Arena {
-        &self.state.arena
+    pub(super) fn domain(&self) -> &Domain {
+        &self.state.domain
     }
 
     /// Number of discs.
@@ -167,7 +167,7 @@ impl Engine {
     #[inline(always)]
     pub(super) fn radius(&self, disc: usize) -> f64 {
         if self.state.radii.is_empty() {
-            self.state.arena.largest_radius
+            self.state.domain.max_radius
         } else {
             self.state.radii[disc]
         }
@@ -180,19 +180,19 @@ impl Engine {
 
     /// Lets time pass up to a time since the start before the next event. Only the clock goes on: no disc is moved, and
     /// what happens next does not depend on it.
-    pub(super) fn wait_until(&mut self, time: f64) {
+    pub(super) fn advance_clock_to(&mut self, time: f64) {
         self.state.clock.advance_to(self.state.clock.to_local(time));
     }
 
     /// Positions and velocities now, in the order of the discs.
-    pub(super) fn look(&self) -> impl Iterator<Item = (Vector, Vector)> {
+    pub(super) fn positions_and_velocities(&self) -> impl Iterator<Item = (Vector, Vector)> {
         let now = self.state.clock.local();
-        let arena = &self.state.arena;
+        let domain = &self.state.domain;
         self.state.discs.iter().map(move |disc| {
             let mut place = self.cells.grid.place(disc.cell, disc.position_at(now));
-            if !arena.has_walls {
+            if !domain.has_walls {
                 // On its way out of its cell a disc may be a rounding error beyond the box.
-                for (coordinate, side) in place.iter_mut().zip(arena.sides) {
+                for (coordinate, side) in place.iter_mut().zip(domain.sides) {
                     *coordinate = motion::wrapped(*coordinate, side);
                 }
             }
@@ -206,55 +206,62 @@ impl Engine {
     }
 
     /// Time since the last collision of any discs, or since the start.
-    pub(super) fn time_since_collision(&self) -> f64 {
+    pub(super) fn time_since_last_collision(&self) -> f64 {
         self.state.clock.local() - self.state.last_collision
     }
 
     /// Tells the engine how fast discs are now: what counts as a rapid collision follows a system that cools.
     pub(super) fn set_mean_square_speed(&mut self, mean_square_speed: f64) {
-        self.state.rapid.set_scale(2.0 * self.state.arena.largest_radius, mean_square_speed);
+        self.state
+            .collapse_detector
+            .set_scale(2.0 * self.state.domain.max_radius, mean_square_speed);
     }
 
-    /// Lets the next event take place, unless it is later than a time since the start. `WIDE` takes the instructions of
+    /// Lets the next event take place, unless it is later than a time since the start. `HAS_AVX512` takes the instructions of
     /// 512 bits.
     ///
     /// # Errors
     /// Inelastic collapse (McNamara and Young, Phys. Fluids A 4, 496, 1992), or a jam.
     #[inline(always)]
-    pub(super) fn step<const WIDE: bool>(&mut self, until: f64) -> Result<Step, Fault> {
-        let Some(disc) = self.next() else { return Ok(Step::Quiet) };
+    pub(super) fn step<const HAS_AVX512: bool>(
+        &mut self,
+        until: f64,
+    ) -> Result<StepOutcome, Fault> {
+        let Some(disc) = self.next() else { return Ok(StepOutcome::NoEvent) };
         let record = &self.state.discs[disc as usize];
         if record.event_time > self.state.clock.to_local(until) {
-            return Ok(Step::Quiet);
+            return Ok(StepOutcome::NoEvent);
         }
         self.state.clock.advance_to(record.event_time);
         let step = match record.event.kind() {
             EventKind::Pair(partner)
                 if self.state.discs[partner as usize].collisions == record.partner_collisions =>
             {
-                Step::Collision(self.collide_pair::<WIDE>(disc, partner)?)
+                StepOutcome::Collision(self.collide_pair::<HAS_AVX512>(disc, partner)?)
             }
-            EventKind::Wall(side) => Step::Collision(self.collide_wall::<WIDE>(disc, side)),
+            EventKind::Wall(side) => {
+                StepOutcome::Collision(self.collide_wall::<HAS_AVX512>(disc, side))
+            }
             EventKind::Crossing(side) => {
-                self.cross::<WIDE>(disc, side);
-                Step::Other
+                self.cross::<HAS_AVX512>(disc, side);
+                StepOutcome::Bookkeeping
             }
             EventKind::Pair(_) | EventKind::Nothing => {
-                self.predict::<WIDE>(disc);
-                self.file(disc);
-                Step::Other
+                self.predict::<HAS_AVX512>(disc);
+                self.schedule(disc);
+                StepOutcome::Bookkeeping
             }
         };
-        self.state.events_since_move += 1;
-        if self.state.events_since_move >= self.events_between_moves {
-            self.move_clock();
+        self.state.events_since_shift += 1;
+        if self.state.events_since_shift >= self.events_between_shifts {
+            self.shift_clock_origin();
         }
         Ok(step)
     }
 
     /// A disc goes on into the next cell. Its clock stays: it is as if its last collision had been seen from there.
     #[inline(always)]
-    fn cross<const WIDE: bool>(&mut self, disc: u32, side: Side) {
+    fn cross<const HAS_AVX512: bool>(&mut self, disc: u32, side: Side) {
         let count = self.state.discs.len();
         let now = self.state.clock.local();
         let grid = &self.cells.grid;
@@ -268,45 +275,47 @@ impl Engine {
         record.position = position;
         record.cell = to;
         let position = motion::free_flight(position, velocity, flown);
-        let prospect = self.soonest::<WIDE>(Seeker { disc, cell: to, position, velocity, now });
+        let prediction =
+            self.soonest::<HAS_AVX512>(MovingDisc { id: disc, cell: to, position, velocity, now });
         // What was written is read only later, when it has arrived: the search passes the disc itself over.
         self.cells.remove(disc, from);
         self.cells.insert(disc, to, count);
-        self.set(disc, prospect);
-        self.file(disc);
+        self.set(disc, prediction);
+        self.schedule(disc);
     }
 
     /// Files the event of a disc.
     #[inline(always)]
-    fn file(&mut self, disc: u32) {
+    fn schedule(&mut self, disc: u32) {
         let record = &self.state.discs[disc as usize];
-        self.calendar.file(disc, record.event_time, record.event);
+        self.event_queue.schedule(disc, record.event_time, record.event);
     }
 
     #[inline(always)]
-    fn set(&mut self, disc: u32, prospect: Prospect) {
+    fn set(&mut self, disc: u32, prediction: Prediction) {
         let record = &mut self.state.discs[disc as usize];
-        record.event_time = prospect.time;
-        record.event = prospect.event;
-        record.partner_collisions = prospect.partner_collisions;
+        record.event_time = prediction.time;
+        record.event = prediction.event;
+        record.partner_collisions = prediction.partner_collisions;
     }
 
     /// Finds the soonest event of a disc anew.
     #[inline(always)]
-    fn predict<const WIDE: bool>(&mut self, disc: u32) {
+    fn predict<const HAS_AVX512: bool>(&mut self, disc: u32) {
         let now = self.state.clock.local();
         let record = &self.state.discs[disc as usize];
         let (cell, velocity) = (record.cell, record.velocity);
         let position = record.position_at(now);
-        let prospect = self.soonest::<WIDE>(Seeker { disc, cell, position, velocity, now });
-        self.set(disc, prospect);
+        let prediction =
+            self.soonest::<HAS_AVX512>(MovingDisc { id: disc, cell, position, velocity, now });
+        self.set(disc, prediction);
     }
 
     /// Moves the clock's zero near to the present: by the number of events, never because somebody looks.
     #[inline(never)]
-    fn move_clock(&mut self) {
-        self.state.events_since_move = 0;
-        let shift = self.state.clock.move_zero();
+    fn shift_clock_origin(&mut self) {
+        self.state.events_since_shift = 0;
+        let shift = self.state.clock.shift_origin();
         self.state.last_collision -= shift;
         for disc in &mut self.state.discs {
             disc.time -= shift;
@@ -317,7 +326,7 @@ impl Engine {
         if let Some(growth) = &mut self.state.growth {
             growth.scale += growth.rate * shift;
         }
-        self.calendar.file_anew(&self.state.discs, self.mean_wait_ahead());
+        self.event_queue.rebuild(&self.state.discs, self.mean_wait_ahead());
     }
 }
 

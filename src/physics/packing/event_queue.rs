@@ -7,9 +7,9 @@
 //! What comes next depends on the discs' events alone: they are in a total order by time, kind, partner and disc. The
 //! calendar is no part of the state, and its spans are chosen for speed.
 
-use super::disc::Disc;
+use super::disc::DiscRecord;
 use super::events::{EventCode, NEVER};
-use super::processor::{fetch_ahead, with_large_pages};
+use super::processor::{prefetch, with_large_pages};
 
 /// Entries of a sheet: two cache lines.
 const ENTRIES_OF_SHEET: usize = 8;
@@ -52,7 +52,7 @@ impl Entry {
 
     /// Whether this still is the event of its disc.
     #[inline(always)]
-    fn is_current(self, discs: &[Disc]) -> bool {
+    fn is_current(self, discs: &[DiscRecord]) -> bool {
         let disc = &discs[self.disc() as usize];
         self == Self::new(disc.event_time, disc.event, self.disc())
     }
@@ -87,7 +87,7 @@ const BLANK: Page = Page { sheet: NONE, filled: 0 };
 
 /// All events that are to come, one a disc.
 #[derive(Clone, Debug)]
-pub(super) struct Calendar {
+pub(super) struct EventQueue {
     /// The open page, sorted; those before `turned` are done.
     today: Vec<Entry>,
     turned: usize,
@@ -109,14 +109,14 @@ pub(super) struct Calendar {
     later: Vec<Entry>,
 }
 
-impl Calendar {
+impl EventQueue {
     /// A calendar of the discs' events. `wait` is about how long a disc waits for its event.
-    pub(super) fn new(discs: &[Disc], wait: f64) -> Self {
+    pub(super) fn new(discs: &[DiscRecord], wait: f64) -> Self {
         let count = discs.len() as f64;
         let share = SHARE_ON_PAGE * count;
         let on_page = if share > LEAST_ON_PAGE { share } else { LEAST_ON_PAGE };
         let pages = (WAITS_AHEAD * count / on_page) as usize;
-        let mut calendar = Self {
+        let mut event_queue = Self {
             today: Vec::new(),
             turned: 0,
             page: 0,
@@ -128,12 +128,12 @@ impl Calendar {
             free: NONE,
             later: Vec::new(),
         };
-        calendar.file_anew(discs, wait);
-        calendar
+        event_queue.rebuild(discs, wait);
+        event_queue
     }
 
     /// Files all events anew from a new zero of the clock, on pages that suit the present wait.
-    pub(super) fn file_anew(&mut self, discs: &[Disc], wait: f64) {
+    pub(super) fn rebuild(&mut self, discs: &[DiscRecord], wait: f64) {
         let span = wait * WAITS_AHEAD / self.pages.len() as f64;
         let pages_per_time = 1.0 / span;
         self.pages_per_time = if pages_per_time.is_finite() { pages_per_time } else { 0.0 };
@@ -161,7 +161,7 @@ impl Calendar {
 
     /// Files the event of a disc.
     #[inline(always)]
-    pub(super) fn file(&mut self, disc: u32, time: f64, event: EventCode) {
+    pub(super) fn schedule(&mut self, disc: u32, time: f64, event: EventCode) {
         if time == NEVER {
             return;
         }
@@ -180,7 +180,11 @@ impl Calendar {
     /// The disc whose event comes first; `None` if nothing ever happens. It stays first until it has another event.
     /// `passing` is called for each entry that is passed over, and looks at those that come after it.
     #[inline(always)]
-    pub(super) fn first(&mut self, discs: &[Disc], passing: impl Fn(Ahead<'_>)) -> Option<u32> {
+    pub(super) fn first(
+        &mut self,
+        discs: &[DiscRecord],
+        passing: impl Fn(Ahead<'_>),
+    ) -> Option<u32> {
         loop {
             while let Some(&entry) = self.today.get(self.turned) {
                 if entry.is_current(discs) {
@@ -235,7 +239,7 @@ impl Calendar {
     }
 
     /// Opens the next page that has entries; returns whether there is one.
-    fn turn_page(&mut self, discs: &[Disc]) -> bool {
+    fn turn_page(&mut self, discs: &[DiscRecord]) -> bool {
         self.today.clear();
         self.turned = 0;
         let mask = self.pages.len() - 1;
@@ -260,8 +264,8 @@ impl Calendar {
     fn fetch_sheets(&self, place: usize) {
         let mut sheet = self.pages[place].sheet;
         while let Some(Sheet(entries)) = self.sheets.get(sheet as usize) {
-            fetch_ahead(entries, 0);
-            fetch_ahead(entries, ENTRIES_OF_SHEET / 2);
+            prefetch(entries, 0);
+            prefetch(entries, ENTRIES_OF_SHEET / 2);
             sheet = self.behind[sheet as usize];
         }
     }
@@ -282,7 +286,7 @@ impl Calendar {
     }
 
     /// Files what came after the last page, now that the ring has gone round.
-    fn file_later(&mut self, discs: &[Disc]) {
+    fn file_later(&mut self, discs: &[DiscRecord]) {
         let later = std::mem::take(&mut self.later);
         for entry in later {
             if entry.is_current(discs) {
@@ -297,7 +301,7 @@ impl Calendar {
     }
 
     /// No page of the ring has entries: goes to the first page of what comes later.
-    fn skip_to_later(&mut self, discs: &[Disc]) -> bool {
+    fn skip_to_later(&mut self, discs: &[DiscRecord]) -> bool {
         let Some(first) = self.later.iter().filter(|entry| entry.is_current(discs)).min() else {
             return false;
         };
@@ -319,8 +323,8 @@ mod tests {
     use super::*;
     use crate::random::{Seed, Stream};
 
-    fn at_rest() -> Disc {
-        Disc {
+    fn at_rest() -> DiscRecord {
+        DiscRecord {
             position: [0.0; 2],
             velocity: [0.0; 2],
             time: 0.0,
@@ -339,12 +343,12 @@ mod tests {
         for count in [1_usize, 5, 37, 3000] {
             let mut generator = Seed { seed: 3, replicate: 0 }.stream(Stream::Positions);
             let mut discs = vec![at_rest(); count];
-            let mut calendar = Calendar::new(&discs, 1.0);
+            let mut event_queue = EventQueue::new(&discs, 1.0);
             let mut now = 0.0;
             for round in 0..20_000 {
                 let disc = (generator.uniform() * count as f64) as usize;
                 let disc = if round % 2 == 0 {
-                    calendar.first(&discs, |_| ()).map_or(disc, |first| first as usize)
+                    event_queue.first(&discs, |_| ()).map_or(disc, |first| first as usize)
                 } else {
                     disc
                 };
@@ -358,14 +362,14 @@ mod tests {
                 if generator.uniform() < 0.01 {
                     (discs[disc].event_time, discs[disc].event) = (NEVER, EventCode::NOTHING);
                 }
-                calendar.file(disc as u32, discs[disc].event_time, discs[disc].event);
+                event_queue.schedule(disc as u32, discs[disc].event_time, discs[disc].event);
                 if round % 1000 == 999 {
                     let shift = now.floor();
                     now -= shift;
                     for disc in discs.iter_mut().filter(|disc| disc.event_time < NEVER) {
                         disc.event_time -= shift;
                     }
-                    calendar.file_anew(&discs, 1.0);
+                    event_queue.rebuild(&discs, 1.0);
                 }
                 let waiting =
                     (0..count as u32).filter(|&disc| discs[disc as usize].event_time < NEVER);
@@ -373,7 +377,11 @@ mod tests {
                     let record = &discs[disc as usize];
                     Entry::new(record.event_time, record.event, disc)
                 });
-                assert_eq!(calendar.first(&discs, |_| ()), least, "{count} discs, round {round}");
+                assert_eq!(
+                    event_queue.first(&discs, |_| ()),
+                    least,
+                    "{count} discs, round {round}"
+                );
             }
         }
     }

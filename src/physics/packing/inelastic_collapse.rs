@@ -13,20 +13,20 @@ const RAPID: f64 = 1e-10;
 /// in a collapse the relative speeds fall by a constant factor each, so that they still are numbers after so many.
 const COLLAPSE: u32 = 100;
 
-/// Rapid collisions in a row of each disc that has had any.
+/// CollapseDetector collisions in a row of each disc that has had any.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Rapid {
+pub(super) struct CollapseDetector {
     /// Collisions of a disc less than this apart are rapid.
     time: f64,
     in_a_row: BTreeMap<u32, u32>,
 }
 
-impl Rapid {
+impl CollapseDetector {
     /// Of discs of this diameter and mean square speed.
     pub(super) fn new(diameter: f64, mean_square_speed: f64) -> Self {
-        let mut rapid = Self { time: 0.0, in_a_row: BTreeMap::new() };
-        rapid.set_scale(diameter, mean_square_speed);
-        rapid
+        let mut collapse_detector = Self { time: 0.0, in_a_row: BTreeMap::new() };
+        collapse_detector.set_scale(diameter, mean_square_speed);
+        collapse_detector
     }
 
     /// Follows a system that cools.

@@ -23,10 +23,10 @@ mod processor;
 mod scan;
 mod start;
 
-use self::domain::{Arena, Guard};
-use self::engine::{Collision, Engine, Step};
-use self::observables::{Moments, Series, Tallies};
-use self::processor::Kernel;
+use self::domain::{Domain, ElasticThreshold};
+use self::engine::{Collision, Engine, StepOutcome};
+use self::observables::{CollisionSeries, CollisionStatistics, VelocityMoments};
+use self::processor::WideKernel;
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::{
@@ -49,15 +49,15 @@ const SPEED_RANGE: f64 = 2.5;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Packing {
     engine: Engine,
-    tallies: Tallies,
-    series: Option<Series>,
+    statistics: CollisionStatistics,
+    series: Option<CollisionSeries>,
     extent: RunExtent,
     /// Time of the target that was reached last, or of the last collision since.
     time: f64,
     /// Whether the next call of `advance` opens a new window: as at the start, whose frame is taken first.
     at_target: bool,
     /// How the start came about: logged in the frame of the start, then dropped.
-    account_of_start: Option<String>,
+    start_description: Option<String>,
     speed_range_top: f64,
 }
 
@@ -89,16 +89,18 @@ impl Model for Packing {
 
     fn prepare(config: &PackingConfig, seed: Seed, per_collision: bool) -> Result<Self, Refusal> {
         let start = start::start(config, seed)?;
-        let moments = Moments::of(start.velocities.iter().copied());
-        let arena = Arena {
+        let moments = VelocityMoments::of(start.velocities.iter().copied());
+        let domain = Domain {
             sides: [config.width.get(), config.height.get()],
             has_walls: config.boundary == Boundary::Walls,
-            largest_radius: start.largest_radius,
+            max_radius: start.max_radius,
             restitution: config.restitution.get(),
-            guard: match config.collapse_guard {
-                CollapseGuard::Off => Guard::Off,
-                CollapseGuard::ContactTime(time) => Guard::ContactTime(time.get()),
-                CollapseGuard::CutoffVelocity(velocity) => Guard::CutoffVelocity(velocity.get()),
+            elastic_threshold: match config.collapse_guard {
+                CollapseGuard::Off => ElasticThreshold::Off,
+                CollapseGuard::ContactTime(time) => ElasticThreshold::ContactTime(time.get()),
+                CollapseGuard::CutoffVelocity(velocity) => {
+                    ElasticThreshold::CutoffVelocity(velocity.get())
+                }
             },
             wall_noise_rad: config.wall_noise_variance_rad2.get().sqrt(),
         };
@@ -107,23 +109,23 @@ impl Model for Packing {
                 moments.temperature().sqrt()
             }
             PackingPlacement::Random | PackingPlacement::Lattice | PackingPlacement::Compressed => {
-                2.0_f64.sqrt() * start::velocity_deviation(config)
+                2.0_f64.sqrt() * start::velocity_std(config)
             }
         };
-        let mut series = per_collision.then(Series::default);
+        let mut series = per_collision.then(CollisionSeries::default);
         if let Some(series) = &mut series {
             series.push(0, 0.0, &moments);
         }
         Ok(Self {
             engine: Engine::new(
-                arena,
+                domain,
                 start.positions,
                 start.velocities,
                 start.radii,
                 moments.temperature(),
                 seed.stream(Stream::WallNoise),
             ),
-            tallies: Tallies::new(moments),
+            statistics: CollisionStatistics::new(moments),
             series,
             extent: match config.length {
                 RunLength::EventsPerDisc(events) => {
@@ -133,7 +135,7 @@ impl Model for Packing {
             },
             time: 0.0,
             at_target: true,
-            account_of_start: Some(start.account),
+            start_description: Some(start.description),
             speed_range_top: if rms_speed > 0.0 { SPEED_RANGE * rms_speed } else { 1.0 },
         })
     }
@@ -150,7 +152,7 @@ impl Model for Packing {
     }
 
     fn count(&self) -> u64 {
-        self.tallies.events()
+        self.statistics.events()
     }
 
     fn time(&self) -> f64 {
@@ -158,26 +160,26 @@ impl Model for Packing {
     }
 
     fn observe(&self, frame: &mut Frame) {
-        let arena = self.engine.arena();
-        for (disc, (position, velocity)) in self.engine.look().enumerate() {
+        let domain = self.engine.domain();
+        for (disc, (position, velocity)) in self.engine.positions_and_velocities().enumerate() {
             let radius = self.engine.radius(disc);
             frame.push_state(&[position[0], position[1], velocity[0], velocity[1], radius]);
         }
-        let moments = Moments::of(self.engine.velocities());
-        let wait = self.engine.time_since_collision();
-        frame.push(&self.tallies.temperature(&moments));
-        frame.push(&self.tallies.collisions(self.time));
-        frame.push(&self.tallies.pressure(arena, self.time, wait));
+        let moments = VelocityMoments::of(self.engine.velocities());
+        let wait = self.engine.time_since_last_collision();
+        frame.push(&self.statistics.temperature(&moments));
+        frame.push(&self.statistics.collisions(self.time));
+        frame.push(&self.statistics.pressure(domain, self.time, wait));
         if let Some(series) = &self.series {
             frame.push(&series.message());
         }
-        if let Some(account) = &self.account_of_start {
-            frame.log(Level::Info, account.as_str());
+        if let Some(description) = &self.start_description {
+            frame.log(Level::Info, description.as_str());
         }
     }
 
     fn scenery(&self) -> Scenery {
-        let half = self.engine.arena().sides.map(|side| 0.5 * side);
+        let half = self.engine.domain().sides.map(|side| 0.5 * side);
         let (min, max) = (half.map(|half| -half), half);
         Scenery {
             walls: vec![Wall::Rectangle { min, max }],
@@ -200,24 +202,24 @@ impl Packing {
             series.clear();
         }
         self.at_target = false;
-        self.account_of_start = None;
+        self.start_description = None;
     }
 
     /// One event toward the target; returns whether it was reached before.
     #[inline(always)]
-    fn step<const WIDE: bool>(&mut self, target: Target) -> Result<bool, Fault> {
+    fn step<const HAS_AVX512: bool>(&mut self, target: Target) -> Result<bool, Fault> {
         let until = match target {
-            Target::Count(events) if self.tallies.events() >= events => {
+            Target::Count(events) if self.statistics.events() >= events => {
                 self.at_target = true;
                 return Ok(true);
             }
             Target::Count(_) => f64::INFINITY,
             Target::Time(time) => time,
         };
-        match self.engine.step::<WIDE>(until)? {
-            Step::Collision(collision) => self.note(&collision),
-            Step::Other => {}
-            Step::Quiet => return self.arrive(target).map(|()| true),
+        match self.engine.step::<HAS_AVX512>(until)? {
+            StepOutcome::Collision(collision) => self.note(&collision),
+            StepOutcome::Bookkeeping => {}
+            StepOutcome::NoEvent => return self.arrive(target).map(|()| true),
         }
         Ok(false)
     }
@@ -230,12 +232,12 @@ impl Packing {
                 return Err(Fault(format!(
                     "event {events} never comes: after {} events at time {} nothing moves toward anything; \
                      give the discs velocities, or set a duration",
-                    self.tallies.events(),
+                    self.statistics.events(),
                     self.time
                 )));
             }
             Target::Time(time) => {
-                self.engine.wait_until(time);
+                self.engine.advance_clock_to(time);
                 self.time = time;
             }
         }
@@ -247,20 +249,20 @@ impl Packing {
     #[inline(always)]
     fn note(&mut self, collision: &Collision) {
         self.time = self.engine.time();
-        self.tallies.count(collision);
+        self.statistics.count(collision);
         // Summing anew costs n: every n collisions it costs nothing that grows.
-        if self.tallies.events().is_multiple_of(self.engine.count() as u64) {
+        if self.statistics.events().is_multiple_of(self.engine.count() as u64) {
             self.renew_moments();
         }
         if let Some(series) = &mut self.series {
-            series.push(self.tallies.events(), self.time, self.tallies.moments());
+            series.push(self.statistics.events(), self.time, self.statistics.moments());
         }
     }
 
     #[inline(never)]
     fn renew_moments(&mut self) {
-        self.tallies.renew_moments(Moments::of(self.engine.velocities()));
-        self.engine.set_mean_square_speed(self.tallies.moments().temperature());
+        self.statistics.renew_moments(VelocityMoments::of(self.engine.velocities()));
+        self.engine.set_mean_square_speed(self.statistics.moments().temperature());
     }
 }
 
@@ -271,15 +273,15 @@ struct Advance<'a> {
     at_most: u64,
 }
 
-impl Kernel for Advance<'_> {
+impl WideKernel for Advance<'_> {
     type Output = Result<Progress, Fault>;
 
     #[inline(always)]
-    fn run<const WIDE: bool>(self) -> Self::Output {
+    fn run<const HAS_AVX512: bool>(self) -> Self::Output {
         let Self { packing, target, at_most } = self;
         packing.open_window();
         for _ in 0..at_most.max(1) {
-            if packing.step::<WIDE>(target)? {
+            if packing.step::<HAS_AVX512>(target)? {
                 return Ok(Progress::Reached);
             }
         }

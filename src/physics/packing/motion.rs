@@ -14,7 +14,7 @@ pub(super) type Vector = [f64; 2];
 
 /// What a pair collision leads to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct PairImpact {
+pub(super) struct PairCollision {
     /// Velocities of the first and of the second disc afterward.
     pub(super) velocities: [Vector; 2],
     /// Magnitude of the momentum that was handed over along the line of centers.
@@ -29,7 +29,7 @@ pub(super) fn free_flight(position: Vector, velocity: Vector, duration: f64) -> 
 
 /// Time until two growing discs touch, |r + v t| = s + a t, a the sum of the rates of their radii, or [`f64::MAX`].
 ///
-/// With A = v^2 - a^2, B = r . v - a s, C = r^2 - s^2 the smaller root of A t^2 + 2 B t + C = 0 that is not negative, each
+/// CollisionPartner A = v^2 - a^2, B = r . v - a s, C = r^2 - s^2 the smaller root of A t^2 + 2 B t + C = 0 that is not negative, each
 /// time in the form without cancellation (Lubachevsky and Stillinger, J. Stat. Phys. 60, 561, 1990):
 ///
 /// t = C / (-B + sqrt(B^2 - A C)) where the surfaces approach (B < 0), else (B + sqrt(B^2 - A C)) / -A, if A < 0.
@@ -59,14 +59,18 @@ pub(super) fn time_to_growing_contact(
 
 /// Elastic collision of two growing discs: elastic for their surfaces, which part with a more than the centers,
 /// g' = -g + 2 a (Lubachevsky and Stillinger, as above).
-pub(super) fn growing_pair_impact(r: Vector, velocities: [Vector; 2], growth: f64) -> PairImpact {
+pub(super) fn growing_pair_collision(
+    r: Vector,
+    velocities: [Vector; 2],
+    growth: f64,
+) -> PairCollision {
     let [first, second] = velocities;
     let distance = (r[0] * r[0] + r[1] * r[1]).sqrt();
     let normal = [r[0] / distance, r[1] / distance];
     let g = (second[0] - first[0]) * normal[0] + (second[1] - first[1]) * normal[1];
     let impulse = g - growth;
     let change = [impulse * normal[0], impulse * normal[1]];
-    PairImpact {
+    PairCollision {
         velocities: [
             [first[0] + change[0], first[1] + change[1]],
             [second[0] - change[0], second[1] - change[1]],
@@ -88,17 +92,17 @@ pub(super) fn time_to_line(coordinate: f64, speed: f64, line: f64) -> f64 {
 ///
 /// v1' = v1 + (1 + alpha)/2 g n,   v2' = v2 - (1 + alpha)/2 g n
 ///
-/// (packing document, `colisiona`.) With g n = (v . r) r / r^2 there is no root to round. Rounding must not lean to one
+/// (packing document, `colisiona`.) CollisionPartner g n = (v . r) r / r^2 there is no root to round. Rounding must not lean to one
 /// side: r^2 of many collisions lies within some roundings of s^2, and where that is a power of two, as for discs of radius
 /// 1, the grain of numbers doubles there, which would heat elastic discs by 2e-12 in a hundred million collisions of a
 /// thousand. So r^2 is taken of another length, [`SCALE`] r.
 /// `restitution` is alpha as a function of the speed of approach -g.
 #[inline(always)]
-pub(super) fn pair_impact(
+pub(super) fn pair_collision(
     r: Vector,
     velocities: [Vector; 2],
     restitution: impl Fn(f64) -> f64,
-) -> PairImpact {
+) -> PairCollision {
     let [first, second] = velocities;
     let scaled = [SCALE * r[0], SCALE * r[1]];
     let square = scaled[0] * scaled[0] + scaled[1] * scaled[1];
@@ -106,7 +110,7 @@ pub(super) fn pair_impact(
     let distance = square.sqrt();
     let impulse = 0.5 * (1.0 + restitution(-approach / distance)) * approach;
     let change = [impulse * scaled[0] / square, impulse * scaled[1] / square];
-    PairImpact {
+    PairCollision {
         velocities: [
             [first[0] + change[0], first[1] + change[1]],
             [second[0] - change[0], second[1] - change[1]],
@@ -121,7 +125,7 @@ pub(super) fn pair_impact(
 /// w = (|u| / |T u'|) T u',   T = [[cos phi, -sin phi], [sin phi, cos phi]],   u' the reflection of u
 ///
 /// (packing document, equation 1.) The factor is 1 up to rounding: it keeps rounding from adding up over many walls.
-pub(super) fn wall_impact(velocity: Vector, axis: usize, angle: f64) -> Option<Vector> {
+pub(super) fn wall_collision(velocity: Vector, axis: usize, angle: f64) -> Option<Vector> {
     let mut reflected = velocity;
     reflected[axis] = -reflected[axis];
     if angle == 0.0 {
@@ -168,7 +172,7 @@ mod tests {
         for (speed_in, theta, phi) in [(1.0, 0.7, 0.1), (3e-5, 1.1, -0.4), (2e7, 0.3, 0.9)] {
             let incoming = [speed_in * libm::cos(theta), speed_in * libm::sin(theta)];
             // The right wall: the reflected direction is pi - theta.
-            let out = wall_impact(incoming, 0, phi).unwrap();
+            let out = wall_collision(incoming, 0, phi).unwrap();
             let direction = std::f64::consts::PI - theta + phi;
             let expected = [speed_in * libm::cos(direction), speed_in * libm::sin(direction)];
             for axis in 0..2 {
@@ -176,7 +180,7 @@ mod tests {
             }
             assert!((speed(out) / speed_in - 1.0).abs() < 4.0 * f64::EPSILON);
         }
-        assert_eq!(wall_impact([1.0, 0.1], 0, 1.7), None, "this would go back into the wall");
+        assert_eq!(wall_collision([1.0, 0.1], 0, 1.7), None, "this would go back into the wall");
     }
 
     /// Law: |r + v t| = s. Source: closed form, for a relative velocity along x: t = x - sqrt(s^2 - y^2). Setup: a distance

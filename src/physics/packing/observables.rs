@@ -1,7 +1,7 @@
 //! What is measured of hard discs: moments of the velocities, collisions, pressure.
 
-use super::domain::Arena;
-use super::engine::{Changes, Collision, With};
+use super::domain::Domain;
+use super::engine::{Changes, Collision, CollisionPartner};
 use super::motion::Vector;
 use crate::sum::CompensatedSum;
 use kinetoscope_recording::channels::{
@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 
 /// Sums of v^2 and v^4 over discs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Moments {
+pub(super) struct VelocityMoments {
     second: f64,
     fourth: f64,
     count: f64,
 }
 
-impl Moments {
+impl VelocityMoments {
     /// The moments of these velocities, summed in their order.
     pub(super) fn of(velocities: impl Iterator<Item = Vector>) -> Self {
         let mut moments = Self { second: 0.0, fourth: 0.0, count: 0.0 };
@@ -64,11 +64,11 @@ fn square(velocity: Vector) -> f64 {
 
 /// What collisions have added up to since the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Tallies {
+pub(super) struct CollisionStatistics {
     pairs: u64,
     walls: u64,
     /// Followed from collision to collision and summed anew every n collisions: relative error about n 1e-16.
-    moments: Moments,
+    moments: VelocityMoments,
     temperature_at_start: f64,
     /// Up to the last collision.
     kinetic_energy_time_integral: CompensatedSum,
@@ -76,9 +76,9 @@ pub(super) struct Tallies {
     wall_impulse: CompensatedSum,
 }
 
-impl Tallies {
+impl CollisionStatistics {
     /// Nothing has happened yet.
-    pub(super) fn new(start: Moments) -> Self {
+    pub(super) fn new(start: VelocityMoments) -> Self {
         Self {
             pairs: 0,
             walls: 0,
@@ -96,12 +96,12 @@ impl Tallies {
     }
 
     /// The moments after the last collision.
-    pub(super) fn moments(&self) -> &Moments {
+    pub(super) fn moments(&self) -> &VelocityMoments {
         &self.moments
     }
 
     /// Takes moments that were summed anew, free of the rounding of many small changes.
-    pub(super) fn renew_moments(&mut self, moments: Moments) {
+    pub(super) fn renew_moments(&mut self, moments: VelocityMoments) {
         self.moments = moments;
     }
 
@@ -111,11 +111,11 @@ impl Tallies {
         self.kinetic_energy_time_integral.add(self.moments.kinetic_energy() * collision.wait);
         self.moments.follow(&collision.changes);
         match collision.with {
-            With::Disc(distance) => {
+            CollisionPartner::Disc(distance) => {
                 self.pairs += 1;
                 self.collision_virial.add(distance * collision.normal_impulse);
             }
-            With::Wall => {
+            CollisionPartner::Wall => {
                 self.walls += 1;
                 self.wall_impulse.add(collision.normal_impulse);
             }
@@ -123,7 +123,7 @@ impl Tallies {
     }
 
     /// The moments now, from moments summed anew.
-    pub(super) fn temperature(&self, now: &Moments) -> PackingTemperature {
+    pub(super) fn temperature(&self, now: &VelocityMoments) -> PackingTemperature {
         let temperature = now.temperature();
         let initial = self.temperature_at_start;
         PackingTemperature {
@@ -155,13 +155,13 @@ impl Tallies {
     /// with K the time integral of the kinetic energy, W the sum of s |J| over pair collisions, I the sum of |J| over wall
     /// collisions, |J| the normal impulse. By the virial theorem their long-time means agree. The compressibility factor
     /// P A / (N k T) = 1 + W / (2 K) needs no area.
-    pub(super) fn pressure(&self, arena: &Arena, time: f64, wait: f64) -> PackingPressure {
+    pub(super) fn pressure(&self, domain: &Domain, time: f64, wait: f64) -> PackingPressure {
         let mut energy_integral = self.kinetic_energy_time_integral;
         energy_integral.add(self.moments.kinetic_energy() * wait);
         let kinetic = energy_integral.value();
         let virial = self.collision_virial.value();
         let wall_impulse = self.wall_impulse.value();
-        let [width, height] = arena.room();
+        let [width, height] = domain.accessible_sides();
         let over_time = |sum: f64| if time > 0.0 { sum / time } else { 0.0 };
         PackingPressure {
             virial: over_time((2.0 * kinetic + virial) / (2.0 * width * height)),
@@ -176,16 +176,16 @@ impl Tallies {
 
 /// The series of every collision since the last frame, kept only when it is asked for.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Series {
+pub(super) struct CollisionSeries {
     event: Vec<u64>,
     time: Vec<f64>,
     temperature: Vec<f64>,
     a2: Vec<f64>,
 }
 
-impl Series {
+impl CollisionSeries {
     /// Adds the moments after an event; event 0 is the start.
-    pub(super) fn push(&mut self, event: u64, time: f64, moments: &Moments) {
+    pub(super) fn push(&mut self, event: u64, time: f64, moments: &VelocityMoments) {
         self.event.push(event);
         self.time.push(time);
         self.temperature.push(moments.temperature());

@@ -11,22 +11,22 @@ const LARGE_PAGE: usize = 2 << 20;
 
 /// Work that is compiled for several widths of instructions. `run` must be `#[inline(always)]`, and so must be what it calls
 /// where it counts.
-pub(super) trait Kernel {
+pub(super) trait WideKernel {
     /// What it returns.
     type Output;
 
-    /// Does the work; `WIDE` takes the instructions of 512 bits.
-    fn run<const WIDE: bool>(self) -> Self::Output;
+    /// Does the work; `HAS_AVX512` takes the instructions of 512 bits.
+    fn run<const HAS_AVX512: bool>(self) -> Self::Output;
 }
 
 /// Does work with the widest instructions that this processor has.
-pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
-    Lanes::widest().run(kernel)
+pub(super) fn run<K: WideKernel>(kernel: K) -> K::Output {
+    InstructionSet::widest().run(kernel)
 }
 
 /// How wide instructions are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Lanes {
+pub(super) enum InstructionSet {
     /// As the build assumes.
     Plain,
     /// 256 bits.
@@ -37,7 +37,7 @@ pub(super) enum Lanes {
     Avx512,
 }
 
-impl Lanes {
+impl InstructionSet {
     /// Asks the processor for the widest.
     fn widest() -> Self {
         Self::available().last().unwrap_or(Self::Plain)
@@ -65,7 +65,7 @@ impl Lanes {
     }
 
     /// Does work with instructions of this width.
-    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+    pub(super) fn run<K: WideKernel>(self, kernel: K) -> K::Output {
         match self {
             Self::Plain => kernel.run::<false>(),
             // SAFETY: this value exists only where `available` found the features.
@@ -80,20 +80,20 @@ impl Lanes {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
-fn run_with_avx2<K: Kernel>(kernel: K) -> K::Output {
+fn run_with_avx2<K: WideKernel>(kernel: K) -> K::Output {
     kernel.run::<false>()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,avx512f,avx512vl,bmi1,bmi2,popcnt")]
-fn run_with_avx512<K: Kernel>(kernel: K) -> K::Output {
+fn run_with_avx512<K: WideKernel>(kernel: K) -> K::Output {
     kernel.run::<true>()
 }
 
 /// Asks for the cache line of one of several values that will be wanted soon; past their end, for that of the last one:
 /// written without a branch, as whether somebody is there can't be guessed.
 #[inline(always)]
-pub(super) fn fetch_ahead<T>(values: &[T], index: usize) {
+pub(super) fn prefetch<T>(values: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     // SAFETY: fetching ahead reads nothing and may be asked of any address.
     unsafe {
@@ -129,11 +129,11 @@ pub(super) fn with_large_pages<T>(capacity: usize) -> Vec<T> {
 /// The search with instructions of 512 bits: eight pairs side by side. The arithmetic is that of the plain search.
 #[cfg(target_arch = "x86_64")]
 pub(super) mod wide {
-    use super::super::cells::{Cells, NOBODY, Shifts};
-    use super::super::disc::Disc;
+    use super::super::cells::{BlockOffsets, Cells, NO_DISC};
+    use super::super::disc::DiscRecord;
     use super::super::events::NEVER;
     use super::super::motion;
-    use super::super::scan::{Contact, Seeker};
+    use super::super::scan::{MovingDisc, PredictedContact};
     use crate::collision_time::Numbers;
     use std::arch::x86_64::*;
     use std::ops::{Add, Div, Mul, Sub};
@@ -144,13 +144,13 @@ pub(super) mod wide {
 
     /// Up to sixteen discs in order, each in a lane.
     #[repr(C, align(64))]
-    struct Near([u32; 16]);
+    struct Candidates([u32; 16]);
 
     /// Three rows of lanes, one for each row of cells, packed into one row.
     #[derive(Clone, Copy)]
     struct Packing {
         taken: [__mmask16; 3],
-        /// Lanes before those of the second and of the third row, and of all.
+        /// InstructionSet before those of the second and of the third row, and of all.
         before: [u32; 3],
     }
 
@@ -220,19 +220,19 @@ pub(super) mod wide {
     /// sixteen of them.
     #[inline(always)]
     pub(in super::super) fn first_contact(
-        discs: &[Disc],
+        discs: &[DiscRecord],
         cells: &Cells,
-        shifts: &Shifts,
-        seeker: Seeker,
+        offsets: &BlockOffsets,
+        moving: MovingDisc,
         contact_distance: f64,
-    ) -> Option<Contact> {
-        let (cells, rows, columns) = cells.block(seeker.cell);
+    ) -> Option<PredictedContact> {
+        let (cells, rows, columns) = cells.block(moving.cell);
         let greatest = |three: [usize; 3]| three[0].max(three[1]).max(three[2]);
         assert!(greatest(rows) + greatest(columns) < cells.len());
         // SAFETY: called in functions of these features only. The cells are there, as was just asked, and the discs, as is
         // asked below.
         unsafe {
-            let own = _mm512_set1_epi32(seeker.disc.cast_signed());
+            let own = _mm512_set1_epi32(moving.id.cast_signed());
             let slots = [
                 row(cells, rows[0], columns),
                 row(cells, rows[1], columns),
@@ -255,14 +255,14 @@ pub(super) mod wide {
                 ],
                 _mm512_set1_epi32(4),
             );
-            let mut near = Near([0; 16]);
+            let mut near = Candidates([0; 16]);
             _mm512_store_si512(near.0.as_mut_ptr().cast(), partners);
             let near_places = _mm512_castsi512_si256(places);
-            let first = waits(discs, &near, 0, near_places, shifts, seeker, contact_distance);
+            let first = waits(discs, &near, 0, near_places, offsets, moving, contact_distance);
             let mut second = _mm512_set1_pd(NEVER);
             if packing.count() > 8 {
                 let near_places = _mm512_extracti64x4_epi64::<1>(places);
-                second = waits(discs, &near, 8, near_places, shifts, seeker, contact_distance);
+                second = waits(discs, &near, 8, near_places, offsets, moving, contact_distance);
             }
             let wait = _mm512_reduce_min_pd(_mm512_min_pd(first, second));
             let all = _mm512_set1_pd(wait);
@@ -272,17 +272,17 @@ pub(super) mod wide {
             if (earliest & earliest.wrapping_sub(1) != 0) & (wait < NEVER) {
                 partner = least_of(&near, earliest);
             }
-            partner = if wait < NEVER { partner } else { seeker.disc };
-            Some(Contact { wait, partner })
+            partner = if wait < NEVER { partner } else { moving.id };
+            Some(PredictedContact { wait, partner })
         }
     }
 
     /// The least number in these lanes.
     #[cold]
-    fn least_of(near: &Near, lanes: u32) -> u32 {
+    fn least_of(near: &Candidates, lanes: u32) -> u32 {
         let partners = near.0.into_iter().enumerate();
         partners.fold(
-            NOBODY,
+            NO_DISC,
             |least, (lane, disc)| {
                 if lanes >> lane & 1 == 1 && disc < least { disc } else { least }
             },
@@ -335,12 +335,12 @@ pub(super) mod wide {
     /// When a disc touches eight others.
     #[inline(always)]
     unsafe fn waits(
-        discs: &[Disc],
-        near: &Near,
+        discs: &[DiscRecord],
+        near: &Candidates,
         from: usize,
         places: __m256i,
-        shifts: &Shifts,
-        seeker: Seeker,
+        offsets: &BlockOffsets,
+        moving: MovingDisc,
         contact_distance: f64,
     ) -> __m512d {
         // SAFETY: the caller's discs are there. A record begins with position, velocity and time, five numbers.
@@ -356,16 +356,16 @@ pub(super) mod wide {
             let high = _mm256_set_m128d(times(r6, r7), times(r4, r5));
             let time = Eight(_mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high));
             let places = _mm512_cvtepu32_epi64(places);
-            let shift = [shift(&shifts[0], places), shift(&shifts[1], places)];
-            let age = Eight::all(seeker.now) - time;
-            let own = [Eight::all(seeker.position[0]), Eight::all(seeker.position[1])];
+            let shift = [shift(&offsets[0], places), shift(&offsets[1], places)];
+            let age = Eight::all(moving.now) - time;
+            let own = [Eight::all(moving.position[0]), Eight::all(moving.position[1])];
             let separation = [
                 position[0] + shift[0] + velocity[0] * age - own[0],
                 position[1] + shift[1] + velocity[1] * age - own[1],
             ];
             let relative = [
-                velocity[0] - Eight::all(seeker.velocity[0]),
-                velocity[1] - Eight::all(seeker.velocity[1]),
+                velocity[0] - Eight::all(moving.velocity[0]),
+                velocity[1] - Eight::all(moving.velocity[1]),
             ];
             motion::time_to_contact(separation, relative, Eight::all(contact_distance)).0
         }
@@ -434,17 +434,17 @@ pub(super) mod wide {
 /// Without those instructions nobody asks for them.
 #[cfg(not(target_arch = "x86_64"))]
 pub(super) mod wide {
-    use super::super::cells::{Cells, Shifts};
-    use super::super::disc::Disc;
-    use super::super::scan::{Contact, Seeker};
+    use super::super::cells::{BlockOffsets, Cells};
+    use super::super::disc::DiscRecord;
+    use super::super::scan::{MovingDisc, PredictedContact};
 
     pub(in super::super) fn first_contact(
-        _: &[Disc],
+        _: &[DiscRecord],
         _: &Cells,
-        _: &Shifts,
-        _: Seeker,
+        _: &BlockOffsets,
+        _: MovingDisc,
         _: f64,
-    ) -> Option<Contact> {
+    ) -> Option<PredictedContact> {
         None
     }
 }

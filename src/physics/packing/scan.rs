@@ -1,7 +1,7 @@
 //! The search for the disc that another one touches next: where an engine of hard discs spends its time.
 
-use super::cells::{Cells, NOBODY, Shifts};
-use super::disc::{Disc, NO_DISC};
+use super::cells::{BlockOffsets, Cells, NO_DISC};
+use super::disc::{DiscRecord, SENTINEL};
 use super::events::NEVER;
 use super::motion::{self, Vector};
 use super::processor::wide;
@@ -17,20 +17,20 @@ const ROOM: usize = COLLECTED + 2 * LANES;
 
 /// What all searches share.
 #[derive(Clone, Copy)]
-pub(super) struct Field<'a> {
+pub(super) struct ScanInput<'a> {
     /// All discs.
-    pub(super) discs: &'a [Disc],
+    pub(super) discs: &'a [DiscRecord],
     /// Where they are.
     pub(super) cells: &'a Cells,
     /// The corners of the block of cells.
-    pub(super) shifts: &'a Shifts,
+    pub(super) offsets: &'a BlockOffsets,
     /// How large discs are.
-    pub(super) sizes: Sizes<'a>,
+    pub(super) sizes: DiscSizes<'a>,
 }
 
 /// How large discs are.
 #[derive(Clone, Copy)]
-pub(super) enum Sizes<'a> {
+pub(super) enum DiscSizes<'a> {
     /// Any two touch at this distance of their centers.
     Equal(f64),
     /// Each has its own radius.
@@ -48,17 +48,17 @@ pub(super) enum Sizes<'a> {
 
 /// The contact that comes first.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Contact {
+pub(super) struct PredictedContact {
     /// Time until then, or [`NEVER`].
     pub(super) wait: f64,
-    /// With whom; of several at the same time the one of the smallest number; the disc itself if there is none.
+    /// CollisionPartner whom; of several at the same time the one of the smallest number; the disc itself if there is none.
     pub(super) partner: u32,
 }
 
 /// Who searches: a disc, as it flies now.
 #[derive(Clone, Copy)]
-pub(super) struct Seeker {
-    pub(super) disc: u32,
+pub(super) struct MovingDisc {
+    pub(super) id: u32,
     pub(super) cell: [u16; 2],
     /// From the corner of its cell.
     pub(super) position: Vector,
@@ -66,65 +66,65 @@ pub(super) struct Seeker {
     pub(super) now: f64,
 }
 
-/// The first contact of one of equal discs with any disc of the block around its cell. `WIDE` takes the instructions of
+/// The first contact of one of equal discs with any disc of the block around its cell. `HAS_AVX512` takes the instructions of
 /// 512 bits, which the processor must have.
 #[inline(always)]
-pub(super) fn first_contact_of_equals<const WIDE: bool>(
-    discs: &[Disc],
+pub(super) fn first_contact_of_equal_discs<const HAS_AVX512: bool>(
+    discs: &[DiscRecord],
     cells: &Cells,
-    shifts: &Shifts,
-    seeker: Seeker,
+    offsets: &BlockOffsets,
+    moving: MovingDisc,
     contact_distance: f64,
-) -> Contact {
-    if WIDE
-        && !cells.are_crowded()
-        && let Some(contact) = wide::first_contact(discs, cells, shifts, seeker, contact_distance)
+) -> PredictedContact {
+    if HAS_AVX512
+        && !cells.has_overflow()
+        && let Some(contact) = wide::first_contact(discs, cells, offsets, moving, contact_distance)
     {
         return contact;
     }
-    let field = Field { discs, cells, shifts, sizes: Sizes::Equal(contact_distance) };
-    if WIDE { first_contact(field, seeker) } else { search(field, seeker) }
+    let field = ScanInput { discs, cells, offsets, sizes: DiscSizes::Equal(contact_distance) };
+    if HAS_AVX512 { first_contact(field, moving) } else { search(field, moving) }
 }
 
 /// The first contact of a disc with any disc of the block around its cell.
 #[inline(never)]
-pub(super) fn first_contact(field: Field<'_>, seeker: Seeker) -> Contact {
-    search(field, seeker)
+pub(super) fn first_contact(field: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
+    search(field, moving)
 }
 
 #[inline(always)]
-fn search(field: Field<'_>, seeker: Seeker) -> Contact {
-    let mut near = Near { discs: [NOBODY; ROOM], places: [0; ROOM], count: 0 };
-    collect(field.cells.around(seeker.cell), &mut near);
-    let no_contact = Contact { wait: NEVER, partner: seeker.disc };
-    let mut first = of_lanes(field, &seeker, &near, 0, no_contact);
+fn search(field: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
+    let mut near = Candidates { discs: [NO_DISC; ROOM], places: [0; ROOM], count: 0 };
+    collect(field.cells.around(moving.cell), &mut near);
+    let no_contact = PredictedContact { wait: NEVER, partner: moving.id };
+    let mut first = of_lanes(field, &moving, &near, 0, no_contact);
     let mut begin = LANES;
     while begin < near.count {
-        first = of_lanes(field, &seeker, &near, begin, first);
+        first = of_lanes(field, &moving, &near, begin, first);
         begin += LANES;
     }
-    if field.cells.are_crowded() {
-        first = crowds(field, &seeker, first);
+    if field.cells.has_overflow() {
+        first = crowds(field, &moving, first);
     }
     first
 }
 
 /// Collects the discs of nine cells. Behind them, up to a multiple of the lanes, stands nobody.
 #[inline(always)]
-fn collect(cells: [&[u32; 4]; 9], near: &mut Near) {
+fn collect(cells: [&[u32; 4]; 9], near: &mut Candidates) {
     for (place, slots) in cells.into_iter().enumerate() {
         let count = near.count % COLLECTED;
         near.discs[count..count + 4].copy_from_slice(slots);
         near.places[count..count + 4].fill(place as u32);
-        near.count = count + slots.iter().filter(|&&slot| slot != NOBODY).count();
+        near.count = count + slots.iter().filter(|&&slot| slot != NO_DISC).count();
     }
     let count = near.count % COLLECTED;
-    near.discs[count..count + LANES].fill(NOBODY);
+    near.discs[count..count + LANES].fill(NO_DISC);
     near.places[count..count + LANES].fill(0);
 }
 
 /// Discs that may be touched, and in which cell of the block each is.
-pub(super) struct Near {
+pub(super) struct Candidates {
     pub(super) discs: [u32; ROOM],
     pub(super) places: [u32; ROOM],
     pub(super) count: usize,
@@ -132,65 +132,69 @@ pub(super) struct Near {
 
 /// Looks at discs that stand behind the last places of crowded cells.
 #[inline(never)]
-fn crowds(field: Field<'_>, seeker: &Seeker, mut first: Contact) -> Contact {
-    let mut near = Near { discs: [NOBODY; ROOM], places: [0; ROOM], count: 0 };
-    for (place, slots) in field.cells.around(seeker.cell).into_iter().enumerate() {
+fn crowds(
+    field: ScanInput<'_>,
+    moving: &MovingDisc,
+    mut first: PredictedContact,
+) -> PredictedContact {
+    let mut near = Candidates { discs: [NO_DISC; ROOM], places: [0; ROOM], count: 0 };
+    for (place, slots) in field.cells.around(moving.cell).into_iter().enumerate() {
         let mut disc = slots[3];
-        while disc != NOBODY {
+        while disc != NO_DISC {
             disc = field.cells.behind(disc);
             near.discs[near.count] = disc;
             near.places[near.count] = place as u32;
-            near.count += usize::from(disc != NOBODY);
+            near.count += usize::from(disc != NO_DISC);
             if near.count == LANES {
-                first = of_lanes(field, seeker, &near, 0, first);
+                first = of_lanes(field, moving, &near, 0, first);
                 near.count = 0;
             }
         }
     }
-    near.discs[near.count..LANES].fill(NOBODY);
-    of_lanes(field, seeker, &near, 0, first)
+    near.discs[near.count..LANES].fill(NO_DISC);
+    of_lanes(field, moving, &near, 0, first)
 }
 
 /// The earlier one of a contact and those with the discs that stand from `begin` on.
 #[inline(always)]
 fn of_lanes(
-    field: Field<'_>,
-    seeker: &Seeker,
-    near: &Near,
+    field: ScanInput<'_>,
+    moving: &MovingDisc,
+    near: &Candidates,
     begin: usize,
-    first: Contact,
-) -> Contact {
+    first: PredictedContact,
+) -> PredictedContact {
     let mut partners = [0; LANES];
     partners.copy_from_slice(&near.discs[begin..begin + LANES]);
     let mut places = [0; LANES];
     places.copy_from_slice(&near.places[begin..begin + LANES]);
-    let mut others = [&NO_DISC; LANES];
+    let mut others = [&SENTINEL; LANES];
     for (other, partner) in others.iter_mut().zip(partners) {
-        *other = field.discs.get(partner as usize).unwrap_or(&NO_DISC);
+        *other = field.discs.get(partner as usize).unwrap_or(&SENTINEL);
     }
-    let gathered = gather(others, &places, field.shifts);
+    let gathered = gather(others, &places, field.offsets);
     let waits = match field.sizes {
-        Sizes::Equal(contact_distance) => waits(seeker, &gathered, &[contact_distance; LANES]),
-        Sizes::Mixed(radii) => waits(seeker, &gathered, &reaches(radii, seeker, &partners)),
-        Sizes::Growing { radii, scale, rate } => {
-            let reaches = reaches(radii, seeker, &partners);
-            growing_waits(seeker, &gathered, &reaches, [scale, rate], &partners)
+        DiscSizes::Equal(contact_distance) => waits(moving, &gathered, &[contact_distance; LANES]),
+        DiscSizes::Mixed(radii) => waits(moving, &gathered, &reaches(radii, moving, &partners)),
+        DiscSizes::Growing { radii, scale, rate } => {
+            let reaches = reaches(radii, moving, &partners);
+            growing_waits(moving, &gathered, &reaches, [scale, rate], &partners)
         }
     };
     earliest(&waits, &partners, first)
 }
 
 /// At which distances of the centers a disc touches others, at full scale.
-fn reaches(radii: &[f64], seeker: &Seeker, partners: &[u32; LANES]) -> [f64; LANES] {
-    let own = radii[seeker.disc as usize];
+fn reaches(radii: &[f64], moving: &MovingDisc, partners: &[u32; LANES]) -> [f64; LANES] {
+    let own = radii[moving.id as usize];
     partners.map(|partner| own + radii.get(partner as usize).copied().unwrap_or(0.0))
 }
 
 #[inline(always)]
-fn waits(seeker: &Seeker, others: &Gathered, reaches: &[f64; LANES]) -> [f64; LANES] {
+fn waits(moving: &MovingDisc, others: &CandidateStates, reaches: &[f64; LANES]) -> [f64; LANES] {
     let mut waits = [NEVER; LANES];
     for (lane, wait) in waits.iter_mut().enumerate() {
-        let (separation, relative) = others.seen_from(seeker, lane);
+        let (separation, relative) = others.seen_from(moving, lane);
         *wait = motion::time_to_contact(separation, relative, reaches[lane]);
     }
     waits
@@ -198,8 +202,8 @@ fn waits(seeker: &Seeker, others: &Gathered, reaches: &[f64; LANES]) -> [f64; LA
 
 #[inline(never)]
 fn growing_waits(
-    seeker: &Seeker,
-    others: &Gathered,
+    moving: &MovingDisc,
+    others: &CandidateStates,
     reaches: &[f64; LANES],
     [scale, rate]: [f64; 2],
     partners: &[u32; LANES],
@@ -207,8 +211,8 @@ fn growing_waits(
     let mut waits = [NEVER; LANES];
     for (lane, wait) in waits.iter_mut().enumerate() {
         // A growing disc is the only one that would touch itself.
-        if partners[lane] != seeker.disc && partners[lane] != NOBODY {
-            let (separation, relative) = others.seen_from(seeker, lane);
+        if partners[lane] != moving.id && partners[lane] != NO_DISC {
+            let (separation, relative) = others.seen_from(moving, lane);
             let (distance, growth) = (scale * reaches[lane], rate * reaches[lane]);
             *wait = motion::time_to_growing_contact(separation, relative, distance, growth);
         }
@@ -218,7 +222,11 @@ fn growing_waits(
 
 /// The earliest of the contacts and of another one; at the same time the one of the smallest number.
 #[inline(always)]
-fn earliest(waits: &[f64; LANES], partners: &[u32; LANES], first: Contact) -> Contact {
+fn earliest(
+    waits: &[f64; LANES],
+    partners: &[u32; LANES],
+    first: PredictedContact,
+) -> PredictedContact {
     // Halves against halves, so that the lanes work side by side.
     let mut halved = *waits;
     for half in [4, 2, 1] {
@@ -234,7 +242,7 @@ fn earliest(waits: &[f64; LANES], partners: &[u32; LANES], first: Contact) -> Co
     }
     let partner = partners[lanes.trailing_zeros() as usize % LANES];
     let is_earlier = wait < first.wait;
-    Contact {
+    PredictedContact {
         wait: if is_earlier { wait } else { first.wait },
         partner: if is_earlier { partner } else { first.partner },
     }
@@ -255,38 +263,38 @@ fn earliest_of_equals(
     waits: &[f64; LANES],
     partners: &[u32; LANES],
     wait: f64,
-    first: Contact,
-) -> Contact {
+    first: PredictedContact,
+) -> PredictedContact {
     if wait == NEVER || first.wait < wait {
         return first;
     }
-    let mut partner = if first.wait == wait { first.partner } else { NOBODY };
+    let mut partner = if first.wait == wait { first.partner } else { NO_DISC };
     for (&other, &candidate) in waits.iter().zip(partners) {
         if other == wait && candidate < partner {
             partner = candidate;
         }
     }
-    Contact { wait, partner }
+    PredictedContact { wait, partner }
 }
 
 /// The numbers of the discs of all lanes side by side.
-pub(super) struct Gathered {
+pub(super) struct CandidateStates {
     pub(super) position: [[f64; LANES]; 2],
     pub(super) velocity: [[f64; LANES]; 2],
     pub(super) time: [f64; LANES],
-    /// From the seeker's cell to theirs.
+    /// From the moving's cell to theirs.
     pub(super) shift: [[f64; LANES]; 2],
 }
 
-impl Gathered {
+impl CandidateStates {
     /// The separation now and the relative velocity of one of them.
     #[inline(always)]
-    fn seen_from(&self, seeker: &Seeker, lane: usize) -> (Vector, Vector) {
-        let age = seeker.now - self.time[lane];
+    fn seen_from(&self, moving: &MovingDisc, lane: usize) -> (Vector, Vector) {
+        let age = moving.now - self.time[lane];
         let along = |axis: usize| {
             let velocity = self.velocity[axis][lane];
             let place = self.position[axis][lane] + self.shift[axis][lane] + velocity * age;
-            (place - seeker.position[axis], velocity - seeker.velocity[axis])
+            (place - moving.position[axis], velocity - moving.velocity[axis])
         };
         let (x, y) = (along(0), along(1));
         ([x.0, y.0], [x.1, y.1])
@@ -294,16 +302,20 @@ impl Gathered {
 }
 
 #[inline(always)]
-fn gather(others: [&Disc; LANES], places: &[u32; LANES], shifts: &Shifts) -> Gathered {
+fn gather(
+    others: [&DiscRecord; LANES],
+    places: &[u32; LANES],
+    offsets: &BlockOffsets,
+) -> CandidateStates {
     let zero = [0.0; LANES];
     let mut gathered =
-        Gathered { position: [zero; 2], velocity: [zero; 2], time: zero, shift: [zero; 2] };
+        CandidateStates { position: [zero; 2], velocity: [zero; 2], time: zero, shift: [zero; 2] };
     for (lane, other) in others.into_iter().enumerate() {
         gathered.time[lane] = other.time;
-        for (axis, shifts) in shifts.iter().enumerate() {
+        for (axis, offsets) in offsets.iter().enumerate() {
             gathered.position[axis][lane] = other.position[axis];
             gathered.velocity[axis][lane] = other.velocity[axis];
-            gathered.shift[axis][lane] = shifts[places[lane] as usize % 16];
+            gathered.shift[axis][lane] = offsets[places[lane] as usize % 16];
         }
     }
     gathered
@@ -312,30 +324,41 @@ fn gather(others: [&Disc; LANES], places: &[u32; LANES], shifts: &Shifts) -> Gat
 #[cfg(test)]
 mod tests {
     use super::super::cells::Grid;
-    use super::super::processor::{Kernel, Lanes};
+    use super::super::processor::{InstructionSet, WideKernel};
     use super::*;
     use crate::random::{Seed, Stream};
 
     struct Search<'a> {
-        discs: &'a [Disc],
+        discs: &'a [DiscRecord],
         cells: &'a Cells,
-        shifts: &'a Shifts,
-        seeker: Seeker,
+        offsets: &'a BlockOffsets,
+        moving: MovingDisc,
         contact_distance: f64,
     }
 
-    impl Kernel for Search<'_> {
-        type Output = Contact;
+    impl WideKernel for Search<'_> {
+        type Output = PredictedContact;
 
         #[inline(always)]
-        fn run<const WIDE: bool>(self) -> Contact {
-            let Self { discs, cells, shifts, seeker, contact_distance } = self;
-            first_contact_of_equals::<WIDE>(discs, cells, shifts, seeker, contact_distance)
+        fn run<const HAS_AVX512: bool>(self) -> PredictedContact {
+            let Self { discs, cells, offsets, moving, contact_distance } = self;
+            first_contact_of_equal_discs::<HAS_AVX512>(
+                discs,
+                cells,
+                offsets,
+                moving,
+                contact_distance,
+            )
         }
     }
 
     /// So many discs at random places, overlapping ones too, at most four a cell unless cells may be crowded.
-    fn scattered(count: u32, grid: Grid, box_side: f64, may_crowd: bool) -> (Vec<Disc>, Cells) {
+    fn scattered(
+        count: u32,
+        grid: Grid,
+        box_side: f64,
+        may_crowd: bool,
+    ) -> (Vec<DiscRecord>, Cells) {
         let mut generator = Seed { seed: 5, replicate: 0 }.stream(Stream::Positions);
         let mut cells = Cells::new(grid);
         let mut discs = Vec::new();
@@ -344,12 +367,12 @@ mod tests {
                 [0, 1].map(|_: usize| generator.uniform_in(-0.5 * box_side, 0.5 * box_side));
             let (cell, position) = grid.locate(place);
             let own_slots = cells.around(cell)[4];
-            if !may_crowd && own_slots[3] != NOBODY {
+            if !may_crowd && own_slots[3] != NO_DISC {
                 continue;
             }
             cells.insert(discs.len() as u32, cell, count as usize);
             let (velocity, time) = (generator.normal_pair(), -generator.uniform());
-            discs.push(Disc { position, velocity, time, cell, ..NO_DISC });
+            discs.push(DiscRecord { position, velocity, time, cell, ..SENTINEL });
         }
         (discs, cells)
     }
@@ -364,24 +387,24 @@ mod tests {
             let grid = Grid::new([box_side; 2], 2.0 * radius, 1500, false);
             let count = if may_crowd { 1500 } else { 1300 };
             let (discs, cells) = scattered(count, grid, box_side, may_crowd);
-            assert_eq!(cells.are_crowded(), may_crowd);
-            let shifts = grid.shifts();
-            let sizes = Sizes::Equal(2.0 * radius);
-            let field = Field { discs: &discs, cells: &cells, shifts: &shifts, sizes };
+            assert_eq!(cells.has_overflow(), may_crowd);
+            let offsets = grid.offsets();
+            let sizes = DiscSizes::Equal(2.0 * radius);
+            let field = ScanInput { discs: &discs, cells: &cells, offsets: &offsets, sizes };
             let mut contacts = 0;
             for disc in 0..count {
                 let record = &discs[disc as usize];
                 let (cell, velocity) = (record.cell, record.velocity);
                 let position = record.position_at(0.0);
-                let seeker = Seeker { disc, cell, position, velocity, now: 0.0 };
-                let plain = first_contact(field, seeker);
+                let moving = MovingDisc { id: disc, cell, position, velocity, now: 0.0 };
+                let plain = first_contact(field, moving);
                 contacts += u32::from(plain.wait < NEVER);
-                for lanes in Lanes::available() {
+                for lanes in InstructionSet::available() {
                     let contact = lanes.run(Search {
                         discs: &discs,
                         cells: &cells,
-                        shifts: &shifts,
-                        seeker,
+                        offsets: &offsets,
+                        moving,
                         contact_distance: 2.0 * radius,
                     });
                     assert_eq!(contact.wait.to_bits(), plain.wait.to_bits());

@@ -2,7 +2,7 @@
 
 use super::cells::{Cells, Grid};
 use super::compression::compress;
-use super::disc::MANY;
+use super::disc::LARGE_SYSTEM;
 use super::lattice::{hexagonal_rows, most_in_hexagonal_rows, periodic_hexagonal};
 use super::motion::{self, Vector};
 use crate::model::Refusal;
@@ -36,9 +36,9 @@ pub(super) struct Start {
     /// Radii, as many; empty where all are equal.
     pub(super) radii: Vec<f64>,
     /// Radius of the largest disc.
-    pub(super) largest_radius: f64,
+    pub(super) max_radius: f64,
     /// How it came about, for the log.
-    pub(super) account: String,
+    pub(super) description: String,
 }
 
 /// Places the discs and gives them velocities.
@@ -58,7 +58,7 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
         PackingPlacement::Compressed => {
             let compressed = compress(config, &radii, seed)?;
             scale = compressed.scale;
-            (compressed.positions, compressed.account)
+            (compressed.positions, compressed.description)
         }
         PackingPlacement::Given(given) => {
             return given_start(config, given, radii);
@@ -67,27 +67,27 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal
     };
     // Before the numbering gives columns back: an allocator keeps what takes the place of a column that was given back.
     let velocities = random_velocities(config, seed.stream(Stream::Velocities));
-    number_by_place(config, &mut positions, &mut radii);
+    sort_by_position(config, &mut positions, &mut radii);
     let momentum = if velocities.len() > 1 { ", mean velocity removed" } else { "" };
     let radii: Vec<f64> = radii.into_iter().map(|radius| radius * scale).collect();
-    let account = format!(
+    let description = format!(
         "start by {placed}, packing fraction {:.4}, velocity components normal with standard deviation {}{momentum}",
         packing_fraction(config, &radii),
-        velocity_deviation(config)
+        velocity_std(config)
     );
     Ok(Start {
         positions,
         velocities,
-        largest_radius: config.largest_radius() * scale,
+        max_radius: config.largest_radius() * scale,
         radii: if is_equal(config) { Vec::new() } else { radii },
-        account,
+        description,
     })
 }
 
 /// Numbers the discs of a start by their places, if they are many: discs that stand near each other are near each other in
 /// memory then. Radii go with their discs.
-fn number_by_place(config: &PackingConfig, positions: &mut Vec<Vector>, radii: &mut Vec<f64>) {
-    if positions.len() < MANY {
+fn sort_by_position(config: &PackingConfig, positions: &mut Vec<Vector>, radii: &mut Vec<f64>) {
+    if positions.len() < LARGE_SYSTEM {
         return;
     }
     let sides = [config.width.get(), config.height.get()];
@@ -161,11 +161,11 @@ fn given_start(
     Ok(Start {
         positions,
         velocities,
-        account: format!(
+        description: format!(
             "start as given in the manifest, packing fraction {:.4}",
             packing_fraction(config, &radii)
         ),
-        largest_radius: config.largest_radius(),
+        max_radius: config.largest_radius(),
         radii: if is_equal(config) { Vec::new() } else { radii },
     })
 }
@@ -195,17 +195,17 @@ fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<Start, Re
     Ok(Start {
         positions,
         velocities,
-        account: format!(
+        description: format!(
             "start where the recording ended, packing fraction {:.4}",
             packing_fraction(config, &radii)
         ),
-        largest_radius: largest,
+        max_radius: largest,
         radii: if smallest < largest { radii } else { Vec::new() },
     })
 }
 
 /// Standard deviation of a velocity component before the mean is removed: 1, or n^-1/2.
-pub(super) fn velocity_deviation(config: &PackingConfig) -> f64 {
+pub(super) fn velocity_std(config: &PackingConfig) -> f64 {
     match config.initial_velocities {
         InitialVelocities::Unmodified => 1.0,
         InitialVelocities::Modified => 1.0 / f64::from(config.discs.get()).sqrt(),
@@ -296,7 +296,7 @@ fn lattice_positions(config: &PackingConfig) -> Result<(Vec<Vector>, String), Re
 /// Normal velocity components of the law that the manifest asks for, their mean removed unless there is one disc only.
 /// The same draws serve both laws: their velocities differ by the factor n^-1/2 alone.
 pub(super) fn random_velocities(config: &PackingConfig, mut generator: Generator) -> Vec<Vector> {
-    let deviation = velocity_deviation(config);
+    let deviation = velocity_std(config);
     let mut velocities: Vec<Vector> = (0..config.discs.get())
         .map(|_| generator.normal_pair().map(|normal| normal * deviation))
         .collect();

@@ -32,6 +32,6 @@ impl Engine {
         for disc in 0..self.state.discs.len() as u32 {
             self.predict::<false>(disc);
         }
-        self.move_clock();
+        self.shift_clock_origin();
     }
 }

@@ -2,10 +2,10 @@
 
 use super::Engine;
 use crate::packing::cells::Cells;
-use crate::packing::disc::Disc;
+use crate::packing::disc::DiscRecord;
 use crate::packing::event_queue::Ahead;
 use crate::packing::events::{EventCode, EventKind};
-use crate::packing::processor::fetch_ahead;
+use crate::packing::processor::prefetch;
 
 /// So many events lie between two stages: time enough for memory to answer.
 const STAGE: usize = 2;
@@ -18,9 +18,9 @@ impl Engine {
     #[inline(always)]
     pub(super) fn next(&mut self) -> Option<u32> {
         let (discs, cells) = (&self.state.discs, &self.cells);
-        let fetches_ahead = self.fetches_ahead;
-        self.calendar.first(discs, |ahead| {
-            if fetches_ahead {
+        let prefetches = self.prefetches;
+        self.event_queue.first(discs, |ahead| {
+            if prefetches {
                 fetch(discs, cells, ahead);
             }
         })
@@ -30,18 +30,18 @@ impl Engine {
 /// Asks for what the coming events will look at: the discs first, when these are there the cells around, and then
 /// whoever stands in them.
 #[inline(never)]
-fn fetch(discs: &[Disc], cells: &Cells, ahead: Ahead<'_>) {
+fn fetch(discs: &[DiscRecord], cells: &Cells, ahead: Ahead<'_>) {
     if let Some((disc, event)) = ahead.after(3 * STAGE) {
-        fetch_ahead(discs, disc as usize);
+        prefetch(discs, disc as usize);
         // The partner, if there is one.
-        fetch_ahead(discs, event.word() as usize);
+        prefetch(discs, event.word() as usize);
     }
     if let Some((disc, event)) = ahead.after(2 * STAGE) {
         for_each_center(discs, cells, disc, event, |cell| {
             let (slots, rows, columns) = cells.block(cell);
             for row in rows {
-                fetch_ahead(slots, row + columns[0]);
-                fetch_ahead(slots, row + columns[2]);
+                prefetch(slots, row + columns[0]);
+                prefetch(slots, row + columns[2]);
             }
         });
     }
@@ -49,7 +49,7 @@ fn fetch(discs: &[Disc], cells: &Cells, ahead: Ahead<'_>) {
         for_each_center(discs, cells, disc, event, |cell| {
             for slots in cells.around(cell) {
                 for &other in &slots[..PLACES] {
-                    fetch_ahead(discs, other as usize);
+                    prefetch(discs, other as usize);
                 }
             }
         });
@@ -59,7 +59,7 @@ fn fetch(discs: &[Disc], cells: &Cells, ahead: Ahead<'_>) {
 /// The cells around which an event will search.
 #[inline(always)]
 fn for_each_center(
-    discs: &[Disc],
+    discs: &[DiscRecord],
     cells: &Cells,
     disc: u32,
     event: EventCode,
@@ -82,7 +82,7 @@ fn for_each_center(
 
 #[cfg(test)]
 mod tests {
-    use crate::packing::domain::{Arena, Guard};
+    use crate::packing::domain::{Domain, ElasticThreshold};
     use crate::packing::engine::Engine;
     use crate::random::{Seed, Stream};
 
@@ -93,11 +93,17 @@ mod tests {
         let seed = Seed { seed: 4, replicate: 0 };
         for has_walls in [true, false] {
             let wall_noise_rad = if has_walls { 0.1 } else { 0.0 };
-            let (restitution, guard) = (1.0, Guard::Off);
+            let (restitution, elastic_threshold) = (1.0, ElasticThreshold::Off);
             let sides = [60.0; 2];
-            let arena =
-                Arena { sides, has_walls, largest_radius: 1.0, restitution, guard, wall_noise_rad };
-            let engine_that = |fetches_ahead| {
+            let domain = Domain {
+                sides,
+                has_walls,
+                max_radius: 1.0,
+                restitution,
+                elastic_threshold,
+                wall_noise_rad,
+            };
+            let engine_that = |prefetches| {
                 let positions = (0..400).map(|disc| {
                     [disc % 20, disc / 20].map(|place: u32| 3.0 * f64::from(place) - 28.5)
                 });
@@ -105,8 +111,8 @@ mod tests {
                 let velocities = (0..400).map(|_| generator.normal_pair()).collect();
                 let noise = seed.stream(Stream::WallNoise);
                 let (positions, radii) = (positions.collect(), Vec::new());
-                let mut engine = Engine::new(arena, positions, velocities, radii, 2.0, noise);
-                engine.fetches_ahead = fetches_ahead;
+                let mut engine = Engine::new(domain, positions, velocities, radii, 2.0, noise);
+                engine.prefetches = prefetches;
                 for _ in 0..40_000 {
                     engine.step::<false>(f64::INFINITY).unwrap();
                 }
