@@ -7,6 +7,7 @@ pub mod collision_time;
 pub mod constants;
 pub mod dem;
 pub mod gas;
+mod memory;
 pub mod model;
 pub mod orbit;
 pub mod packing;

@@ -2,7 +2,7 @@
 
 use super::events::Side;
 use super::motion::Vector;
-use super::processor::with_large_pages;
+use crate::memory::with_large_pages;
 
 /// Cells are wider than the largest contact distance by this factor: rounding of edges and crossing times hides no
 /// partner. As narrow as that, four discs fit into a cell and the search looks at the fewest.

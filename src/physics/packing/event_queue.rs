@@ -9,7 +9,8 @@
 
 use super::disc::DiscRecord;
 use super::events::{EventCode, NEVER};
-use super::processor::{prefetch, with_large_pages};
+use crate::memory::with_large_pages;
+use crate::simd::prefetch::prefetch;
 
 /// Entries of a sheet: two cache lines.
 const ENTRIES_OF_SHEET: usize = 8;

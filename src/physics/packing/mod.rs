@@ -19,16 +19,18 @@ mod inelastic_collapse;
 mod lattice;
 mod motion;
 mod observables;
-mod processor;
 mod scan;
+#[cfg(target_arch = "x86_64")]
+mod scan_simd;
 mod start;
 
 use self::domain::{Domain, ElasticThreshold};
 use self::engine::{Collision, Engine, StepOutcome};
 use self::observables::{CollisionSeries, CollisionStatistics, VelocityMoments};
-use self::processor::WideKernel;
+
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::{Seed, Stream};
+use crate::simd::instruction_set::{self, WideKernel};
 use kinetoscope_manifest::model::{
     Boundary, CollapseGuard, PackingConfig, PackingPlacement, RunLength,
 };
@@ -148,7 +150,7 @@ impl Model for Packing {
     }
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
-        processor::run(Advance { packing: self, target, at_most })
+        instruction_set::run(Advance { packing: self, target, at_most })
     }
 
     fn count(&self) -> u64 {

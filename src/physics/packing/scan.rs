@@ -4,7 +4,8 @@ use super::cells::{BlockOffsets, Cells, NO_DISC};
 use super::disc::{DiscRecord, SENTINEL};
 use super::events::NEVER;
 use super::motion::{self, Vector};
-use super::processor::wide;
+#[cfg(target_arch = "x86_64")]
+use super::scan_simd;
 
 /// Pairs that are looked at side by side.
 pub(super) const LANES: usize = 8;
@@ -76,9 +77,11 @@ pub(super) fn first_contact_of_equal_discs<const HAS_AVX512: bool>(
     moving: MovingDisc,
     contact_distance: f64,
 ) -> PredictedContact {
+    #[cfg(target_arch = "x86_64")]
     if HAS_AVX512
         && !cells.has_overflow()
-        && let Some(contact) = wide::first_contact(discs, cells, offsets, moving, contact_distance)
+        && let Some(contact) =
+            scan_simd::first_contact(discs, cells, offsets, moving, contact_distance)
     {
         return contact;
     }
@@ -324,9 +327,9 @@ fn gather(
 #[cfg(test)]
 mod tests {
     use super::super::cells::Grid;
-    use super::super::processor::{InstructionSet, WideKernel};
     use super::*;
     use crate::random::{Seed, Stream};
+    use crate::simd::instruction_set::{InstructionSet, WideKernel};
 
     struct Search<'a> {
         discs: &'a [DiscRecord],

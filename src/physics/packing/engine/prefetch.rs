@@ -5,7 +5,7 @@ use crate::packing::cells::Cells;
 use crate::packing::disc::DiscRecord;
 use crate::packing::event_queue::Ahead;
 use crate::packing::events::{EventCode, EventKind};
-use crate::packing::processor::prefetch;
+use crate::simd::prefetch::prefetch;
 
 /// So many events lie between two stages: time enough for memory to answer.
 const STAGE: usize = 2;
