@@ -36,7 +36,7 @@ pub(super) static SENTINEL: DiscRecord = DiscRecord {
     velocity: [0.0; 2],
     time: 0.0,
     event_time: super::events::NEVER,
-    event: EventCode::NOTHING,
+    event: EventCode::NONE,
     partner_collisions: 0,
     collisions: 0,
     cell: [0; 2],

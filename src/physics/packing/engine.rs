@@ -11,15 +11,17 @@ mod prefetch;
 
 pub(super) use self::collisions::{Changes, Collision, CollisionPartner};
 use self::prediction::Prediction;
-use super::cells::{BlockOffsets, Cells, Grid};
+use super::cells::cell_grid;
 use super::clock::Clock;
 use super::disc::{DiscRecord, LARGE_SYSTEM};
 use super::domain::{Domain, Growth};
 use super::event_queue::EventQueue;
-use super::events::{EventCode, EventKind, NEVER, Side};
+use super::events::{EventCode, EventKind, NEVER};
 use super::inelastic_collapse::CollapseDetector;
 use super::motion::{self, Vector};
 use super::scan::MovingDisc;
+use crate::cell_grid::{BlockOffsets, CellGrid, Side};
+use crate::cell_lists::CellLists;
 use crate::memory::with_large_pages;
 use crate::model::Fault;
 use crate::random::Generator;
@@ -45,7 +47,7 @@ pub(super) enum StepOutcome {
 pub(super) struct Engine {
     state: State,
     /// From here on all is found again from the state.
-    cells: Cells,
+    cells: CellLists,
     offsets: BlockOffsets,
     event_queue: EventQueue,
     /// Whether all discs have one radius that stays.
@@ -94,7 +96,7 @@ impl Engine {
                 velocity,
                 time: 0.0,
                 event_time: NEVER,
-                event: EventCode::NOTHING,
+                event: EventCode::NONE,
                 partner_collisions: 0,
                 collisions: 0,
                 cell,
@@ -122,13 +124,13 @@ impl Engine {
     /// The engine of a state: discs into their cells, events into the event_queue.
     fn of(state: State) -> Self {
         let grid = Self::grid(&state.domain, state.discs.len());
-        let mut cells = Cells::new(grid);
+        let mut cells = CellLists::new(grid);
         for (disc, record) in state.discs.iter().enumerate() {
             cells.insert(disc as u32, record.cell, state.discs.len());
         }
         let mut engine = Self {
             event_queue: EventQueue::new(&[], 1.0),
-            offsets: grid.offsets(),
+            offsets: grid.block_offsets(),
             cells,
             are_equal: state.radii.is_empty(),
             prefetches: state.discs.len() >= LARGE_SYSTEM,
@@ -140,8 +142,8 @@ impl Engine {
         engine
     }
 
-    fn grid(domain: &Domain, discs: usize) -> Grid {
-        Grid::new(domain.sides, 2.0 * domain.max_radius, discs, domain.has_walls)
+    fn grid(domain: &Domain, discs: usize) -> CellGrid {
+        cell_grid(domain.sides, 2.0 * domain.max_radius, discs, domain.has_walls)
     }
 
     /// How long discs wait for their events, on average over those that have one.
@@ -189,7 +191,7 @@ impl Engine {
         let now = self.state.clock.local();
         let domain = &self.state.domain;
         self.state.discs.iter().map(move |disc| {
-            let mut place = self.cells.grid.place(disc.cell, disc.position_at(now));
+            let mut place = self.cells.grid.point(disc.cell, disc.position_at(now));
             if !domain.has_walls {
                 // On its way out of its cell a disc may be a rounding error beyond the box.
                 for (coordinate, side) in place.iter_mut().zip(domain.sides) {
@@ -242,11 +244,11 @@ impl Engine {
             EventKind::Wall(side) => {
                 StepOutcome::Collision(self.collide_wall::<HAS_AVX512>(disc, side))
             }
-            EventKind::Crossing(side) => {
+            EventKind::CellCrossing(side) => {
                 self.cross::<HAS_AVX512>(disc, side);
                 StepOutcome::Bookkeeping
             }
-            EventKind::Pair(_) | EventKind::Nothing => {
+            EventKind::Pair(_) | EventKind::None => {
                 self.predict::<HAS_AVX512>(disc);
                 self.schedule(disc);
                 StepOutcome::Bookkeeping
@@ -267,8 +269,8 @@ impl Engine {
         let grid = &self.cells.grid;
         let record = &mut self.state.discs[disc as usize];
         let from = record.cell;
-        let to = grid.beyond(from, side);
-        let shift = grid.step_back(side);
+        let to = grid.neighbor(from, side);
+        let shift = grid.offset_from_neighbor(side);
         let velocity = record.velocity;
         let position = [record.position[0] + shift[0], record.position[1] + shift[1]];
         let flown = now - record.time;

@@ -33,7 +33,7 @@ impl Entry {
     /// Times on the engine's clock are not negative: their bits are ordered as they are.
     #[inline(always)]
     fn new(time: f64, event: EventCode, disc: u32) -> Self {
-        Self(u128::from(time.to_bits()) << 64 | u128::from(event.word()) << 32 | u128::from(disc))
+        Self(u128::from(time.to_bits()) << 64 | u128::from(event.bits()) << 32 | u128::from(disc))
     }
 
     #[inline(always)]
@@ -43,7 +43,7 @@ impl Entry {
 
     #[inline(always)]
     fn event(self) -> EventCode {
-        EventCode::of_word((self.0 >> 32) as u32)
+        EventCode::from_bits((self.0 >> 32) as u32)
     }
 
     #[inline(always)]
@@ -330,7 +330,7 @@ mod tests {
             velocity: [0.0; 2],
             time: 0.0,
             event_time: NEVER,
-            event: EventCode::NOTHING,
+            event: EventCode::NONE,
             partner_collisions: 0,
             collisions: 0,
             cell: [0; 2],
@@ -361,7 +361,7 @@ mod tests {
                 discs[disc].event_time = now + wait;
                 discs[disc].event = EventCode::pair((generator.uniform() * 3.0) as u32);
                 if generator.uniform() < 0.01 {
-                    (discs[disc].event_time, discs[disc].event) = (NEVER, EventCode::NOTHING);
+                    (discs[disc].event_time, discs[disc].event) = (NEVER, EventCode::NONE);
                 }
                 event_queue.schedule(disc as u32, discs[disc].event_time, discs[disc].event);
                 if round % 1000 == 999 {

@@ -1,11 +1,12 @@
 //! The search for the disc that another one touches next: where an engine of hard discs spends its time.
 
-use super::cells::{BlockOffsets, Cells, NO_DISC};
 use super::disc::{DiscRecord, SENTINEL};
 use super::events::NEVER;
 use super::motion::{self, Vector};
 #[cfg(target_arch = "x86_64")]
 use super::scan_simd;
+use crate::cell_grid::BlockOffsets;
+use crate::cell_lists::{CellLists, NO_DISC};
 
 /// Pairs that are looked at side by side.
 pub(super) const LANES: usize = 8;
@@ -22,7 +23,7 @@ pub(super) struct ScanInput<'a> {
     /// All discs.
     pub(super) discs: &'a [DiscRecord],
     /// Where they are.
-    pub(super) cells: &'a Cells,
+    pub(super) cells: &'a CellLists,
     /// The corners of the block of cells.
     pub(super) offsets: &'a BlockOffsets,
     /// How large discs are.
@@ -72,7 +73,7 @@ pub(super) struct MovingDisc {
 #[inline(always)]
 pub(super) fn first_contact_of_equal_discs<const HAS_AVX512: bool>(
     discs: &[DiscRecord],
-    cells: &Cells,
+    cells: &CellLists,
     offsets: &BlockOffsets,
     moving: MovingDisc,
     contact_distance: f64,
@@ -98,7 +99,7 @@ pub(super) fn first_contact(field: ScanInput<'_>, moving: MovingDisc) -> Predict
 #[inline(always)]
 fn search(field: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
     let mut near = Candidates { discs: [NO_DISC; ROOM], places: [0; ROOM], count: 0 };
-    collect(field.cells.around(moving.cell), &mut near);
+    collect(field.cells.block_slots(moving.cell), &mut near);
     let no_contact = PredictedContact { wait: NEVER, partner: moving.id };
     let mut first = of_lanes(field, &moving, &near, 0, no_contact);
     let mut begin = LANES;
@@ -141,10 +142,10 @@ fn crowds(
     mut first: PredictedContact,
 ) -> PredictedContact {
     let mut near = Candidates { discs: [NO_DISC; ROOM], places: [0; ROOM], count: 0 };
-    for (place, slots) in field.cells.around(moving.cell).into_iter().enumerate() {
+    for (place, slots) in field.cells.block_slots(moving.cell).into_iter().enumerate() {
         let mut disc = slots[3];
         while disc != NO_DISC {
-            disc = field.cells.behind(disc);
+            disc = field.cells.next_in_list(disc);
             near.discs[near.count] = disc;
             near.places[near.count] = place as u32;
             near.count += usize::from(disc != NO_DISC);
@@ -326,14 +327,15 @@ fn gather(
 
 #[cfg(test)]
 mod tests {
-    use super::super::cells::Grid;
+    use super::super::cells::cell_grid;
     use super::*;
+    use crate::cell_grid::CellGrid;
     use crate::random::{Seed, Stream};
     use crate::simd::instruction_set::{InstructionSet, WideKernel};
 
     struct Search<'a> {
         discs: &'a [DiscRecord],
-        cells: &'a Cells,
+        cells: &'a CellLists,
         offsets: &'a BlockOffsets,
         moving: MovingDisc,
         contact_distance: f64,
@@ -358,18 +360,18 @@ mod tests {
     /// So many discs at random places, overlapping ones too, at most four a cell unless cells may be crowded.
     fn scattered(
         count: u32,
-        grid: Grid,
+        grid: CellGrid,
         box_side: f64,
         may_crowd: bool,
-    ) -> (Vec<DiscRecord>, Cells) {
+    ) -> (Vec<DiscRecord>, CellLists) {
         let mut generator = Seed { seed: 5, replicate: 0 }.stream(Stream::Positions);
-        let mut cells = Cells::new(grid);
+        let mut cells = CellLists::new(grid);
         let mut discs = Vec::new();
         while discs.len() < count as usize {
             let place =
                 [0, 1].map(|_: usize| generator.uniform_in(-0.5 * box_side, 0.5 * box_side));
             let (cell, position) = grid.locate(place);
-            let own_slots = cells.around(cell)[4];
+            let own_slots = cells.block_slots(cell)[4];
             if !may_crowd && own_slots[3] != NO_DISC {
                 continue;
             }
@@ -387,11 +389,11 @@ mod tests {
     fn all_lanes_give_the_same_bits() {
         let radius = 1.0;
         for (box_side, may_crowd) in [(120.0, false), (75.0, false), (45.0, true)] {
-            let grid = Grid::new([box_side; 2], 2.0 * radius, 1500, false);
+            let grid = cell_grid([box_side; 2], 2.0 * radius, 1500, false);
             let count = if may_crowd { 1500 } else { 1300 };
             let (discs, cells) = scattered(count, grid, box_side, may_crowd);
             assert_eq!(cells.has_overflow(), may_crowd);
-            let offsets = grid.offsets();
+            let offsets = grid.block_offsets();
             let sizes = DiscSizes::Equal(2.0 * radius);
             let field = ScanInput { discs: &discs, cells: &cells, offsets: &offsets, sizes };
             let mut contacts = 0;

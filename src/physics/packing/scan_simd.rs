@@ -6,17 +6,18 @@
 //! # Safety
 //! - Intrinsics: [`first_contact`] is called only in code that is compiled for AVX-512 and runs only where the processor has
 //!   it (`simd::instruction_set`).
-//! - Cells are read without bounds checks after an assertion on the largest index of the block.
+//! - CellLists are read without bounds checks after an assertion on the largest index of the block.
 //! - Disc records are read without bounds checks after an assertion on the ids of all lanes. A record is `repr(C)` and begins
 //!   with position, velocity and time, which are five numbers.
 
 #![allow(unsafe_code)]
 
-use super::cells::{BlockOffsets, Cells, NO_DISC};
 use super::disc::DiscRecord;
 use super::events::NEVER;
 use super::motion;
 use super::scan::{MovingDisc, PredictedContact};
+use crate::cell_grid::BlockOffsets;
+use crate::cell_lists::{CellLists, NO_DISC};
 use crate::simd::f64x8::F64x8;
 use crate::simd::real::Real;
 use std::arch::x86_64::*;
@@ -108,12 +109,12 @@ unsafe fn occupied(row: __m512i, excluded: __m512i) -> __mmask16 {
 #[inline(always)]
 pub(super) fn first_contact(
     discs: &[DiscRecord],
-    cells: &Cells,
+    cells: &CellLists,
     offsets: &BlockOffsets,
     moving: MovingDisc,
     contact_distance: f64,
 ) -> Option<PredictedContact> {
-    let (cells, rows, columns) = cells.block(moving.cell);
+    let (cells, rows, columns) = cells.block_indices(moving.cell);
     let largest = |three: [usize; 3]| three[0].max(three[1]).max(three[2]);
     assert!(largest(rows) + largest(columns) < cells.len());
     // SAFETY: the line above checks the cells, the assertion below checks the ids of the discs.

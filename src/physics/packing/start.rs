@@ -1,10 +1,12 @@
 //! Where discs stand and how they move at the start.
 
-use super::cells::{Cells, Grid};
+use super::cells::{cell_grid, patch_order};
 use super::compression::compress;
 use super::disc::LARGE_SYSTEM;
 use super::lattice::{hexagonal_rows, most_in_hexagonal_rows, periodic_hexagonal};
 use super::motion::{self, Vector};
+use crate::cell_grid::Cell;
+use crate::cell_lists::CellLists;
 use crate::model::Refusal;
 use crate::placement::{
     Rectangle, periodic_random_sequential_addition, random_sequential_addition, square_lattice,
@@ -92,8 +94,8 @@ fn sort_by_position(config: &PackingConfig, positions: &mut Vec<Vector>, radii: 
     }
     let sides = [config.width.get(), config.height.get()];
     let has_walls = config.boundary == Boundary::Walls;
-    let grid = Grid::new(sides, 2.0 * config.largest_radius(), positions.len(), has_walls);
-    let place = |position: &Vector| grid.order(grid.locate(*position).0);
+    let grid = cell_grid(sides, 2.0 * config.largest_radius(), positions.len(), has_walls);
+    let place = |position: &Vector| patch_order(grid.cell_at(*position));
     let mut order: Vec<(u64, u32)> = Vec::with_capacity(positions.len());
     order.extend(positions.iter().zip(0..).map(|(position, disc)| (place(position), disc)));
     order.sort_unstable();
@@ -347,18 +349,18 @@ fn check_apart(
 ) -> Result<(), Refusal> {
     let sides = [config.width.get(), config.height.get()];
     let has_walls = config.boundary == Boundary::Walls;
-    let grid = Grid::new(sides, 2.0 * config.largest_radius(), positions.len(), has_walls);
-    let mut cells = Cells::new(grid);
-    let places: Vec<([u16; 2], Vector)> =
+    let grid = cell_grid(sides, 2.0 * config.largest_radius(), positions.len(), has_walls);
+    let mut cells = CellLists::new(grid);
+    let places: Vec<(Cell, Vector)> =
         positions.iter().map(|&position| grid.locate(position)).collect();
     for (disc, (cell, _)) in places.iter().enumerate() {
         cells.insert(disc as u32, *cell, places.len());
     }
     for (disc, &(cell, inside)) in places.iter().enumerate() {
         let mut overlapping: Option<(u32, f64)> = None;
-        cells.for_each_near(cell, |other| {
+        for other in cells.discs_around(cell) {
             let (other_cell, other_inside) = places[other as usize];
-            let shift = grid.shift(cell, other_cell);
+            let shift = grid.offset_between(cell, other_cell);
             let apart = motion::difference(inside, other_inside);
             let distance = motion::speed([apart[0] + shift[0], apart[1] + shift[1]]);
             let least = radii[disc] + radii[other as usize] - slack;
@@ -368,7 +370,7 @@ fn check_apart(
             {
                 overlapping = Some((other, distance));
             }
-        });
+        }
         if let Some((other, distance)) = overlapping {
             return Err(Refusal(format!(
                 "discs {disc} and {other} overlap: their centers are {distance} apart, and they touch at {}",

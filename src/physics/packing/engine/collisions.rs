@@ -1,8 +1,8 @@
 //! What collisions do to discs, and what is told of them.
 
 use super::Engine;
+use crate::cell_grid::Side;
 use crate::model::Fault;
-use crate::packing::events::Side;
 use crate::packing::motion::{self, Vector};
 use crate::packing::scan::MovingDisc;
 
@@ -47,7 +47,7 @@ impl Engine {
         let before = [first.velocity, second.velocity];
         let cells = [first.cell, second.cell];
         self.state.collapse_detector.note(pair, ages, self.state.clock)?;
-        let shift = self.cells.grid.shift(cells[0], cells[1]);
+        let shift = self.cells.grid.offset_between(cells[0], cells[1]);
         let separation = [
             positions[1][0] + shift[0] - positions[0][0],
             positions[1][1] + shift[1] - positions[0][1],

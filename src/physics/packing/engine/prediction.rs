@@ -1,7 +1,8 @@
 //! What happens to a disc next: the soonest of contacts, walls and edges of its cell.
 
 use super::{Engine, State};
-use crate::packing::events::{EventCode, NEVER, Side};
+use crate::cell_grid::Side;
+use crate::packing::events::{EventCode, NEVER};
 use crate::packing::motion;
 use crate::packing::scan::{
     DiscSizes, MovingDisc, ScanInput, first_contact, first_contact_of_equal_discs,
@@ -61,7 +62,7 @@ impl Engine {
         if let Some(growth) = self.state.growth {
             radius *= growth.scale_at(self.state.clock.local());
         }
-        if side.is_upper() { self.cells.grid.side[side.axis()] - radius } else { radius }
+        if side.is_upper() { self.cells.grid.cell_sides[side.axis()] - radius } else { radius }
     }
 
     /// When a disc reaches a wall or leaves its cell, whichever comes first. Written without branches on the direction of
@@ -71,7 +72,7 @@ impl Engine {
         let grid = &self.cells.grid;
         let has_walls = self.state.domain.has_walls;
         let mut waits = [NEVER; 2];
-        let mut events = [EventCode::NOTHING; 2];
+        let mut events = [EventCode::NONE; 2];
         for axis in 0..2 {
             let speed = moving.velocity[axis];
             let is_upper = speed > 0.0;
@@ -79,15 +80,15 @@ impl Engine {
             let wait = motion::time_to_line(moving.position[axis], speed, line);
             // Without speed there is no line to be reached, and 0/0 would be no number.
             waits[axis] = if speed == 0.0 { NEVER } else { wait };
-            events[axis] = EventCode::crossing(axis, is_upper);
-            if has_walls && grid.is_last(moving.cell, axis, is_upper) {
+            events[axis] = EventCode::cell_crossing(axis, is_upper);
+            if has_walls && grid.is_at_edge(moving.cell, axis, is_upper) {
                 (waits[axis], events[axis]) = self.wall_ahead(moving, axis, is_upper);
             }
         }
         let second = (waits[1] < waits[0]) | ((waits[1] == waits[0]) & (events[1] < events[0]));
         let wait = if second { waits[1] } else { waits[0] };
         let event = if second { events[1] } else { events[0] };
-        let event = if wait < NEVER { event } else { EventCode::NOTHING };
+        let event = if wait < NEVER { event } else { EventCode::NONE };
         let wait = if wait < NEVER { wait } else { NEVER };
         if self.state.growth.is_some() {
             self.before_wall_behind(moving, (wait, event))
@@ -99,7 +100,7 @@ impl Engine {
     /// When a disc of a cell at a wall reaches it.
     #[inline(always)]
     fn wall_ahead(&self, moving: MovingDisc, axis: usize, is_upper: bool) -> (f64, EventCode) {
-        let side = Side::across(axis, is_upper);
+        let side = Side::along(axis, is_upper);
         let mut speed = moving.velocity[axis];
         let at_rest = speed == 0.0;
         if let Some(growth) = self.state.growth {
@@ -131,12 +132,12 @@ impl Engine {
         let rate = self.state.growth.map_or(0.0, |growth| growth.rate);
         let speed = rate * self.radius(moving.id as usize) - moving.velocity[axis].abs();
         let is_there = self.state.domain.has_walls
-            && self.cells.grid.is_last(moving.cell, axis, !is_upper)
+            && self.cells.grid.is_at_edge(moving.cell, axis, !is_upper)
             && speed > 0.0;
         if !is_there {
-            return (NEVER, EventCode::NOTHING);
+            return (NEVER, EventCode::NONE);
         }
-        let side = Side::across(axis, !is_upper);
+        let side = Side::along(axis, !is_upper);
         let speed = if is_upper { -speed } else { speed };
         let line = self.wall(moving.id, side);
         (motion::time_to_line(moving.position[axis], speed, line), EventCode::wall(side))

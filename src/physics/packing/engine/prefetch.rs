@@ -1,7 +1,8 @@
 //! Memory is asked for before it is needed: what the coming events will look at.
 
 use super::Engine;
-use crate::packing::cells::Cells;
+use crate::cell_grid::Cell;
+use crate::cell_lists::CellLists;
 use crate::packing::disc::DiscRecord;
 use crate::packing::event_queue::Ahead;
 use crate::packing::events::{EventCode, EventKind};
@@ -30,15 +31,15 @@ impl Engine {
 /// Asks for what the coming events will look at: the discs first, when these are there the cells around, and then
 /// whoever stands in them.
 #[inline(never)]
-fn fetch(discs: &[DiscRecord], cells: &Cells, ahead: Ahead<'_>) {
+fn fetch(discs: &[DiscRecord], cells: &CellLists, ahead: Ahead<'_>) {
     if let Some((disc, event)) = ahead.after(3 * STAGE) {
         prefetch(discs, disc as usize);
         // The partner, if there is one.
-        prefetch(discs, event.word() as usize);
+        prefetch(discs, event.bits() as usize);
     }
     if let Some((disc, event)) = ahead.after(2 * STAGE) {
         for_each_center(discs, cells, disc, event, |cell| {
-            let (slots, rows, columns) = cells.block(cell);
+            let (slots, rows, columns) = cells.block_indices(cell);
             for row in rows {
                 prefetch(slots, row + columns[0]);
                 prefetch(slots, row + columns[2]);
@@ -47,7 +48,7 @@ fn fetch(discs: &[DiscRecord], cells: &Cells, ahead: Ahead<'_>) {
     }
     if let Some((disc, event)) = ahead.after(STAGE) {
         for_each_center(discs, cells, disc, event, |cell| {
-            for slots in cells.around(cell) {
+            for slots in cells.block_slots(cell) {
                 for &other in &slots[..PLACES] {
                     prefetch(discs, other as usize);
                 }
@@ -60,10 +61,10 @@ fn fetch(discs: &[DiscRecord], cells: &Cells, ahead: Ahead<'_>) {
 #[inline(always)]
 fn for_each_center(
     discs: &[DiscRecord],
-    cells: &Cells,
+    cells: &CellLists,
     disc: u32,
     event: EventCode,
-    visit: impl Fn([u16; 2]),
+    visit: impl Fn(Cell),
 ) {
     let record = &discs[disc as usize];
     if record.event != event {
@@ -75,8 +76,8 @@ fn for_each_center(
             visit(record.cell);
             visit(discs[partner as usize].cell);
         }
-        EventKind::Crossing(side) => visit(cells.grid.beyond(record.cell, side)),
-        EventKind::Wall(_) | EventKind::Nothing => visit(record.cell),
+        EventKind::CellCrossing(side) => visit(cells.grid.neighbor(record.cell, side)),
+        EventKind::Wall(_) | EventKind::None => visit(record.cell),
     }
 }
 
