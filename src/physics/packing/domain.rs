@@ -1,68 +1,51 @@
-//! The box and the laws of collision of one run.
+//! The box and the collision parameters of a run.
 
 use super::motion::Vector;
 use serde::{Deserialize, Serialize};
 
-/// The box and the laws of collision.
+/// The box and the collision parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Domain {
     /// Width and height of the box, which is centered on the origin.
     pub(super) sides: Vector,
-    /// Whether it has walls, as against periodic.
+    /// Whether the box has walls; otherwise it is periodic.
     pub(super) has_walls: bool,
     /// Radius of the largest disc.
     pub(super) max_radius: f64,
     /// Coefficient of restitution of a pair.
     pub(super) restitution: f64,
-    /// Which collisions are elastic whatever the restitution.
+    /// Pair collisions that are elastic for any restitution.
     pub(super) elastic_threshold: ElasticThreshold,
-    /// Standard deviation of the angle by which a wall turns the outgoing direction, rad.
+    /// Standard deviation of the angle by which a wall rotates the outgoing velocity, rad.
     pub(super) wall_noise_rad: f64,
 }
 
-/// What keeps inelastic discs from infinitely many collisions in a finite time.
+/// The threshold below which a pair collision is elastic, to prevent inelastic collapse.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum ElasticThreshold {
-    /// Nothing.
+    /// No threshold.
     Off,
-    /// The TC model: elastic where one of the two collided less than this time ago (Luding and McNamara, Granular
-    /// Matter 1, 113, 1998).
+    /// Time since the last collision of either disc: the TC model (Luding and McNamara, Granular Matter 1 (1998) 113).
     ContactTime(f64),
-    /// Elastic where the discs approach slower than this.
+    /// Approach speed.
     CutoffVelocity(f64),
 }
 
 impl Domain {
-    /// Sides of the rectangle that centers stay in: of the largest disc, where they differ.
+    /// Sides of the rectangle accessible to the centers; if the radii differ, to the center of the largest disc.
     pub(super) fn accessible_sides(&self) -> Vector {
-        let kept_off = if self.has_walls { 2.0 * self.max_radius } else { 0.0 };
-        self.sides.map(|side| side - kept_off)
+        let excluded = if self.has_walls { 2.0 * self.max_radius } else { 0.0 };
+        self.sides.map(|side| side - excluded)
     }
 
-    /// The coefficient of restitution of a pair that approaches at `approach`, `time` after the last collision of either.
+    /// The coefficient of restitution at an approach speed, at a time since the last collision of either disc.
     #[inline(always)]
-    pub(super) fn restitution_at(&self, approach: f64, time: f64) -> f64 {
+    pub(super) fn restitution_at(&self, approach_speed: f64, time: f64) -> f64 {
         let is_elastic = match self.elastic_threshold {
             ElasticThreshold::Off => false,
-            ElasticThreshold::ContactTime(least) => time < least,
-            ElasticThreshold::CutoffVelocity(least) => approach < least,
+            ElasticThreshold::ContactTime(threshold) => time < threshold,
+            ElasticThreshold::CutoffVelocity(threshold) => approach_speed < threshold,
         };
         if is_elastic { 1.0 } else { self.restitution }
-    }
-}
-
-/// Discs that grow all at the same relative rate.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Growth {
-    /// Share of the full radius at the zero of the engine's clock.
-    pub(super) scale: f64,
-    /// Growth of the share in a unit of time.
-    pub(super) rate: f64,
-}
-
-impl Growth {
-    /// The share of the full radius at a local time.
-    pub(super) fn scale_at(&self, time: f64) -> f64 {
-        self.scale + self.rate * time
     }
 }

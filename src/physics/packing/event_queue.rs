@@ -1,36 +1,37 @@
-//! Which disc comes next: a calendar with one page for each short span of time.
+//! The event queue: one event per disc, in buckets of equal spans of time.
 //!
-//! Events are thrown onto their page unsorted; a page is sorted when its time comes. So filing and taking an event cost
-//! the same however many there are (Paul, J. Comput. Phys. 221, 615, 2007). Nothing is ever taken off a page early: an
-//! entry whose disc has another event by now is passed over.
+//! Events are appended to their bucket unsorted; a bucket is sorted when its time comes. Therefore, scheduling and taking
+//! an event have a cost that does not depend on the number of events (Paul, J. Comput. Phys. 221 (2007) 615). No event is
+//! removed early: an entry that is no longer the event of its disc is skipped (lazy invalidation).
 //!
-//! What comes next depends on the discs' events alone: they are in a total order by time, kind, partner and disc. The
-//! calendar is no part of the state, and its spans are chosen for speed.
+//! Invariant: the next event depends only on the discs' events, which are in a total order by time, kind, partner and disc.
+//! The queue is not part of the state, and its buckets are chosen for speed only.
 
 use super::disc::DiscRecord;
 use super::events::{EventCode, NEVER};
 use crate::memory::with_large_pages;
 use crate::simd::prefetch::prefetch;
 
-/// Entries of a sheet: two cache lines.
-const ENTRIES_OF_SHEET: usize = 8;
+/// Events per chunk: two cache lines.
+const CHUNK_SIZE: usize = 8;
 
-/// No sheet.
-const NONE: u32 = u32::MAX;
+/// The end of a list of chunks.
+const NO_CHUNK: u32 = u32::MAX;
 
-/// At least so many events are meant to stand on a page, and this share of all.
-const LEAST_ON_PAGE: f64 = 8.0;
-const SHARE_ON_PAGE: f64 = 1.0 / 500.0;
+/// Intended number of events per bucket: at least this number, and this fraction of all events.
+const MIN_PER_BUCKET: f64 = 8.0;
+const FRACTION_PER_BUCKET: f64 = 1.0 / 500.0;
 
-/// The calendar goes on for so many mean waits of a disc; what comes later is filed again when the last page is turned.
-const WAITS_AHEAD: f64 = 4.0;
+/// The buckets span this multiple of the mean time to a disc's event. Later events are in the overflow list, which is
+/// scheduled again after the last bucket.
+const SPAN_OVER_MEAN_TIME: f64 = 4.0;
 
-/// An event of a disc: time, kind and partner, and disc in one number whose order is the order of events.
+/// An event of a disc: time, event code and disc in one number, whose order is the order of events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Entry(u128);
+struct QueuedEvent(u128);
 
-impl Entry {
-    /// Times on the engine's clock are not negative: their bits are ordered as they are.
+impl QueuedEvent {
+    /// Times on the engine's clock are not negative; therefore, their bits have the order of the times.
     #[inline(always)]
     fn new(time: f64, event: EventCode, disc: u32) -> Self {
         Self(u128::from(time.to_bits()) << 64 | u128::from(event.bits()) << 32 | u128::from(disc))
@@ -51,272 +52,275 @@ impl Entry {
         self.0 as u32
     }
 
-    /// Whether this still is the event of its disc.
+    /// Whether this is still the event of its disc.
     #[inline(always)]
-    fn is_current(self, discs: &[DiscRecord]) -> bool {
+    fn is_valid(self, discs: &[DiscRecord]) -> bool {
         let disc = &discs[self.disc() as usize];
         self == Self::new(disc.event_time, disc.event, self.disc())
     }
 }
 
-/// The entries that come next on the open page.
-pub(super) struct Ahead<'a>(&'a [Entry]);
+/// The events that follow in the current bucket.
+pub(super) struct UpcomingEvents<'a>(&'a [QueuedEvent]);
 
-impl Ahead<'_> {
-    /// The disc and the event of the one that comes after so many others.
+impl UpcomingEvents<'_> {
+    /// The disc and the event after this number of other events.
     #[inline(always)]
-    pub(super) fn after(&self, others: usize) -> Option<(u32, EventCode)> {
-        self.0.get(others).map(|entry| (entry.disc(), entry.event()))
+    pub(super) fn get(&self, index: usize) -> Option<(u32, EventCode)> {
+        self.0.get(index).map(|entry| (entry.disc(), entry.event()))
     }
 }
 
-/// Some entries of one page.
+/// Some events of one bucket.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-struct Sheet([Entry; ENTRIES_OF_SHEET]);
+struct Chunk([QueuedEvent; CHUNK_SIZE]);
 
-/// Where a page ends: its entries fill a list of sheets.
+/// The end of a bucket, whose events fill a linked list of chunks.
 #[derive(Clone, Copy, Debug)]
-struct Page {
-    /// The sheet that is being filled, or [`NONE`]; those behind it are full.
-    sheet: u32,
-    /// Entries on it.
+struct Bucket {
+    /// The chunk that is being filled, or [`NO_CHUNK`]; those that follow in the list are full.
+    chunk: u32,
+    /// Number of events in it.
     filled: u32,
 }
 
-const BLANK: Page = Page { sheet: NONE, filled: 0 };
+const EMPTY_BUCKET: Bucket = Bucket { chunk: NO_CHUNK, filled: 0 };
 
-/// All events that are to come, one a disc.
+/// The next events of all discs.
 #[derive(Clone, Debug)]
 pub(super) struct EventQueue {
-    /// The open page, sorted; those before `turned` are done.
-    today: Vec<Entry>,
-    turned: usize,
-    /// Number of the open page since the clock's zero.
-    page: u64,
-    /// Pages for each unit of time.
-    pages_per_time: f64,
-    /// The pages that follow, in a ring whose length is a power of two. What filing reads is all here, in few cache lines:
-    /// nobody waits for the line of the sheet that is written.
-    pages: Vec<Page>,
-    /// Entries on them.
-    on_pages: usize,
-    sheets: Vec<Sheet>,
-    /// The sheet behind each one.
-    behind: Vec<u32>,
-    /// Sheets that are free, in a list.
+    /// The events of the current bucket, sorted; those before `next` are done.
+    current: Vec<QueuedEvent>,
+    next: usize,
+    /// Number of the current bucket since the clock's origin.
+    bucket: u64,
+    /// Buckets per unit of time.
+    buckets_per_time: f64,
+    /// The buckets that follow, in a ring whose length is a power of two. Scheduling reads only these few cache lines and
+    /// does not wait for the line of the chunk to which it writes.
+    buckets: Vec<Bucket>,
+    /// Number of events in them.
+    in_buckets: usize,
+    chunks: Vec<Chunk>,
+    /// The next chunk in the list of each chunk.
+    next_chunk: Vec<u32>,
+    /// Head of the list of free chunks.
     free: u32,
-    /// What comes after the last page of the ring.
-    later: Vec<Entry>,
+    /// Events after the last bucket of the ring.
+    overflow: Vec<QueuedEvent>,
 }
 
 impl EventQueue {
-    /// A calendar of the discs' events. `wait` is about how long a disc waits for its event.
-    pub(super) fn new(discs: &[DiscRecord], wait: f64) -> Self {
+    /// A queue of the discs' events. `mean_time` is the mean time until a disc's event.
+    pub(super) fn new(discs: &[DiscRecord], mean_time: f64) -> Self {
         let count = discs.len() as f64;
-        let share = SHARE_ON_PAGE * count;
-        let on_page = if share > LEAST_ON_PAGE { share } else { LEAST_ON_PAGE };
-        let pages = (WAITS_AHEAD * count / on_page) as usize;
-        let mut event_queue = Self {
-            today: Vec::new(),
-            turned: 0,
-            page: 0,
-            pages_per_time: 0.0,
-            pages: vec![BLANK; pages.next_power_of_two()],
-            on_pages: 0,
-            sheets: with_large_pages(discs.len() / 4),
-            behind: Vec::new(),
-            free: NONE,
-            later: Vec::new(),
+        let fraction = FRACTION_PER_BUCKET * count;
+        let per_bucket = if fraction > MIN_PER_BUCKET { fraction } else { MIN_PER_BUCKET };
+        let buckets = (SPAN_OVER_MEAN_TIME * count / per_bucket) as usize;
+        let mut queue = Self {
+            current: Vec::new(),
+            next: 0,
+            bucket: 0,
+            buckets_per_time: 0.0,
+            buckets: vec![EMPTY_BUCKET; buckets.next_power_of_two()],
+            in_buckets: 0,
+            chunks: with_large_pages(discs.len() / 4),
+            next_chunk: Vec::new(),
+            free: NO_CHUNK,
+            overflow: Vec::new(),
         };
-        event_queue.rebuild(discs, wait);
-        event_queue
+        queue.rebuild(discs, mean_time);
+        queue
     }
 
-    /// Files all events anew from a new zero of the clock, on pages that suit the present wait.
-    pub(super) fn rebuild(&mut self, discs: &[DiscRecord], wait: f64) {
-        let span = wait * WAITS_AHEAD / self.pages.len() as f64;
-        let pages_per_time = 1.0 / span;
-        self.pages_per_time = if pages_per_time.is_finite() { pages_per_time } else { 0.0 };
-        self.today.clear();
-        self.turned = 0;
-        self.page = 0;
-        self.pages.fill(BLANK);
-        self.on_pages = 0;
-        self.sheets.clear();
-        self.behind.clear();
-        self.free = NONE;
-        self.later.clear();
+    /// Schedules all events again after a shift of the clock's origin, in buckets that suit the present mean time.
+    pub(super) fn rebuild(&mut self, discs: &[DiscRecord], mean_time: f64) {
+        let span = mean_time * SPAN_OVER_MEAN_TIME / self.buckets.len() as f64;
+        let buckets_per_time = 1.0 / span;
+        self.buckets_per_time = if buckets_per_time.is_finite() { buckets_per_time } else { 0.0 };
+        self.current.clear();
+        self.next = 0;
+        self.bucket = 0;
+        self.buckets.fill(EMPTY_BUCKET);
+        self.in_buckets = 0;
+        self.chunks.clear();
+        self.next_chunk.clear();
+        self.free = NO_CHUNK;
+        self.overflow.clear();
         for (disc, record) in discs.iter().enumerate() {
             if record.event_time < NEVER {
-                let entry = Entry::new(record.event_time, record.event, disc as u32);
-                match self.place_of(entry) {
-                    Place::Today => self.today.push(entry),
-                    Place::Page(page) => self.put_onto(page, entry),
-                    Place::Later => self.later.push(entry),
-                }
+                let entry = QueuedEvent::new(record.event_time, record.event, disc as u32);
+                self.append(entry);
             }
         }
-        self.today.sort_unstable();
+        self.current.sort_unstable();
     }
 
-    /// Files the event of a disc.
+    /// Schedules the event of a disc.
     #[inline(always)]
     pub(super) fn schedule(&mut self, disc: u32, time: f64, event: EventCode) {
         if time == NEVER {
             return;
         }
-        let entry = Entry::new(time, event, disc);
-        match self.place_of(entry) {
-            Place::Today => {
-                let place =
-                    self.turned + self.today[self.turned..].partition_point(|other| *other < entry);
-                self.today.insert(place, entry);
+        let entry = QueuedEvent::new(time, event, disc);
+        match self.span_of(entry) {
+            Span::Current => {
+                let following = &self.current[self.next..];
+                let index = self.next + following.partition_point(|other| *other < entry);
+                self.current.insert(index, entry);
             }
-            Place::Page(page) => self.put_onto(page, entry),
-            Place::Later => self.later.push(entry),
+            Span::Bucket(bucket) => self.append_to_bucket(bucket, entry),
+            Span::Overflow => self.overflow.push(entry),
         }
     }
 
-    /// The disc whose event comes first; `None` if nothing ever happens. It stays first until it has another event.
-    /// `passing` is called for each entry that is passed over, and looks at those that come after it.
+    /// The disc whose event is the earliest; `None` if there is no event. It stays the first until it has another event.
+    /// `on_skip` is called for each invalid entry that is skipped, with the events that follow.
     #[inline(always)]
     pub(super) fn first(
         &mut self,
         discs: &[DiscRecord],
-        passing: impl Fn(Ahead<'_>),
+        on_skip: impl Fn(UpcomingEvents<'_>),
     ) -> Option<u32> {
         loop {
-            while let Some(&entry) = self.today.get(self.turned) {
-                if entry.is_current(discs) {
+            while let Some(&entry) = self.current.get(self.next) {
+                if entry.is_valid(discs) {
                     return Some(entry.disc());
                 }
-                self.turned += 1;
-                passing(Ahead(&self.today[self.turned..]));
+                self.next += 1;
+                on_skip(UpcomingEvents(&self.current[self.next..]));
             }
-            if !self.turn_page(discs) {
+            if !self.open_next_bucket(discs) {
                 return None;
             }
         }
     }
 
     #[inline(always)]
-    fn place_of(&self, entry: Entry) -> Place {
-        let page = (entry.time() * self.pages_per_time) as u64;
-        if page <= self.page {
-            Place::Today
-        } else if page - self.page < self.pages.len() as u64 {
-            Place::Page(page as usize & (self.pages.len() - 1))
+    fn span_of(&self, entry: QueuedEvent) -> Span {
+        let bucket = (entry.time() * self.buckets_per_time) as u64;
+        if bucket <= self.bucket {
+            Span::Current
+        } else if bucket - self.bucket < self.buckets.len() as u64 {
+            Span::Bucket(bucket as usize & (self.buckets.len() - 1))
         } else {
-            Place::Later
+            Span::Overflow
+        }
+    }
+
+    /// Appends an event to its bucket; the current one must be sorted afterward.
+    fn append(&mut self, entry: QueuedEvent) {
+        match self.span_of(entry) {
+            Span::Current => self.current.push(entry),
+            Span::Bucket(bucket) => self.append_to_bucket(bucket, entry),
+            Span::Overflow => self.overflow.push(entry),
         }
     }
 
     #[inline(always)]
-    fn put_onto(&mut self, page: usize, entry: Entry) {
-        self.on_pages += 1;
-        let Page { sheet, filled } = &mut self.pages[page];
-        if let Some(Sheet(entries)) = self.sheets.get_mut(*sheet as usize)
-            && let Some(line) = entries.get_mut(*filled as usize)
+    fn append_to_bucket(&mut self, bucket: usize, entry: QueuedEvent) {
+        self.in_buckets += 1;
+        let Bucket { chunk, filled } = &mut self.buckets[bucket];
+        if let Some(Chunk(entries)) = self.chunks.get_mut(*chunk as usize)
+            && let Some(free) = entries.get_mut(*filled as usize)
         {
-            *line = entry;
+            *free = entry;
             *filled += 1;
         } else {
-            self.put_onto_new_sheet(page, entry);
+            self.append_new_chunk(bucket, entry);
         }
     }
 
     #[inline(never)]
-    fn put_onto_new_sheet(&mut self, page: usize, entry: Entry) {
-        if self.free == NONE {
-            self.free = self.sheets.len() as u32;
-            self.sheets.push(Sheet([entry; ENTRIES_OF_SHEET]));
-            self.behind.push(NONE);
+    fn append_new_chunk(&mut self, bucket: usize, entry: QueuedEvent) {
+        if self.free == NO_CHUNK {
+            self.free = self.chunks.len() as u32;
+            self.chunks.push(Chunk([entry; CHUNK_SIZE]));
+            self.next_chunk.push(NO_CHUNK);
         }
-        let sheet = self.free;
-        let before = std::mem::replace(&mut self.pages[page], Page { sheet, filled: 1 });
-        self.sheets[sheet as usize].0[0] = entry;
-        self.free = std::mem::replace(&mut self.behind[sheet as usize], before.sheet);
+        let chunk = self.free;
+        let before = std::mem::replace(&mut self.buckets[bucket], Bucket { chunk, filled: 1 });
+        self.chunks[chunk as usize].0[0] = entry;
+        self.free = std::mem::replace(&mut self.next_chunk[chunk as usize], before.chunk);
     }
 
-    /// Opens the next page that has entries; returns whether there is one.
-    fn turn_page(&mut self, discs: &[DiscRecord]) -> bool {
-        self.today.clear();
-        self.turned = 0;
-        let mask = self.pages.len() - 1;
-        while self.on_pages > 0 {
-            self.page = self.page.saturating_add(1);
-            let place = self.page as usize & mask;
-            if place == 0 && !self.later.is_empty() {
-                self.file_later(discs);
+    /// Opens the next bucket that has events; returns whether there is one.
+    fn open_next_bucket(&mut self, discs: &[DiscRecord]) -> bool {
+        self.current.clear();
+        self.next = 0;
+        let mask = self.buckets.len() - 1;
+        while self.in_buckets > 0 {
+            self.bucket = self.bucket.saturating_add(1);
+            let index = self.bucket as usize & mask;
+            if index == 0 && !self.overflow.is_empty() {
+                self.schedule_overflow(discs);
             }
-            if self.pages[place].sheet != NONE {
-                self.open(place);
+            if self.buckets[index].chunk != NO_CHUNK {
+                self.open(index);
             }
-            if !self.today.is_empty() {
-                self.fetch_sheets((place + 1) & mask);
+            if !self.current.is_empty() {
+                self.prefetch_bucket((index + 1) & mask);
                 return true;
             }
         }
-        self.skip_to_later(discs)
+        self.skip_to_overflow(discs)
     }
 
-    /// Asks for the sheets of a page that will be opened.
-    fn fetch_sheets(&self, place: usize) {
-        let mut sheet = self.pages[place].sheet;
-        while let Some(Sheet(entries)) = self.sheets.get(sheet as usize) {
+    /// Prefetches the chunks of a bucket that will be opened.
+    fn prefetch_bucket(&self, bucket: usize) {
+        let mut chunk = self.buckets[bucket].chunk;
+        while let Some(Chunk(entries)) = self.chunks.get(chunk as usize) {
             prefetch(entries, 0);
-            prefetch(entries, ENTRIES_OF_SHEET / 2);
-            sheet = self.behind[sheet as usize];
+            prefetch(entries, CHUNK_SIZE / 2);
+            chunk = self.next_chunk[chunk as usize];
         }
     }
 
-    fn open(&mut self, place: usize) {
-        let filed = self.today.len();
-        let Page { mut sheet, filled } = std::mem::replace(&mut self.pages[place], BLANK);
+    /// Moves the events of a bucket to the current ones and sorts them.
+    fn open(&mut self, bucket: usize) {
+        let before = self.current.len();
+        let Bucket { mut chunk, filled } =
+            std::mem::replace(&mut self.buckets[bucket], EMPTY_BUCKET);
         let mut count = filled as usize;
-        while sheet != NONE {
-            self.today.extend_from_slice(&self.sheets[sheet as usize].0[..count]);
-            count = ENTRIES_OF_SHEET;
-            let following = std::mem::replace(&mut self.behind[sheet as usize], self.free);
-            self.free = sheet;
-            sheet = following;
+        while chunk != NO_CHUNK {
+            self.current.extend_from_slice(&self.chunks[chunk as usize].0[..count]);
+            count = CHUNK_SIZE;
+            let following = std::mem::replace(&mut self.next_chunk[chunk as usize], self.free);
+            self.free = chunk;
+            chunk = following;
         }
-        self.on_pages -= self.today.len() - filed;
-        self.today.sort_unstable();
+        self.in_buckets -= self.current.len() - before;
+        self.current.sort_unstable();
     }
 
-    /// Files what came after the last page, now that the ring has gone round.
-    fn file_later(&mut self, discs: &[DiscRecord]) {
-        let later = std::mem::take(&mut self.later);
-        for entry in later {
-            if entry.is_current(discs) {
-                match self.place_of(entry) {
-                    Place::Today => self.today.push(entry),
-                    Place::Page(page) => self.put_onto(page, entry),
-                    Place::Later => self.later.push(entry),
-                }
+    /// Schedules the overflow list again, after one turn of the ring.
+    fn schedule_overflow(&mut self, discs: &[DiscRecord]) {
+        let overflow = std::mem::take(&mut self.overflow);
+        for entry in overflow {
+            if entry.is_valid(discs) {
+                self.append(entry);
             }
         }
-        self.today.sort_unstable();
+        self.current.sort_unstable();
     }
 
-    /// No page of the ring has entries: goes to the first page of what comes later.
-    fn skip_to_later(&mut self, discs: &[DiscRecord]) -> bool {
-        let Some(first) = self.later.iter().filter(|entry| entry.is_current(discs)).min() else {
+    /// All buckets are empty: skips to the bucket of the first event of the overflow list.
+    fn skip_to_overflow(&mut self, discs: &[DiscRecord]) -> bool {
+        let Some(first) = self.overflow.iter().filter(|entry| entry.is_valid(discs)).min() else {
             return false;
         };
-        self.page = (first.time() * self.pages_per_time) as u64;
-        self.file_later(discs);
-        !self.today.is_empty()
+        self.bucket = (first.time() * self.buckets_per_time) as u64;
+        self.schedule_overflow(discs);
+        !self.current.is_empty()
     }
 }
 
-/// Where an event is filed.
-enum Place {
-    Today,
-    Page(usize),
-    Later,
+/// The part of the queue to which an event belongs.
+enum Span {
+    Current,
+    Bucket(usize),
+    Overflow,
 }
 
 #[cfg(test)]
@@ -324,32 +328,20 @@ mod tests {
     use super::*;
     use crate::random::{Seed, Stream};
 
-    fn at_rest() -> DiscRecord {
-        DiscRecord {
-            position: [0.0; 2],
-            velocity: [0.0; 2],
-            time: 0.0,
-            event_time: NEVER,
-            event: EventCode::NONE,
-            partner_collisions: 0,
-            collisions: 0,
-            cell: [0; 2],
-        }
-    }
-
-    /// Law: the first is the least by (time, kind, partner, disc) of all events, after any changes and moves of the clock.
-    /// Reference: a scan of all events. Waits from 1e-3 to 1e3 mean ones; times are multiples of 1/64, so that many are equal.
+    /// Guarantee: the first event is the smallest by (time, kind, partner, disc), after any changes and shifts of the clock.
+    /// Setup: times to events between 1e-3 and 1e3 of the mean; they are multiples of 1/64, so many events are
+    /// simultaneous. Control: a scan of all events.
     #[test]
-    fn the_first_is_the_least_of_all() {
+    fn event_queue_returns_the_earliest_event() {
         for count in [1_usize, 5, 37, 3000] {
             let mut generator = Seed { seed: 3, replicate: 0 }.stream(Stream::Positions);
-            let mut discs = vec![at_rest(); count];
-            let mut event_queue = EventQueue::new(&discs, 1.0);
+            let mut discs = vec![DiscRecord::new([0; 2], [0.0; 2], [0.0; 2]); count];
+            let mut queue = EventQueue::new(&discs, 1.0);
             let mut now = 0.0;
             for round in 0..20_000 {
                 let disc = (generator.uniform() * count as f64) as usize;
                 let disc = if round % 2 == 0 {
-                    event_queue.first(&discs, |_| ()).map_or(disc, |first| first as usize)
+                    queue.first(&discs, |_| ()).map_or(disc, |first| first as usize)
                 } else {
                     disc
                 };
@@ -357,32 +349,28 @@ mod tests {
                     now = discs[disc].event_time;
                 }
                 let scale = [1e-3, 1.0, 1.0, 1.0, 30.0, 1e3][(generator.uniform() * 6.0) as usize];
-                let wait = (scale * generator.uniform() * 64.0).floor() / 64.0;
-                discs[disc].event_time = now + wait;
+                let time = (scale * generator.uniform() * 64.0).floor() / 64.0;
+                discs[disc].event_time = now + time;
                 discs[disc].event = EventCode::pair((generator.uniform() * 3.0) as u32);
                 if generator.uniform() < 0.01 {
                     (discs[disc].event_time, discs[disc].event) = (NEVER, EventCode::NONE);
                 }
-                event_queue.schedule(disc as u32, discs[disc].event_time, discs[disc].event);
+                queue.schedule(disc as u32, discs[disc].event_time, discs[disc].event);
                 if round % 1000 == 999 {
                     let shift = now.floor();
                     now -= shift;
                     for disc in discs.iter_mut().filter(|disc| disc.event_time < NEVER) {
                         disc.event_time -= shift;
                     }
-                    event_queue.rebuild(&discs, 1.0);
+                    queue.rebuild(&discs, 1.0);
                 }
-                let waiting =
+                let scheduled =
                     (0..count as u32).filter(|&disc| discs[disc as usize].event_time < NEVER);
-                let least = waiting.min_by_key(|&disc| {
+                let earliest = scheduled.min_by_key(|&disc| {
                     let record = &discs[disc as usize];
-                    Entry::new(record.event_time, record.event, disc)
+                    QueuedEvent::new(record.event_time, record.event, disc)
                 });
-                assert_eq!(
-                    event_queue.first(&discs, |_| ()),
-                    least,
-                    "{count} discs, round {round}"
-                );
+                assert_eq!(queue.first(&discs, |_| ()), earliest, "{count} discs, round {round}");
             }
         }
     }

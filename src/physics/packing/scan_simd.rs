@@ -12,10 +12,11 @@
 
 #![allow(unsafe_code)]
 
+use super::contact::{MovingDisc, PredictedContact};
 use super::disc::DiscRecord;
 use super::events::NEVER;
 use super::motion;
-use super::scan::{MovingDisc, PredictedContact};
+
 use crate::cell_grid::BlockOffsets;
 use crate::cell_lists::{CellLists, NO_DISC};
 use crate::simd::f64x8::F64x8;
@@ -178,7 +179,7 @@ unsafe fn earliest(ids: &CandidateIds, times: [__m512d; 2], own: u32) -> Predict
         partner = smallest_id(ids, lanes);
     }
     partner = if time < NEVER { partner } else { own };
-    PredictedContact { wait: time, partner }
+    PredictedContact { time_to_contact: time, partner }
 }
 
 /// The smallest id in these lanes.

@@ -1,44 +1,44 @@
-//! Memory is asked for before it is needed: what the coming events will look at.
+//! Prefetches the memory that the next events will read.
 
-use super::Engine;
+use super::state::Engine;
 use crate::cell_grid::Cell;
 use crate::cell_lists::CellLists;
 use crate::packing::disc::DiscRecord;
-use crate::packing::event_queue::Ahead;
+use crate::packing::event_queue::UpcomingEvents;
 use crate::packing::events::{EventCode, EventKind};
 use crate::simd::prefetch::prefetch;
 
-/// So many events lie between two stages: time enough for memory to answer.
+/// Number of events between two stages: memory needs this time to respond.
 const STAGE: usize = 2;
 
-/// Of a cell's places the first ones are looked at ahead: few cells have more discs.
-const PLACES: usize = 2;
+/// Number of slots per cell whose discs are prefetched: few cells have more discs.
+const SLOTS: usize = 2;
 
 impl Engine {
-    /// The disc whose event comes first.
+    /// The disc whose event is the earliest.
     #[inline(always)]
-    pub(super) fn next(&mut self) -> Option<u32> {
+    pub(super) fn first_scheduled(&mut self) -> Option<u32> {
         let (discs, cells) = (&self.state.discs, &self.cells);
         let prefetches = self.prefetches;
-        self.event_queue.first(discs, |ahead| {
+        self.event_queue.first(discs, |upcoming| {
             if prefetches {
-                fetch(discs, cells, ahead);
+                prefetch_events(discs, cells, upcoming);
             }
         })
     }
 }
 
-/// Asks for what the coming events will look at: the discs first, when these are there the cells around, and then
-/// whoever stands in them.
+/// Prefetches what the upcoming events will read, in three stages: first the discs of the event, then the cells around
+/// them, then the discs in these cells.
 #[inline(never)]
-fn fetch(discs: &[DiscRecord], cells: &CellLists, ahead: Ahead<'_>) {
-    if let Some((disc, event)) = ahead.after(3 * STAGE) {
+fn prefetch_events(discs: &[DiscRecord], cells: &CellLists, upcoming: UpcomingEvents<'_>) {
+    if let Some((disc, event)) = upcoming.get(3 * STAGE) {
         prefetch(discs, disc as usize);
-        // The partner, if there is one.
+        // The partner, if the event is a pair collision.
         prefetch(discs, event.bits() as usize);
     }
-    if let Some((disc, event)) = ahead.after(2 * STAGE) {
-        for_each_center(discs, cells, disc, event, |cell| {
+    if let Some((disc, event)) = upcoming.get(2 * STAGE) {
+        for_each_scanned_block(discs, cells, disc, event, |cell| {
             let (slots, rows, columns) = cells.block_indices(cell);
             for row in rows {
                 prefetch(slots, row + columns[0]);
@@ -46,10 +46,10 @@ fn fetch(discs: &[DiscRecord], cells: &CellLists, ahead: Ahead<'_>) {
             }
         });
     }
-    if let Some((disc, event)) = ahead.after(STAGE) {
-        for_each_center(discs, cells, disc, event, |cell| {
+    if let Some((disc, event)) = upcoming.get(STAGE) {
+        for_each_scanned_block(discs, cells, disc, event, |cell| {
             for slots in cells.block_slots(cell) {
-                for &other in &slots[..PLACES] {
+                for &other in &slots[..SLOTS] {
                     prefetch(discs, other as usize);
                 }
             }
@@ -57,9 +57,9 @@ fn fetch(discs: &[DiscRecord], cells: &CellLists, ahead: Ahead<'_>) {
     }
 }
 
-/// The cells around which an event will search.
+/// Calls `visit` with the central cell of each block that the predictions after an event will scan.
 #[inline(always)]
-fn for_each_center(
+fn for_each_scanned_block(
     discs: &[DiscRecord],
     cells: &CellLists,
     disc: u32,
@@ -68,7 +68,7 @@ fn for_each_center(
 ) {
     let record = &discs[disc as usize];
     if record.event != event {
-        // It has another event by now, and this one will be passed over.
+        // The disc has another event, and this entry will be skipped.
         return;
     }
     match event.kind() {
@@ -84,13 +84,14 @@ fn for_each_center(
 #[cfg(test)]
 mod tests {
     use crate::packing::domain::{Domain, ElasticThreshold};
-    use crate::packing::engine::Engine;
+    use crate::packing::engine::state::Engine;
     use crate::random::{Seed, Stream};
 
-    /// Promise: fetching ahead changes no bit. Setup: 400 discs on a square lattice, within walls with noise and periodic, once
-    /// with fetching ahead and once without; 40,000 events, crossings and void ones among them.
+    /// Guarantee: prefetching does not change a single bit.
+    /// Setup: 400 discs on a square lattice, within walls with noise and periodic; 40,000 events, including crossings and
+    /// invalid ones, with and without prefetching.
     #[test]
-    fn fetching_ahead_changes_no_bit() {
+    fn prefetching_does_not_affect_the_trajectory() {
         let seed = Seed { seed: 4, replicate: 0 };
         for has_walls in [true, false] {
             let wall_noise_rad = if has_walls { 0.1 } else { 0.0 };
@@ -104,7 +105,7 @@ mod tests {
                 elastic_threshold,
                 wall_noise_rad,
             };
-            let engine_that = |prefetches| {
+            let run = |prefetches| {
                 let positions = (0..400).map(|disc| {
                     [disc % 20, disc / 20].map(|place: u32| 3.0 * f64::from(place) - 28.5)
                 });
@@ -119,7 +120,7 @@ mod tests {
                 }
                 engine
             };
-            assert!(engine_that(true) == engine_that(false), "has_walls = {has_walls}");
+            assert!(run(true) == run(false), "has_walls = {has_walls}");
         }
     }
 }
