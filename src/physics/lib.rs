@@ -3,10 +3,13 @@
 //! Each model is a folder that imports no other model; `motion.rs` holds its equation of motion with the formula above the code.
 //! Nothing here depends on files, the command line, the clock or the number of threads, so results have the same bits everywhere.
 
+mod cell_grid;
+mod cell_lists;
 pub mod collision_time;
 pub mod constants;
 pub mod dem;
 pub mod gas;
+mod memory;
 pub mod model;
 pub mod orbit;
 pub mod packing;

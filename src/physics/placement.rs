@@ -1,8 +1,10 @@
-//! Where discs stand at the start: random sequential addition and lattices in a rectangle.
+//! Initial positions of discs: random sequential addition and square lattices in a rectangle.
 
+use crate::cell_grid::CellGrid;
+use crate::cell_lists::CellLists;
 use crate::random::Generator;
 
-/// The rectangle that discs are placed in, walls at its edges.
+/// The rectangle in which discs are placed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
     /// Lower left corner.
@@ -11,21 +13,28 @@ pub struct Rectangle {
     pub max: [f64; 2],
 }
 
-/// Random sequential addition came to its end before all discs stood.
+impl Rectangle {
+    fn sides(&self) -> [f64; 2] {
+        [self.max[0] - self.min[0], self.max[1] - self.min[1]]
+    }
+}
+
+/// Random sequential addition stopped before all discs were placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Jammed {
-    /// Discs that stood.
+    /// Discs that were placed.
     pub placed: usize,
 }
 
-/// Trials a disc before random sequential addition gives up.
-const TRIALS_PER_DISC: u32 = 2_000_000;
+/// Trials per disc after which random sequential addition stops.
+const MAX_TRIALS_PER_DISC: u32 = 2_000_000;
 
-/// Places discs one after the other, each uniformly at random among all positions, drawn again while it overlaps another
-/// disc (random sequential addition, Feder 1980). Returns the centers in the order of `radii`. Touching is no overlap.
+/// Places discs one after the other, each uniformly at random, and draws a position again while the disc overlaps another
+/// one (random sequential addition; Feder, J. Theor. Biol. 87 (1980) 237). Returns the centers in the order of `radii`.
+/// Discs that touch do not overlap.
 ///
 /// # Errors
-/// [`Jammed`] where a disc found no place in 2,000,000 trials.
+/// [`Jammed`] if a disc found no free position in 2,000,000 trials.
 pub fn random_sequential_addition(
     rectangle: Rectangle,
     radii: &[f64],
@@ -34,10 +43,11 @@ pub fn random_sequential_addition(
     random_sequential_addition_where(rectangle, radii, generator, |_, _| true)
 }
 
-/// The same, with trials drawn again where `is_allowed` says no to a center and radius: for containers that are no rectangle.
+/// Random sequential addition that also rejects a center and radius if `is_allowed` returns false, for containers that are
+/// not rectangles.
 ///
 /// # Errors
-/// [`Jammed`] where a disc found no place in 2,000,000 trials.
+/// As [`random_sequential_addition`].
 pub fn random_sequential_addition_where(
     rectangle: Rectangle,
     radii: &[f64],
@@ -47,8 +57,7 @@ pub fn random_sequential_addition_where(
     add_at_random(rectangle, Edges::Walls, radii, generator, is_allowed)
 }
 
-/// The same as [`random_sequential_addition`] where each edge of the rectangle is the opposite one. The rectangle is wider
-/// than two discs.
+/// [`random_sequential_addition`] in a periodic rectangle, which is wider than two discs.
 ///
 /// # Errors
 /// As [`random_sequential_addition`].
@@ -60,7 +69,7 @@ pub fn periodic_random_sequential_addition(
     add_at_random(rectangle, Edges::Periodic, radii, generator, |_, _| true)
 }
 
-/// What is at the edges of the rectangle.
+/// The edges of the rectangle.
 #[derive(Clone, Copy, PartialEq)]
 enum Edges {
     Walls,
@@ -74,37 +83,30 @@ fn add_at_random(
     generator: &mut Generator,
     is_allowed: impl Fn([f64; 2], f64) -> bool,
 ) -> Result<Vec<[f64; 2]>, Jammed> {
-    let mut largest = 0.0;
-    for &radius in radii {
-        largest = if radius > largest { radius } else { largest };
-    }
-    let mut cells = Cells::new(rectangle, edges, 2.0 * largest, radii.len());
-    let mut centers: Vec<[f64; 2]> = Vec::with_capacity(radii.len());
+    let mut placed = PlacedDiscs::new(rectangle, edges, radii);
     for (index, &radius) in radii.iter().enumerate() {
-        let kept_off = if edges == Edges::Walls { radius } else { 0.0 };
-        let low = [rectangle.min[0] + kept_off, rectangle.min[1] + kept_off];
-        let high = [rectangle.max[0] - kept_off, rectangle.max[1] - kept_off];
+        let margin = if edges == Edges::Walls { radius } else { 0.0 };
+        let low = [rectangle.min[0] + margin, rectangle.min[1] + margin];
+        let high = [rectangle.max[0] - margin, rectangle.max[1] - margin];
         if low[0] > high[0] || low[1] > high[1] {
             return Err(Jammed { placed: index });
         }
-        let place = (0..TRIALS_PER_DISC).find_map(|_| {
+        let free = (0..MAX_TRIALS_PER_DISC).find_map(|_| {
             let trial =
                 [generator.uniform_in(low[0], high[0]), generator.uniform_in(low[1], high[1])];
-            (is_allowed(trial, radius) && cells.is_free(trial, radius, &centers, radii))
-                .then_some(trial)
+            (is_allowed(trial, radius) && placed.is_free(trial, radius)).then_some(trial)
         });
-        let Some(center) = place else { return Err(Jammed { placed: index }) };
-        cells.insert(center, index);
-        centers.push(center);
+        let Some(center) = free else { return Err(Jammed { placed: index }) };
+        placed.push(center);
     }
-    Ok(centers)
+    Ok(placed.centers)
 }
 
-/// The first `count` sites of a square lattice that fills the rectangle evenly from below, row by row, for discs of one
-/// radius; `None` where they do not fit without overlap.
+/// Returns the first `count` sites of a square lattice of discs of one radius, row by row from below, spread over the
+/// rectangle; `None` if they do not fit without overlap.
 #[must_use]
 pub fn square_lattice(rectangle: Rectangle, radius: f64, count: usize) -> Option<Vec<[f64; 2]>> {
-    let sides = [rectangle.max[0] - rectangle.min[0], rectangle.max[1] - rectangle.min[1]];
+    let sides = rectangle.sides();
     let most = [(sides[0] / (2.0 * radius)) as usize, (sides[1] / (2.0 * radius)) as usize];
     if most[0].saturating_mul(most[1]) < count || count == 0 {
         return None;
@@ -126,79 +128,55 @@ pub fn square_lattice(rectangle: Rectangle, radius: f64, count: usize) -> Option
     )
 }
 
-/// A grid whose cells are at least as wide as the largest distance of interest: neighbors stand in the 3 x 3 block.
-struct Cells {
-    origin: [f64; 2],
-    side: [f64; 2],
-    count: [usize; 2],
+/// The discs that have been placed, by cell.
+struct PlacedDiscs<'a> {
+    rectangle: Rectangle,
     edges: Edges,
-    members: Vec<Vec<u32>>,
+    radii: &'a [f64],
+    centers: Vec<[f64; 2]>,
+    cells: CellLists,
 }
 
-impl Cells {
-    fn new(rectangle: Rectangle, edges: Edges, reach: f64, particles: usize) -> Self {
-        // More cells than particles would only cost memory.
-        let most = ((particles as f64).sqrt() as usize + 1) * 2;
-        let along = |axis: usize| {
-            let length = rectangle.max[axis] - rectangle.min[axis];
-            ((length / reach) as usize).clamp(1, most)
-        };
-        let count = [along(0), along(1)];
-        let side = [
-            (rectangle.max[0] - rectangle.min[0]) / count[0] as f64,
-            (rectangle.max[1] - rectangle.min[1]) / count[1] as f64,
-        ];
-        let members = vec![Vec::new(); count[0] * count[1]];
-        Self { origin: rectangle.min, side, count, edges, members }
-    }
-
-    fn cell(&self, point: [f64; 2]) -> [usize; 2] {
-        let along = |axis: usize| {
-            (((point[axis] - self.origin[axis]) / self.side[axis]) as usize)
-                .min(self.count[axis] - 1)
-        };
-        [along(0), along(1)]
-    }
-
-    fn insert(&mut self, center: [f64; 2], index: usize) {
-        let [column, row] = self.cell(center);
-        self.members[row * self.count[0] + column].push(index as u32);
-    }
-
-    fn is_free(&self, trial: [f64; 2], radius: f64, centers: &[[f64; 2]], radii: &[f64]) -> bool {
-        let [column, row] = self.cell(trial);
-        let columns = self.around(column, self.count[0]);
-        for row in self.around(row, self.count[1]).into_iter().flatten() {
-            for column in columns.into_iter().flatten() {
-                for &other in &self.members[row * self.count[0] + column] {
-                    let center = centers[other as usize];
-                    let apart = [self.apart(trial, center, 0), self.apart(trial, center, 1)];
-                    let reach = radius + radii[other as usize];
-                    if apart[0] * apart[0] + apart[1] * apart[1] < reach * reach {
-                        return false;
-                    }
-                }
-            }
+impl<'a> PlacedDiscs<'a> {
+    fn new(rectangle: Rectangle, edges: Edges, radii: &'a [f64]) -> Self {
+        let mut max_radius = 0.0;
+        for &radius in radii {
+            max_radius = if radius > max_radius { radius } else { max_radius };
         }
-        true
+        // More cells than discs would only cost memory.
+        let most = ((radii.len() as f64).sqrt() as u32 + 1).saturating_mul(2);
+        let sides = rectangle.sides();
+        let counts = sides.map(|side| ((side / (2.0 * max_radius)) as u32).min(most));
+        let grid = CellGrid::new(rectangle.min, sides, counts, edges == Edges::Periodic);
+        let centers = Vec::with_capacity(radii.len());
+        Self { rectangle, edges, radii, centers, cells: CellLists::new(grid) }
     }
 
-    /// An index and its two neighbors, where there are any.
-    fn around(&self, index: usize, count: usize) -> [Option<usize>; 3] {
-        if self.edges == Edges::Periodic {
-            [Some((index + count - 1) % count), Some(index), Some((index + 1) % count)]
-        } else {
-            [index.checked_sub(1), Some(index), Some(index + 1).filter(|&next| next < count)]
-        }
+    /// Places the next disc.
+    fn push(&mut self, center: [f64; 2]) {
+        let cell = self.cells.grid.cell_at(center);
+        self.cells.insert(self.centers.len() as u32, cell, self.radii.len());
+        self.centers.push(center);
     }
 
-    /// How far two points are apart along an axis; over an edge if that is nearer and may be.
-    fn apart(&self, one: [f64; 2], other: [f64; 2], axis: usize) -> f64 {
-        let apart = one[axis] - other[axis];
+    /// Whether a disc would overlap none of those that have been placed.
+    fn is_free(&self, center: [f64; 2], radius: f64) -> bool {
+        let cell = self.cells.grid.cell_at(center);
+        self.cells.discs_around(cell).all(|other| {
+            let other_center = self.centers[other as usize];
+            let r = [0, 1].map(|axis| self.separation(center, other_center, axis));
+            let contact_distance = radius + self.radii[other as usize];
+            r[0] * r[0] + r[1] * r[1] >= contact_distance * contact_distance
+        })
+    }
+
+    /// The separation of two points along an axis; in a periodic rectangle, that of the nearest images.
+    fn separation(&self, first: [f64; 2], second: [f64; 2], axis: usize) -> f64 {
+        let separation = first[axis] - second[axis];
         if self.edges == Edges::Walls {
-            return apart;
+            return separation;
         }
-        let side = self.side[axis] * self.count[axis] as f64;
-        apart - side * (apart / side).round()
+        let side = self.rectangle.sides()[axis];
+        separation - side * (separation / side).round()
     }
 }

@@ -1,39 +1,43 @@
-//! Dense random starts: small discs that grow while they move and collide (Lubachevsky and Stillinger, J. Stat. Phys. 60,
-//! 561, 1990). All diameters grow at one constant relative rate; the velocities are scaled back now and then, as growing
-//! discs heat each other.
+//! Dense random starts by compression: small discs grow while they move and collide (Lubachevsky and Stillinger, J. Stat.
+//! Phys. 60 (1990) 561). All radii grow at the same constant relative rate; the velocities are rescaled regularly, because
+//! growing discs heat each other.
 
-use super::arena::{Arena, Guard};
-use super::engine::{Engine, Step, With};
+use super::collision::CollisionPartner;
+use super::domain::{Domain, ElasticThreshold};
+use super::engine::{Engine, StepOutcome};
 use super::motion::Vector;
-use super::observables::Moments;
-use super::start::{packing_fraction, random_positions, random_velocities};
+use super::observables::VelocityMoments;
+use super::random_start::{packing_fraction, random_positions, random_velocities};
 use crate::model::Refusal;
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::{Boundary, InitialVelocities, PackingConfig};
 
-/// Discs begin at this packing fraction, or at half of the one that is wanted.
-const FRACTION_AT_BEGIN: f64 = 0.2;
+/// The initial packing fraction, or half of the target if this is less than twice the value.
+const INITIAL_FRACTION: f64 = 0.2;
 
-/// Collisions a disc between two scalings of the velocities.
-const COLLISIONS_BETWEEN_SCALINGS: u64 = 4;
+/// Collisions per disc between two rescalings of the velocities.
+const COLLISIONS_BETWEEN_RESCALINGS: u64 = 4;
 
-/// Discs whose pressure is so many times the ideal one are jammed: they would grow by less than its inverse.
-const JAMMED: f64 = 1e7;
+/// Reduced pressure P A/(N k T) above which discs are jammed: their radii could grow by a fraction of 1e-7 at most.
+const JAMMED_PRESSURE: f64 = 1e7;
 
-/// The densest packing of equal discs, pi / (2 sqrt 3).
-const HEXAGONAL: f64 = 0.9069;
+/// Packing fraction of the densest packing of equal discs, π/(2 √3).
+const HEXAGONAL_FRACTION: f64 = 0.9069;
 
-/// Discs that have grown.
-pub(super) struct Compressed {
+/// Mean square speed during compression, for a thermal speed of 1.
+const MEAN_SQUARE_SPEED: f64 = 2.0;
+
+/// The result of a compression.
+pub(super) struct CompressedStart {
     /// Centers.
     pub(super) positions: Vec<Vector>,
-    /// The share of the full radius that was reached: 1 unless a pressure was wanted.
+    /// Final radius over full radius: 1 unless the manifest has a target pressure.
     pub(super) scale: f64,
-    /// How it went, for the log.
-    pub(super) account: String,
+    /// The compression in words, for the log.
+    pub(super) description: String,
 }
 
-/// Lets discs grow to these radii, or up to the pressure that the manifest wants.
+/// Lets discs grow to these radii, or until the pressure is the target of the manifest.
 ///
 /// # Errors
 /// Discs that jam before.
@@ -41,106 +45,108 @@ pub(super) fn compress(
     config: &PackingConfig,
     radii: &[f64],
     seed: Seed,
-) -> Result<Compressed, Refusal> {
+) -> Result<CompressedStart, Refusal> {
     let fraction = packing_fraction(config, radii);
     let is_equal = config.polydispersity.get() == 0.0;
-    if is_equal && fraction >= HEXAGONAL && config.compression_pressure.is_none() {
+    if is_equal && fraction >= HEXAGONAL_FRACTION && config.compression_pressure.is_none() {
         return Err(Refusal(format!(
-            "packing fraction {fraction:.4}: equal discs reach {HEXAGONAL} at most; use fewer discs, a smaller radius, a \
-             larger box, or a compression_pressure"
+            "packing fraction {fraction:.4}: equal discs reach {HEXAGONAL_FRACTION} at most; use fewer discs, a smaller \
+             radius, a larger box, or a compression_pressure"
         )));
     }
-    let begin = if fraction > 2.0 * FRACTION_AT_BEGIN { FRACTION_AT_BEGIN } else { 0.5 * fraction };
-    let scale = (begin / fraction).sqrt();
+    let initial = if fraction > 2.0 * INITIAL_FRACTION { INITIAL_FRACTION } else { 0.5 * fraction };
+    let scale = (initial / fraction).sqrt();
     let small: Vec<f64> = radii.iter().map(|radius| scale * radius).collect();
     let positions = random_positions(config, &small, seed)?;
-    // Thermal speed 1, whatever the law of the run.
+    // A thermal speed of 1, whatever the initial velocities of the run.
     let unmodified =
         PackingConfig { initial_velocities: InitialVelocities::Unmodified, ..config.clone() };
     let velocities = random_velocities(&unmodified, seed.stream(Stream::Compression));
-    let arena = Arena {
+    let domain = Domain {
         sides: [config.width.get(), config.height.get()],
         has_walls: config.boundary == Boundary::Walls,
-        largest_radius: config.largest_radius(),
+        max_radius: config.largest_radius(),
         restitution: 1.0,
-        guard: Guard::Off,
+        elastic_threshold: ElasticThreshold::Off,
         wall_noise_rad: 0.0,
     };
     let noise = seed.stream(Stream::WallNoise);
-    let mut engine = Engine::new(arena, positions, velocities, radii.to_vec(), 2.0, noise);
+    let radii = radii.to_vec();
+    let discs = radii.len() as u64;
+    let mut engine = Engine::new(domain, positions, velocities, radii, MEAN_SQUARE_SPEED, noise);
     let rate = growth_rate(config);
     engine.grow(scale, rate);
-    let outcome = grow(&mut engine, config, [scale, rate])?;
-    let reached = outcome.scale;
-    Ok(Compressed {
-        positions: engine.look().map(|(position, _)| position).collect(),
-        scale: reached,
-        account: format!(
-            "compression at rate {} from packing fraction {begin:.4}, {} collisions a disc, pressure over ideal {:.4}",
+    let result = grow(&mut engine, config, [scale, rate])?;
+    Ok(CompressedStart {
+        positions: engine.positions_and_velocities().map(|(position, _)| position).collect(),
+        scale: result.scale,
+        description: format!(
+            "compression at rate {} from packing fraction {initial:.4}, {} collisions per disc, reduced pressure {:.4}",
             config.compression_rate.get(),
-            outcome.collisions / radii.len() as u64,
-            outcome.pressure
+            result.collisions / discs,
+            result.reduced_pressure
         ),
     })
 }
 
-/// Growth of the scale in a unit of time: thermal speed 1.
+/// Growth of radius over full radius per unit of time, at a thermal speed of 1.
 fn growth_rate(config: &PackingConfig) -> f64 {
     config.compression_rate.get() / (2.0 * config.radius.get())
 }
 
-struct Outcome {
+/// The end of the growth.
+struct GrowthResult {
     scale: f64,
     collisions: u64,
-    pressure: f64,
+    reduced_pressure: f64,
 }
 
 fn grow(
     engine: &mut Engine,
     config: &PackingConfig,
     [scale, rate]: [f64; 2],
-) -> Result<Outcome, Refusal> {
+) -> Result<GrowthResult, Refusal> {
     let end = (1.0 - scale) / rate;
-    let window = COLLISIONS_BETWEEN_SCALINGS * u64::from(config.discs.get());
-    let mut outcome = Outcome { scale: 1.0, collisions: 0, pressure: 1.0 };
-    let (mut virial, mut opened) = (0.0, 0.0);
+    let window = COLLISIONS_BETWEEN_RESCALINGS * u64::from(config.discs.get());
+    let mut result = GrowthResult { scale: 1.0, collisions: 0, reduced_pressure: 1.0 };
+    let (mut virial, mut window_start) = (0.0, 0.0);
     loop {
-        let step =
+        let outcome =
             engine.step::<false>(end).map_err(|fault| jammed(config, engine.scale(), &fault.0))?;
-        let collision = match step {
-            Step::Collision(collision) => collision,
-            Step::Other => continue,
-            Step::Quiet => break,
+        let collision = match outcome {
+            StepOutcome::Collision(collision) => collision,
+            StepOutcome::Bookkeeping => continue,
+            StepOutcome::NoEvent => break,
         };
-        if let With::Disc(reach) = collision.with {
-            virial += reach * engine.scale() * collision.normal_impulse;
+        if let CollisionPartner::Disc(contact_distance) = collision.partner {
+            virial += contact_distance * engine.scale() * collision.normal_impulse;
         }
-        outcome.collisions += 1;
-        if outcome.collisions.is_multiple_of(window) {
-            let moments = Moments::of(engine.velocities());
-            let kinetic = moments.temperature() * 0.5 * engine.count() as f64;
-            let elapsed = engine.time() - opened;
-            outcome.pressure = 1.0 + 0.5 * virial / (kinetic * elapsed);
-            if config.compression_pressure.is_some_and(|wanted| outcome.pressure >= wanted.get()) {
-                outcome.scale = engine.scale();
-                return Ok(outcome);
+        result.collisions += 1;
+        if result.collisions.is_multiple_of(window) {
+            let moments = VelocityMoments::of(engine.velocities());
+            let kinetic_energy = moments.mean_square_speed() * 0.5 * engine.count() as f64;
+            let elapsed = engine.time() - window_start;
+            let pressure = 1.0 + 0.5 * virial / (kinetic_energy * elapsed);
+            result.reduced_pressure = pressure;
+            if config.compression_pressure.is_some_and(|target| pressure >= target.get()) {
+                result.scale = engine.scale();
+                return Ok(result);
             }
-            // No time passes in a jam: the quotient is no number then.
-            if outcome.pressure.is_nan() || outcome.pressure > JAMMED {
-                return Err(jammed(config, engine.scale(), "they jammed"));
+            // In a jam, no time passes, and the quotient is NaN.
+            if pressure.is_nan() || pressure > JAMMED_PRESSURE {
+                return Err(jammed(config, engine.scale(), "the discs jammed"));
             }
-            // Mean square speed 2 is a thermal speed of 1.
-            engine.scale_velocities((2.0 / moments.temperature()).sqrt());
-            (virial, opened) = (0.0, engine.time());
+            engine.scale_velocities((MEAN_SQUARE_SPEED / moments.mean_square_speed()).sqrt());
+            (virial, window_start) = (0.0, engine.time());
         }
     }
-    engine.wait_until(end);
-    Ok(outcome)
+    engine.advance_clock_to(end);
+    Ok(result)
 }
 
-fn jammed(config: &PackingConfig, scale: f64, what: &str) -> Refusal {
+fn jammed(config: &PackingConfig, scale: f64, reason: &str) -> Refusal {
     Refusal(format!(
-        "compression came to a packing fraction of {:.4} only: {what}; use fewer discs, a smaller radius, a smaller \
+        "compression came to a packing fraction of {:.4} only: {reason}; use fewer discs, a smaller radius, a smaller \
          compression_rate, a compression_pressure, or placement = \"lattice\"",
         packing_fraction(config, &[config.radius.get()])
             * f64::from(config.discs.get())

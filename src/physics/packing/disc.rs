@@ -1,53 +1,59 @@
-//! What the engine knows of one disc.
+//! The state of one disc.
 
-use super::events::EventCode;
+use super::events::{EventCode, NEVER};
 use super::motion::{self, Vector};
+use crate::cell_grid::Cell;
 use serde::{Deserialize, Serialize};
 
-/// So many discs no longer stay in the processor's caches: where they are in memory begins to matter.
-pub(super) const MANY: usize = 20_000;
+/// Number of discs that no longer fit into the processor's caches, so that their order in memory matters.
+pub(super) const LARGE_SYSTEM: usize = 20_000;
 
-/// One disc as its last collision left it, and its soonest event. One cache line: whoever looks at a neighbor fetches
-/// this and nothing else.
+/// A disc after its last collision, and its next event. A record is one cache line: reading a neighbor reads nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[repr(C, align(64))]
-pub(super) struct Disc {
-    /// From the lower left corner of the cell.
+pub(super) struct DiscRecord {
+    /// Position relative to the lower left corner of the cell.
     pub(super) position: Vector,
     /// Velocity.
     pub(super) velocity: Vector,
-    /// When it stood there, on the engine's clock.
+    /// Time of the position, on the engine's clock.
     pub(super) time: f64,
-    /// When its soonest event is, on the engine's clock.
+    /// Time of the next event, on the engine's clock.
     pub(super) event_time: f64,
-    /// What that is.
+    /// The next event.
     pub(super) event: EventCode,
-    /// For a pair: the partner's number of collisions at the time of prediction. If it has changed, the event is void.
+    /// For a pair collision: the partner's collision count at the prediction. If the count has changed, the event is
+    /// invalid.
     pub(super) partner_collisions: u32,
-    /// Collisions so far, modulo 2^32.
+    /// Number of collisions, modulo 2^32.
     pub(super) collisions: u32,
-    /// Column and row of its cell.
-    pub(super) cell: [u16; 2],
+    /// Column and row of the cell.
+    pub(super) cell: Cell,
 }
 
-/// Stands where no disc stands: no disc ever touches it, as no comparison with its numbers holds.
-pub(super) static NO_DISC: Disc = Disc {
+/// Takes the place of a disc in empty lanes. No disc touches it, because comparisons with NaN are false.
+pub(super) static SENTINEL: DiscRecord = DiscRecord {
     position: [f64::NAN; 2],
     velocity: [0.0; 2],
     time: 0.0,
-    event_time: super::events::NEVER,
-    event: EventCode::NOTHING,
+    event_time: NEVER,
+    event: EventCode::NONE,
     partner_collisions: 0,
     collisions: 0,
     cell: [0; 2],
 };
 
-impl Disc {
-    /// Where it is at a time, from the corner of its cell.
+impl DiscRecord {
+    /// A disc at time 0, without an event.
+    pub(super) fn new(cell: Cell, position: Vector, velocity: Vector) -> Self {
+        Self { position, velocity, cell, ..SENTINEL }
+    }
+
+    /// The position at a time, relative to the corner of the cell.
     #[inline(always)]
     pub(super) fn position_at(&self, time: f64) -> Vector {
         motion::free_flight(self.position, self.velocity, time - self.time)
     }
 }
 
-const _: () = assert!(size_of::<Disc>() == 64);
+const _: () = assert!(size_of::<DiscRecord>() == 64);

@@ -1,26 +1,26 @@
-//! Hexagonal rows: the densest way to fill a box.
+//! Hexagonal lattices: the densest packings of equal discs in a box.
 
 use super::motion::Vector;
 
-/// Rows of discs in a box of one orientation: every second row is shifted by half a pitch.
+/// The rows of a hexagonal lattice in a box: every second row is shifted by half a pitch.
 #[derive(Clone, Copy)]
-struct Rows {
-    /// Distance of neighbors in a row, at least a diameter.
+struct HexagonalRows {
+    /// Distance of neighbors in a row, at least one diameter.
     pitch: f64,
     /// Discs in the first, third, … row.
     full: usize,
-    /// Discs in the second, fourth, … row: as many, or one less.
+    /// Discs in the second, fourth, … row: the same number, or one less.
     shifted: usize,
-    /// The most rows that fit.
+    /// Largest number of rows that fit.
     rows: usize,
 }
 
-impl Rows {
-    /// The rows of a box along its first side. The box is wider and higher than one disc.
-    fn of(sides: [f64; 2], radius: f64) -> Self {
+impl HexagonalRows {
+    /// The rows along the first side of a box that is wider and higher than one disc.
+    fn new(sides: [f64; 2], radius: f64) -> Self {
         let room = [sides[0] - 2.0 * radius, sides[1] - 2.0 * radius];
         let full = (room[0] / (2.0 * radius)) as usize + 1;
-        // The shifted row ends half a pitch later: does its last disc still fit?
+        // The largest pitch at which the last disc of a shifted row fits.
         let widest = room[0] / (full as f64 - 0.5);
         let rows = (room[1] / (3.0_f64.sqrt() * radius)) as usize + 1;
         if widest >= 2.0 * radius {
@@ -39,11 +39,11 @@ impl Rows {
         self.rows.div_ceil(2) * self.full + self.rows / 2 * self.shifted
     }
 
-    /// The first `count` places, row by row from below; as few rows as that takes are spread over the height.
-    fn places(&self, sides: [f64; 2], radius: f64, count: usize) -> Vec<Vector> {
-        let (mut needed, mut held) = (0, 0);
-        while held < count {
-            held += self.in_row(needed);
+    /// The first `count` sites, row by row from below, in the fewest rows, which are spread over the height.
+    fn sites(&self, sides: [f64; 2], radius: f64, count: usize) -> Vec<Vector> {
+        let (mut needed, mut capacity) = (0, 0);
+        while capacity < count {
+            capacity += self.in_row(needed);
             needed += 1;
         }
         let room = sides[1] - 2.0 * radius;
@@ -64,30 +64,31 @@ impl Rows {
     }
 }
 
-/// Places `count` discs in hexagonal rows in a box that is centered on the origin, rows along x if they fit so, else along
-/// y; `None` where neither fits. Neighbors are at least a diameter apart, up to rounding.
-pub(super) fn hexagonal_rows(sides: [f64; 2], radius: f64, count: usize) -> Option<Vec<Vector>> {
+/// Places `count` discs on a hexagonal lattice in a box that is centered on the origin, with rows along x if the discs fit,
+/// else along y; `None` if neither fits. Neighbors are at least one diameter apart, up to rounding.
+pub(super) fn hexagonal_lattice(sides: [f64; 2], radius: f64, count: usize) -> Option<Vec<Vector>> {
     let turned = [sides[1], sides[0]];
-    let (along_x, along_y) = (Rows::of(sides, radius), Rows::of(turned, radius));
+    let (along_x, along_y) =
+        (HexagonalRows::new(sides, radius), HexagonalRows::new(turned, radius));
     if count <= along_x.capacity() {
-        Some(along_x.places(sides, radius, count))
+        Some(along_x.sites(sides, radius, count))
     } else if count <= along_y.capacity() {
-        let places = along_y.places(turned, radius, count);
-        Some(places.into_iter().map(|[y, x]| [x, y]).collect())
+        let sites = along_y.sites(turned, radius, count);
+        Some(sites.into_iter().map(|[y, x]| [x, y]).collect())
     } else {
         None
     }
 }
 
-/// The most discs that [`hexagonal_rows`] places in a box.
-pub(super) fn most_in_hexagonal_rows(sides: [f64; 2], radius: f64) -> usize {
-    let along_x = Rows::of(sides, radius).capacity();
-    along_x.max(Rows::of([sides[1], sides[0]], radius).capacity())
+/// The largest number of discs that [`hexagonal_lattice`] places in a box.
+pub(super) fn max_in_hexagonal_lattice(sides: [f64; 2], radius: f64) -> usize {
+    let along_x = HexagonalRows::new(sides, radius).capacity();
+    along_x.max(HexagonalRows::new([sides[1], sides[0]], radius).capacity())
 }
 
-/// Places `count` discs on a hexagonal lattice that goes on over the edges of a periodic box centered on the origin: an even
-/// number of rows of equal length, the last one perhaps not full. `None` where it does not fit.
-pub(super) fn periodic_hexagonal(
+/// Places `count` discs on a hexagonal lattice that continues across the edges of a periodic box centered on the origin. It
+/// has an even number of rows of equal length, of which the last one may not be full. Returns `None` if it does not fit.
+pub(super) fn periodic_hexagonal_lattice(
     sides: [f64; 2],
     radius: f64,
     count: usize,

@@ -1,34 +1,49 @@
-//! Event-driven hard discs.
+//! Event-driven hard discs: discs of mass 1 fly freely in a box and collide with each other and with the walls.
 //!
-//! Equal discs of mass 1 fly freely in a box until two of them touch or one touches a wall. In reading order: the laws of
-//! flight and collision (`motion`), the start (`start`, `lattice`, `compression`), what can happen (`events`), what comes next
-//! (`engine` with its `collisions`, `prediction` and `foresight`, `scan`, `cells`, `calendar`, `clock`), and what is measured (`observables`).
+//! Start reading here: `motion` has the rules of motion, and [`Engine::step`](engine::Engine::step) executes one event. The
+//! other files, in reading order:
 //!
-//! The mean velocity of a random start is removed (but for a single disc), so that T at the start is 2 (1 - 1/n) times the
-//! variance of a component. Walls do not keep the momentum: it fluctuates about zero later on.
+//! - data: `domain` (box and collision parameters), `disc`, `events`, `collision`, `contact`, `growth`, `clock`;
+//! - start: `start`, `random_start`, `lattice`, `compression`;
+//! - algorithms: `engine` with `prediction`, `collisions`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
+//!   `scan_simd`; `cells`; `event_queue`; `inelastic_collapse`;
+//! - measurement: `observables`.
+//!
+//! Invariant: the trajectory depends on the manifest and the seed only, not on observation, checkpoints, the step budget or
+//! the instruction set.
+//!
+//! The mean velocity of a random start is subtracted, unless there is only one disc; therefore, the initial <v²> is
+//! 2 (1 − 1/n) times the variance of a component. Walls do not conserve momentum: it fluctuates about zero later on.
 
-mod arena;
-mod calendar;
 mod cells;
 mod clock;
+mod collision;
 mod compression;
+mod contact;
 mod disc;
+mod domain;
 mod engine;
+mod event_queue;
 mod events;
+mod growth;
+mod inelastic_collapse;
 mod lattice;
 mod motion;
 mod observables;
-mod processor;
-mod rapid;
+mod random_start;
 mod scan;
+#[cfg(target_arch = "x86_64")]
+mod scan_simd;
 mod start;
 
-use self::arena::{Arena, Guard};
-use self::engine::{Collision, Engine, Step};
-use self::observables::{Moments, Series, Tallies};
-use self::processor::Kernel;
+use self::collision::Collision;
+use self::domain::{Domain, ElasticThreshold};
+use self::engine::{Engine, StepOutcome};
+use self::observables::{CollisionSeries, CollisionStatistics, VelocityMoments};
+use self::start::PackingStart;
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::{Seed, Stream};
+use crate::simd::instruction_set::{self, WideKernel};
 use kinetoscope_manifest::model::{
     Boundary, CollapseGuard, PackingConfig, PackingPlacement, RunLength,
 };
@@ -39,33 +54,44 @@ use kinetoscope_recording::frame::{Frame, Level, StateColumn};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 use serde::{Deserialize, Serialize};
 
-/// More arrows than this hide the discs.
-const MOST_ARROWS: usize = 200;
+/// Largest number of discs that are drawn with velocity arrows; more arrows would hide the discs.
+const MAX_ARROWS: usize = 200;
 
-/// The color bar ends at this multiple of the root mean square speed of the start.
+/// Upper end of the color bar, in multiples of the initial root mean square speed.
 const SPEED_RANGE: f64 = 2.5;
 
-/// Event-driven hard discs in a box: see [`PackingConfig`] for the physics that can be chosen.
+/// Event-driven hard discs in a box; [`PackingConfig`] lists the physics that can be chosen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Packing {
     engine: Engine,
-    tallies: Tallies,
-    series: Option<Series>,
-    extent: RunExtent,
-    /// Time of the target that was reached last, or of the last collision since.
+    statistics: CollisionStatistics,
+    series: Option<CollisionSeries>,
+    length: StoredLength,
+    /// Time of the last target, or of the last collision after it.
     time: f64,
-    /// Whether the next call of `advance` opens a new window: as at the start, whose frame is taken first.
-    at_target: bool,
-    /// How the start came about: logged in the frame of the start, then dropped.
-    account_of_start: Option<String>,
+    /// Whether the next call of `advance` opens a new window. It does so at first, because the start has a frame.
+    is_at_target: bool,
+    /// How the discs were placed: logged in the first frame, then dropped.
+    start_description: Option<String>,
     speed_range_top: f64,
 }
 
-/// The run's length as it is stored.
+/// The length of the run, as it is stored in checkpoints.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-enum RunExtent {
+enum StoredLength {
     Events(u64),
     Time(f64),
+}
+
+impl StoredLength {
+    fn new(config: &PackingConfig) -> Self {
+        match config.length {
+            RunLength::EventsPerDisc(events) => {
+                Self::Events(u64::from(events.get()) * u64::from(config.discs.get()))
+            }
+            RunLength::Duration(duration) => Self::Time(duration.get()),
+        }
+    }
 }
 
 impl Model for Packing {
@@ -89,68 +115,45 @@ impl Model for Packing {
 
     fn prepare(config: &PackingConfig, seed: Seed, per_collision: bool) -> Result<Self, Refusal> {
         let start = start::start(config, seed)?;
-        let moments = Moments::of(start.velocities.iter().copied());
-        let arena = Arena {
-            sides: [config.width.get(), config.height.get()],
-            has_walls: config.boundary == Boundary::Walls,
-            largest_radius: start.largest_radius,
-            restitution: config.restitution.get(),
-            guard: match config.collapse_guard {
-                CollapseGuard::Off => Guard::Off,
-                CollapseGuard::ContactTime(time) => Guard::ContactTime(time.get()),
-                CollapseGuard::CutoffVelocity(velocity) => Guard::CutoffVelocity(velocity.get()),
-            },
-            wall_noise_rad: config.wall_noise_variance_rad2.get().sqrt(),
-        };
-        let rms_speed = match &config.placement {
-            PackingPlacement::Given(_) | PackingPlacement::Recorded(_) => {
-                moments.temperature().sqrt()
-            }
-            PackingPlacement::Random | PackingPlacement::Lattice | PackingPlacement::Compressed => {
-                2.0_f64.sqrt() * start::velocity_deviation(config)
-            }
-        };
-        let mut series = per_collision.then(Series::default);
+        let moments = VelocityMoments::of(start.velocities.iter().copied());
+        let mut series = per_collision.then(CollisionSeries::default);
         if let Some(series) = &mut series {
             series.push(0, 0.0, &moments);
         }
+        let rms_speed = initial_rms_speed(config, &moments);
+        let domain = domain(config, &start);
         Ok(Self {
             engine: Engine::new(
-                arena,
+                domain,
                 start.positions,
                 start.velocities,
                 start.radii,
-                moments.temperature(),
+                moments.mean_square_speed(),
                 seed.stream(Stream::WallNoise),
             ),
-            tallies: Tallies::new(moments),
+            statistics: CollisionStatistics::new(moments),
             series,
-            extent: match config.length {
-                RunLength::EventsPerDisc(events) => {
-                    RunExtent::Events(u64::from(events.get()) * u64::from(config.discs.get()))
-                }
-                RunLength::Duration(duration) => RunExtent::Time(duration.get()),
-            },
+            length: StoredLength::new(config),
             time: 0.0,
-            at_target: true,
-            account_of_start: Some(start.account),
+            is_at_target: true,
+            start_description: Some(start.description),
             speed_range_top: if rms_speed > 0.0 { SPEED_RANGE * rms_speed } else { 1.0 },
         })
     }
 
     fn extent(&self) -> Extent {
-        match self.extent {
-            RunExtent::Events(events) => Extent::Events(events),
-            RunExtent::Time(duration) => Extent::Time(duration),
+        match self.length {
+            StoredLength::Events(events) => Extent::Events(events),
+            StoredLength::Time(duration) => Extent::Time(duration),
         }
     }
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
-        processor::run(Advance { packing: self, target, at_most })
+        instruction_set::run(AdvanceKernel { packing: self, target, at_most })
     }
 
     fn count(&self) -> u64 {
-        self.tallies.events()
+        self.statistics.collision_count()
     }
 
     fn time(&self) -> f64 {
@@ -158,26 +161,27 @@ impl Model for Packing {
     }
 
     fn observe(&self, frame: &mut Frame) {
-        let arena = self.engine.arena();
-        for (disc, (position, velocity)) in self.engine.look().enumerate() {
+        let domain = self.engine.domain();
+        let discs = self.engine.positions_and_velocities();
+        for (disc, (position, velocity)) in discs.enumerate() {
             let radius = self.engine.radius(disc);
             frame.push_state(&[position[0], position[1], velocity[0], velocity[1], radius]);
         }
-        let moments = Moments::of(self.engine.velocities());
-        let wait = self.engine.time_since_collision();
-        frame.push(&self.tallies.temperature(&moments));
-        frame.push(&self.tallies.collisions(self.time));
-        frame.push(&self.tallies.pressure(arena, self.time, wait));
+        let moments = VelocityMoments::of(self.engine.velocities());
+        let time_since_last = self.engine.time_since_last_collision();
+        frame.push(&self.statistics.temperature(&moments));
+        frame.push(&self.statistics.collisions(self.time));
+        frame.push(&self.statistics.pressure(domain, self.time, time_since_last));
         if let Some(series) = &self.series {
             frame.push(&series.message());
         }
-        if let Some(account) = &self.account_of_start {
-            frame.log(Level::Info, account.as_str());
+        if let Some(description) = &self.start_description {
+            frame.log(Level::Info, description.as_str());
         }
     }
 
     fn scenery(&self) -> Scenery {
-        let half = self.engine.arena().sides.map(|side| 0.5 * side);
+        let half = self.engine.domain().sides.map(|side| 0.5 * side);
         let (min, max) = (half.map(|half| -half), half);
         Scenery {
             walls: vec![Wall::Rectangle { min, max }],
@@ -185,101 +189,131 @@ impl Model for Packing {
             drawn_radius: DrawnRadius::Column,
             speed_range_top: self.speed_range_top,
             speed_unit: "",
-            arrows: self.engine.count() <= MOST_ARROWS,
+            arrows: self.engine.count() <= MAX_ARROWS,
             force_range_top: None,
             trail: false,
         }
     }
 }
 
+/// The box and the collision parameters of a manifest.
+fn domain(config: &PackingConfig, start: &PackingStart) -> Domain {
+    Domain {
+        sides: [config.width.get(), config.height.get()],
+        has_walls: config.boundary == Boundary::Walls,
+        max_radius: start.max_radius,
+        restitution: config.restitution.get(),
+        elastic_threshold: match config.collapse_guard {
+            CollapseGuard::Off => ElasticThreshold::Off,
+            CollapseGuard::ContactTime(time) => ElasticThreshold::ContactTime(time.get()),
+            CollapseGuard::CutoffVelocity(velocity) => {
+                ElasticThreshold::CutoffVelocity(velocity.get())
+            }
+        },
+        wall_noise_rad: config.wall_noise_variance_rad2.get().sqrt(),
+    }
+}
+
+/// The initial root mean square speed; for random velocities, that of their distribution.
+fn initial_rms_speed(config: &PackingConfig, moments: &VelocityMoments) -> f64 {
+    match &config.placement {
+        PackingPlacement::Given(_) | PackingPlacement::Recorded(_) => {
+            moments.mean_square_speed().sqrt()
+        }
+        PackingPlacement::Random | PackingPlacement::Lattice | PackingPlacement::Compressed => {
+            2.0_f64.sqrt() * random_start::velocity_std(config)
+        }
+    }
+}
+
 impl Packing {
     fn open_window(&mut self) {
-        if self.at_target
+        if self.is_at_target
             && let Some(series) = &mut self.series
         {
             series.clear();
         }
-        self.at_target = false;
-        self.account_of_start = None;
+        self.is_at_target = false;
+        self.start_description = None;
     }
 
-    /// One event toward the target; returns whether it was reached before.
+    /// Executes one event toward the target; returns whether the target was reached before it.
     #[inline(always)]
-    fn step<const WIDE: bool>(&mut self, target: Target) -> Result<bool, Fault> {
+    fn step<const HAS_AVX512: bool>(&mut self, target: Target) -> Result<bool, Fault> {
         let until = match target {
-            Target::Count(events) if self.tallies.events() >= events => {
-                self.at_target = true;
+            Target::Count(events) if self.statistics.collision_count() >= events => {
+                self.is_at_target = true;
                 return Ok(true);
             }
             Target::Count(_) => f64::INFINITY,
             Target::Time(time) => time,
         };
-        match self.engine.step::<WIDE>(until)? {
-            Step::Collision(collision) => self.note(&collision),
-            Step::Other => {}
-            Step::Quiet => return self.arrive(target).map(|()| true),
+        match self.engine.step::<HAS_AVX512>(until)? {
+            StepOutcome::Collision(collision) => self.record(&collision),
+            StepOutcome::Bookkeeping => {}
+            StepOutcome::NoEvent => return self.reach(target).map(|()| true),
         }
         Ok(false)
     }
 
-    /// Nothing happens any more up to the target: time goes on to it.
+    /// Advances the time to a target before which there is no event.
     #[inline(never)]
-    fn arrive(&mut self, target: Target) -> Result<(), Fault> {
+    fn reach(&mut self, target: Target) -> Result<(), Fault> {
         match target {
             Target::Count(events) => {
                 return Err(Fault(format!(
-                    "event {events} never comes: after {} events at time {} nothing moves toward anything; \
+                    "event {events} never comes: after {} events at time {} no disc approaches a disc or a wall; \
                      give the discs velocities, or set a duration",
-                    self.tallies.events(),
+                    self.statistics.collision_count(),
                     self.time
                 )));
             }
             Target::Time(time) => {
-                self.engine.wait_until(time);
+                self.engine.advance_clock_to(time);
                 self.time = time;
             }
         }
-        self.at_target = true;
+        self.is_at_target = true;
         Ok(())
     }
 
-    /// Takes note of a collision.
+    /// Updates time, statistics and series after a collision.
     #[inline(always)]
-    fn note(&mut self, collision: &Collision) {
+    fn record(&mut self, collision: &Collision) {
         self.time = self.engine.time();
-        self.tallies.count(collision);
-        // Summing anew costs n: every n collisions it costs nothing that grows.
-        if self.tallies.events().is_multiple_of(self.engine.count() as u64) {
-            self.renew_moments();
+        self.statistics.add(collision);
+        // The recalculation costs n operations: every n collisions, this is a constant cost per collision.
+        if self.statistics.collision_count().is_multiple_of(self.engine.count() as u64) {
+            self.recalculate_moments();
         }
         if let Some(series) = &mut self.series {
-            series.push(self.tallies.events(), self.time, self.tallies.moments());
+            series.push(self.statistics.collision_count(), self.time, self.statistics.moments());
         }
     }
 
     #[inline(never)]
-    fn renew_moments(&mut self) {
-        self.tallies.renew_moments(Moments::of(self.engine.velocities()));
-        self.engine.set_mean_square_speed(self.tallies.moments().temperature());
+    fn recalculate_moments(&mut self) {
+        self.statistics.set_moments(VelocityMoments::of(self.engine.velocities()));
+        self.engine.set_mean_square_speed(self.statistics.moments().mean_square_speed());
     }
 }
 
 /// The work of [`Packing::advance`].
-struct Advance<'a> {
+struct AdvanceKernel<'a> {
     packing: &'a mut Packing,
     target: Target,
     at_most: u64,
 }
 
-impl Kernel for Advance<'_> {
+impl WideKernel for AdvanceKernel<'_> {
     type Output = Result<Progress, Fault>;
 
     #[inline(always)]
-    fn run<const WIDE: bool>(self) -> Self::Output {
+    fn run<const HAS_AVX512: bool>(self) -> Self::Output {
         let Self { packing, target, at_most } = self;
         packing.open_window();
         for _ in 0..at_most.max(1) {
-            if packing.step::<WIDE>(target)? {
+            if packing.step::<HAS_AVX512>(target)? {
                 return Ok(Progress::Reached);
             }
         }

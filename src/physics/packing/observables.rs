@@ -1,7 +1,7 @@
-//! What is measured of hard discs: moments of the velocities, collisions, pressure.
+//! Measured quantities of hard discs: moments of the velocities, collision counts, pressure.
 
-use super::arena::Arena;
-use super::engine::{Changes, Collision, With};
+use super::collision::{Collision, CollisionPartner, VelocityChanges};
+use super::domain::Domain;
 use super::motion::Vector;
 use crate::sum::CompensatedSum;
 use kinetoscope_recording::channels::{
@@ -9,15 +9,15 @@ use kinetoscope_recording::channels::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Sums of v^2 and v^4 over discs.
+/// Sums of v² and v⁴ over all discs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Moments {
+pub(super) struct VelocityMoments {
     second: f64,
     fourth: f64,
     count: f64,
 }
 
-impl Moments {
+impl VelocityMoments {
     /// The moments of these velocities, summed in their order.
     pub(super) fn of(velocities: impl Iterator<Item = Vector>) -> Self {
         let mut moments = Self { second: 0.0, fourth: 0.0, count: 0.0 };
@@ -30,12 +30,12 @@ impl Moments {
         moments
     }
 
-    /// T = <v^2>: the packing document's temperature, twice the physical k_B T / m.
-    pub(super) fn temperature(&self) -> f64 {
+    /// <v²> = 2 k T/m in two dimensions: what the packing exercise calls temperature.
+    pub(super) fn mean_square_speed(&self) -> f64 {
         self.second / self.count
     }
 
-    /// a2 = <v^4> / (2 <v^2>^2) - 1 (packing document, `calculate_averages`); 0 where all discs are at rest.
+    /// a2 = <v⁴> / (2 <v²>²) − 1 (packing exercise, `calculate_averages`); 0 if all discs are at rest.
     pub(super) fn a2(&self) -> f64 {
         if self.second > 0.0 {
             0.5 * self.count * self.fourth / (self.second * self.second) - 1.0
@@ -44,12 +44,13 @@ impl Moments {
         }
     }
 
-    /// Sum of v^2 / 2.
+    /// Sum of v²/2.
     fn kinetic_energy(&self) -> f64 {
         0.5 * self.second
     }
 
-    fn follow(&mut self, changes: &Changes) {
+    /// Updates the sums after a collision.
+    fn update(&mut self, changes: &VelocityChanges) {
         for [before, after] in changes {
             let [old, new] = [square(*before), square(*after)];
             self.second += new - old;
@@ -62,80 +63,83 @@ fn square(velocity: Vector) -> f64 {
     velocity[0] * velocity[0] + velocity[1] * velocity[1]
 }
 
-/// What collisions have added up to since the start.
+/// Counts, sums and time integrals over all collisions since the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Tallies {
+pub(super) struct CollisionStatistics {
     pairs: u64,
     walls: u64,
-    /// Followed from collision to collision and summed anew every n collisions: relative error about n 1e-16.
-    moments: Moments,
-    temperature_at_start: f64,
+    /// Updated at each collision and recalculated every n collisions: relative error about n 1e-16.
+    moments: VelocityMoments,
+    initial_mean_square_speed: f64,
     /// Up to the last collision.
     kinetic_energy_time_integral: CompensatedSum,
-    collision_virial: CompensatedSum,
-    wall_impulse: CompensatedSum,
+    /// Sum of s |J| over pair collisions.
+    pair_virial_sum: CompensatedSum,
+    /// Sum of |J| over wall collisions.
+    wall_impulse_sum: CompensatedSum,
 }
 
-impl Tallies {
-    /// Nothing has happened yet.
-    pub(super) fn new(start: Moments) -> Self {
+impl CollisionStatistics {
+    /// The statistics at the start.
+    pub(super) fn new(initial: VelocityMoments) -> Self {
         Self {
             pairs: 0,
             walls: 0,
-            moments: start,
-            temperature_at_start: start.temperature(),
+            moments: initial,
+            initial_mean_square_speed: initial.mean_square_speed(),
             kinetic_energy_time_integral: CompensatedSum::default(),
-            collision_virial: CompensatedSum::default(),
-            wall_impulse: CompensatedSum::default(),
+            pair_virial_sum: CompensatedSum::default(),
+            wall_impulse_sum: CompensatedSum::default(),
         }
     }
 
-    /// Collisions since the start, of pairs and with walls.
-    pub(super) fn events(&self) -> u64 {
+    /// Pair and wall collisions since the start.
+    pub(super) fn collision_count(&self) -> u64 {
         self.pairs + self.walls
     }
 
     /// The moments after the last collision.
-    pub(super) fn moments(&self) -> &Moments {
+    pub(super) fn moments(&self) -> &VelocityMoments {
         &self.moments
     }
 
-    /// Takes moments that were summed anew, free of the rounding of many small changes.
-    pub(super) fn renew_moments(&mut self, moments: Moments) {
+    /// Replaces the moments by recalculated ones, without the rounding errors of many updates.
+    pub(super) fn set_moments(&mut self, moments: VelocityMoments) {
         self.moments = moments;
     }
 
-    /// Counts one collision, at a cost that does not depend on the number of discs.
+    /// Adds a collision, at a cost that does not depend on the number of discs.
     #[inline(always)]
-    pub(super) fn count(&mut self, collision: &Collision) {
-        self.kinetic_energy_time_integral.add(self.moments.kinetic_energy() * collision.wait);
-        self.moments.follow(&collision.changes);
-        match collision.with {
-            With::Disc(distance) => {
+    pub(super) fn add(&mut self, collision: &Collision) {
+        let kinetic_energy = self.moments.kinetic_energy();
+        self.kinetic_energy_time_integral.add(kinetic_energy * collision.time_since_previous);
+        self.moments.update(&collision.velocity_changes);
+        match collision.partner {
+            CollisionPartner::Disc(contact_distance) => {
                 self.pairs += 1;
-                self.collision_virial.add(distance * collision.normal_impulse);
+                self.pair_virial_sum.add(contact_distance * collision.normal_impulse);
             }
-            With::Wall => {
+            CollisionPartner::Wall => {
                 self.walls += 1;
-                self.wall_impulse.add(collision.normal_impulse);
+                self.wall_impulse_sum.add(collision.normal_impulse);
             }
         }
     }
 
-    /// The moments now, from moments summed anew.
-    pub(super) fn temperature(&self, now: &Moments) -> PackingTemperature {
-        let temperature = now.temperature();
-        let initial = self.temperature_at_start;
+    /// The message of `/temperature`, from recalculated moments.
+    pub(super) fn temperature(&self, now: &VelocityMoments) -> PackingTemperature {
+        let mean_square = now.mean_square_speed();
+        let initial = self.initial_mean_square_speed;
         PackingTemperature {
-            temperature,
-            kinetic_temperature: 0.5 * temperature,
+            temperature: mean_square,
+            kinetic_temperature: 0.5 * mean_square,
             a2: now.a2(),
-            temperature_over_initial: if initial > 0.0 { temperature / initial } else { 1.0 },
+            temperature_over_initial: if initial > 0.0 { mean_square / initial } else { 1.0 },
             kinetic_energy: now.kinetic_energy(),
         }
     }
 
-    /// Collisions and their rates over all the time since the start.
+    /// The message of `/collisions`: counts, and rates over the time since the start.
     pub(super) fn collisions(&self, time: f64) -> PackingCollisions {
         let rate = |count: f64| if time > 0.0 { count / (self.moments.count * time) } else { 0.0 };
         PackingCollisions {
@@ -146,22 +150,26 @@ impl Tallies {
         }
     }
 
-    /// Pressure over all the time t since the start, `wait` of it since the last collision.
+    /// The message of `/pressure`, averaged over the time t since the start. `time_since_last` is the time since the last
+    /// collision.
     ///
-    /// Both ways refer to the rectangle that the centers stay in, a x b:
+    /// P = (2 K + W) / (2 a b t),   P = I / (2 (a + b) t),   Z = P A / (N k T) = 1 + W / (2 K)
     ///
-    /// P = (2 K + W) / (2 a b t),   P = I / (2 (a + b) t)
-    ///
-    /// with K the time integral of the kinetic energy, W the sum of s |J| over pair collisions, I the sum of |J| over wall
-    /// collisions, |J| the normal impulse. By the virial theorem their long-time means agree. The compressibility factor
-    /// P A / (N k T) = 1 + W / (2 K) needs no area.
-    pub(super) fn pressure(&self, arena: &Arena, time: f64, wait: f64) -> PackingPressure {
+    /// K is the time integral of the kinetic energy, W the sum of s |J| over pair collisions, I the sum of |J| over wall
+    /// collisions, |J| the normal impulse, and a x b the rectangle accessible to the centers. The long-time means of both
+    /// pressures agree (virial theorem).
+    pub(super) fn pressure(
+        &self,
+        domain: &Domain,
+        time: f64,
+        time_since_last: f64,
+    ) -> PackingPressure {
         let mut energy_integral = self.kinetic_energy_time_integral;
-        energy_integral.add(self.moments.kinetic_energy() * wait);
+        energy_integral.add(self.moments.kinetic_energy() * time_since_last);
         let kinetic = energy_integral.value();
-        let virial = self.collision_virial.value();
-        let wall_impulse = self.wall_impulse.value();
-        let [width, height] = arena.room();
+        let virial = self.pair_virial_sum.value();
+        let wall_impulse = self.wall_impulse_sum.value();
+        let [width, height] = domain.accessible_sides();
         let over_time = |sum: f64| if time > 0.0 { sum / time } else { 0.0 };
         PackingPressure {
             virial: over_time((2.0 * kinetic + virial) / (2.0 * width * height)),
@@ -174,35 +182,35 @@ impl Tallies {
     }
 }
 
-/// The series of every collision since the last frame, kept only when it is asked for.
+/// The time series of all collisions since the last frame, which is recorded on request only.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Series {
+pub(super) struct CollisionSeries {
     event: Vec<u64>,
     time: Vec<f64>,
-    temperature: Vec<f64>,
+    mean_square_speed: Vec<f64>,
     a2: Vec<f64>,
 }
 
-impl Series {
-    /// Adds the moments after an event; event 0 is the start.
-    pub(super) fn push(&mut self, event: u64, time: f64, moments: &Moments) {
+impl CollisionSeries {
+    /// Appends the moments after a collision; event 0 is the start.
+    pub(super) fn push(&mut self, event: u64, time: f64, moments: &VelocityMoments) {
         self.event.push(event);
         self.time.push(time);
-        self.temperature.push(moments.temperature());
+        self.mean_square_speed.push(moments.mean_square_speed());
         self.a2.push(moments.a2());
     }
 
-    /// Forgets all entries.
+    /// Removes all entries.
     pub(super) fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// The message.
+    /// The message of `/per_collision`.
     pub(super) fn message(&self) -> PerCollision {
         PerCollision {
             event: self.event.clone(),
             time: self.time.clone(),
-            temperature: self.temperature.clone(),
+            temperature: self.mean_square_speed.clone(),
             a2: self.a2.clone(),
         }
     }

@@ -1,247 +1,260 @@
-//! The search for the disc that another one touches next: where an engine of hard discs spends its time.
+//! The contact scan: finds the disc that a disc touches first. The engine spends most of its time here.
+//!
+//! Candidates are the discs of the 3 x 3 block around the disc's cell. They are gathered into lanes and processed without
+//! branches, so that the compiler vectorizes the loops; `scan_simd` does the same in AVX-512 registers.
 
-use super::cells::{Cells, NOBODY, Shifts};
-use super::disc::{Disc, NO_DISC};
+use super::contact::{MovingDisc, PredictedContact};
+use super::disc::{DiscRecord, SENTINEL};
 use super::events::NEVER;
 use super::motion::{self, Vector};
-use super::processor::wide;
+#[cfg(target_arch = "x86_64")]
+use super::scan_simd;
+use crate::cell_grid::BlockOffsets;
+use crate::cell_lists::{CellLists, NO_DISC};
 
-/// Pairs that are looked at side by side.
-pub(super) const LANES: usize = 8;
+/// Number of pairs that are processed in parallel.
+const LANES: usize = 8;
 
-/// At most so many discs are collected before they are looked at: nine cells of four, up to a power of two.
-const COLLECTED: usize = 64;
+/// Largest number of candidates that are collected before they are processed: nine cells of four discs, rounded up to a
+/// power of two.
+const MAX_CANDIDATES: usize = 64;
 
-/// Room for them and what is written behind them.
-const ROOM: usize = COLLECTED + 2 * LANES;
+/// Room for the candidates and for the lanes that are written after them.
+const ROOM: usize = MAX_CANDIDATES + 2 * LANES;
 
-/// What all searches share.
+/// The input that all scans share.
 #[derive(Clone, Copy)]
-pub(super) struct Field<'a> {
+pub(super) struct ScanInput<'a> {
     /// All discs.
-    pub(super) discs: &'a [Disc],
-    /// Where they are.
-    pub(super) cells: &'a Cells,
-    /// The corners of the block of cells.
-    pub(super) shifts: &'a Shifts,
-    /// How large discs are.
-    pub(super) sizes: Sizes<'a>,
+    pub(super) discs: &'a [DiscRecord],
+    /// The discs of each cell.
+    pub(super) cells: &'a CellLists,
+    /// The corners of the cells of a block.
+    pub(super) offsets: &'a BlockOffsets,
+    /// The sizes of the discs.
+    pub(super) sizes: DiscSizes<'a>,
 }
 
-/// How large discs are.
+/// The sizes of the discs.
 #[derive(Clone, Copy)]
-pub(super) enum Sizes<'a> {
-    /// Any two touch at this distance of their centers.
+pub(super) enum DiscSizes<'a> {
+    /// Any two discs have this contact distance.
     Equal(f64),
-    /// Each has its own radius.
+    /// Each disc has its own radius.
     Mixed(&'a [f64]),
-    /// Each has its own radius, all of them now at this scale that grows at this rate.
+    /// Each disc has its own radius, and all grow at the same relative rate.
     Growing {
-        /// Radii at full scale.
+        /// Full radii.
         radii: &'a [f64],
-        /// The scale now.
+        /// Present radius over full radius.
         scale: f64,
-        /// Its growth in a unit of time.
+        /// Growth of this ratio per unit of time.
         rate: f64,
     },
 }
 
-/// The contact that comes first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Contact {
-    /// Time until then, or [`NEVER`].
-    pub(super) wait: f64,
-    /// With whom; of several at the same time the one of the smallest number; the disc itself if there is none.
-    pub(super) partner: u32,
-}
-
-/// Who searches: a disc, as it flies now.
-#[derive(Clone, Copy)]
-pub(super) struct Seeker {
-    pub(super) disc: u32,
-    pub(super) cell: [u16; 2],
-    /// From the corner of its cell.
-    pub(super) position: Vector,
-    pub(super) velocity: Vector,
-    pub(super) now: f64,
-}
-
-/// The first contact of one of equal discs with any disc of the block around its cell. `WIDE` takes the instructions of
-/// 512 bits, which the processor must have.
+/// Finds the first contact of a disc with the discs of the block around its cell; all radii are equal. If `HAS_AVX512`, the
+/// processor must have AVX-512.
 #[inline(always)]
-pub(super) fn first_contact_of_equals<const WIDE: bool>(
-    discs: &[Disc],
-    cells: &Cells,
-    shifts: &Shifts,
-    seeker: Seeker,
+pub(super) fn first_contact_of_equal_discs<const HAS_AVX512: bool>(
+    discs: &[DiscRecord],
+    cells: &CellLists,
+    offsets: &BlockOffsets,
+    moving: MovingDisc,
     contact_distance: f64,
-) -> Contact {
-    if WIDE
-        && !cells.are_crowded()
-        && let Some(contact) = wide::first_contact(discs, cells, shifts, seeker, contact_distance)
+) -> PredictedContact {
+    #[cfg(target_arch = "x86_64")]
+    if HAS_AVX512
+        && !cells.has_overflow()
+        && let Some(contact) =
+            scan_simd::first_contact(discs, cells, offsets, moving, contact_distance)
     {
         return contact;
     }
-    let field = Field { discs, cells, shifts, sizes: Sizes::Equal(contact_distance) };
-    if WIDE { first_contact(field, seeker) } else { search(field, seeker) }
+    let input = ScanInput { discs, cells, offsets, sizes: DiscSizes::Equal(contact_distance) };
+    if HAS_AVX512 { first_contact(input, moving) } else { scan(input, moving) }
 }
 
-/// The first contact of a disc with any disc of the block around its cell.
+/// Finds the first contact of a disc with the discs of the block around its cell.
 #[inline(never)]
-pub(super) fn first_contact(field: Field<'_>, seeker: Seeker) -> Contact {
-    search(field, seeker)
+pub(super) fn first_contact(input: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
+    scan(input, moving)
 }
 
 #[inline(always)]
-fn search(field: Field<'_>, seeker: Seeker) -> Contact {
-    let mut near = Near { discs: [NOBODY; ROOM], places: [0; ROOM], count: 0 };
-    collect(field.cells.around(seeker.cell), &mut near);
-    let no_contact = Contact { wait: NEVER, partner: seeker.disc };
-    let mut first = of_lanes(field, &seeker, &near, 0, no_contact);
+fn scan(input: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
+    let mut candidates = Candidates::none();
+    candidates.collect(input.cells.block_slots(moving.cell));
+    let no_contact = PredictedContact { time_to_contact: NEVER, partner: moving.id };
+    let mut first = scan_lanes(input, &moving, &candidates, 0, no_contact);
     let mut begin = LANES;
-    while begin < near.count {
-        first = of_lanes(field, &seeker, &near, begin, first);
+    while begin < candidates.count {
+        first = scan_lanes(input, &moving, &candidates, begin, first);
         begin += LANES;
     }
-    if field.cells.are_crowded() {
-        first = crowds(field, &seeker, first);
+    if input.cells.has_overflow() {
+        first = scan_overflow(input, &moving, first);
     }
     first
 }
 
-/// Collects the discs of nine cells. Behind them, up to a multiple of the lanes, stands nobody.
-#[inline(always)]
-fn collect(cells: [&[u32; 4]; 9], near: &mut Near) {
-    for (place, slots) in cells.into_iter().enumerate() {
-        let count = near.count % COLLECTED;
-        near.discs[count..count + 4].copy_from_slice(slots);
-        near.places[count..count + 4].fill(place as u32);
-        near.count = count + slots.iter().filter(|&&slot| slot != NOBODY).count();
+/// Discs that may be touched, and the cell of the block of each.
+struct Candidates {
+    ids: [u32; ROOM],
+    block_cells: [u32; ROOM],
+    count: usize,
+}
+
+impl Candidates {
+    #[inline(always)]
+    fn none() -> Self {
+        Self { ids: [NO_DISC; ROOM], block_cells: [0; ROOM], count: 0 }
     }
-    let count = near.count % COLLECTED;
-    near.discs[count..count + LANES].fill(NOBODY);
-    near.places[count..count + LANES].fill(0);
+
+    /// Collects the discs of nine cells. The lanes after them, up to a multiple of their number, are empty.
+    #[inline(always)]
+    fn collect(&mut self, cells: [&[u32; 4]; 9]) {
+        for (cell, slots) in cells.into_iter().enumerate() {
+            let count = self.count % MAX_CANDIDATES;
+            self.ids[count..count + 4].copy_from_slice(slots);
+            self.block_cells[count..count + 4].fill(cell as u32);
+            self.count = count + slots.iter().filter(|&&slot| slot != NO_DISC).count();
+        }
+        let count = self.count % MAX_CANDIDATES;
+        self.ids[count..count + LANES].fill(NO_DISC);
+        self.block_cells[count..count + LANES].fill(0);
+    }
 }
 
-/// Discs that may be touched, and in which cell of the block each is.
-pub(super) struct Near {
-    pub(super) discs: [u32; ROOM],
-    pub(super) places: [u32; ROOM],
-    pub(super) count: usize,
-}
-
-/// Looks at discs that stand behind the last places of crowded cells.
+/// Scans the discs that are in the linked lists of cells with more than four discs.
 #[inline(never)]
-fn crowds(field: Field<'_>, seeker: &Seeker, mut first: Contact) -> Contact {
-    let mut near = Near { discs: [NOBODY; ROOM], places: [0; ROOM], count: 0 };
-    for (place, slots) in field.cells.around(seeker.cell).into_iter().enumerate() {
+fn scan_overflow(
+    input: ScanInput<'_>,
+    moving: &MovingDisc,
+    mut first: PredictedContact,
+) -> PredictedContact {
+    let mut candidates = Candidates::none();
+    for (cell, slots) in input.cells.block_slots(moving.cell).into_iter().enumerate() {
         let mut disc = slots[3];
-        while disc != NOBODY {
-            disc = field.cells.behind(disc);
-            near.discs[near.count] = disc;
-            near.places[near.count] = place as u32;
-            near.count += usize::from(disc != NOBODY);
-            if near.count == LANES {
-                first = of_lanes(field, seeker, &near, 0, first);
-                near.count = 0;
+        while disc != NO_DISC {
+            disc = input.cells.next_in_list(disc);
+            candidates.ids[candidates.count] = disc;
+            candidates.block_cells[candidates.count] = cell as u32;
+            candidates.count += usize::from(disc != NO_DISC);
+            if candidates.count == LANES {
+                first = scan_lanes(input, moving, &candidates, 0, first);
+                candidates.count = 0;
             }
         }
     }
-    near.discs[near.count..LANES].fill(NOBODY);
-    of_lanes(field, seeker, &near, 0, first)
+    candidates.ids[candidates.count..LANES].fill(NO_DISC);
+    scan_lanes(input, moving, &candidates, 0, first)
 }
 
-/// The earlier one of a contact and those with the discs that stand from `begin` on.
+/// The earliest of a contact and those with the candidates from `begin` on.
 #[inline(always)]
-fn of_lanes(
-    field: Field<'_>,
-    seeker: &Seeker,
-    near: &Near,
+fn scan_lanes(
+    input: ScanInput<'_>,
+    moving: &MovingDisc,
+    candidates: &Candidates,
     begin: usize,
-    first: Contact,
-) -> Contact {
+    first: PredictedContact,
+) -> PredictedContact {
     let mut partners = [0; LANES];
-    partners.copy_from_slice(&near.discs[begin..begin + LANES]);
-    let mut places = [0; LANES];
-    places.copy_from_slice(&near.places[begin..begin + LANES]);
-    let mut others = [&NO_DISC; LANES];
-    for (other, partner) in others.iter_mut().zip(partners) {
-        *other = field.discs.get(partner as usize).unwrap_or(&NO_DISC);
+    partners.copy_from_slice(&candidates.ids[begin..begin + LANES]);
+    let mut block_cells = [0; LANES];
+    block_cells.copy_from_slice(&candidates.block_cells[begin..begin + LANES]);
+    let mut records = [&SENTINEL; LANES];
+    for (record, partner) in records.iter_mut().zip(partners) {
+        *record = input.discs.get(partner as usize).unwrap_or(&SENTINEL);
     }
-    let gathered = gather(others, &places, field.shifts);
-    let waits = match field.sizes {
-        Sizes::Equal(contact_distance) => waits(seeker, &gathered, &[contact_distance; LANES]),
-        Sizes::Mixed(radii) => waits(seeker, &gathered, &reaches(radii, seeker, &partners)),
-        Sizes::Growing { radii, scale, rate } => {
-            let reaches = reaches(radii, seeker, &partners);
-            growing_waits(seeker, &gathered, &reaches, [scale, rate], &partners)
+    let states = CandidateStates::gather(records, &block_cells, input.offsets);
+    let times = match input.sizes {
+        DiscSizes::Equal(contact_distance) => {
+            contact_times(moving, &states, &[contact_distance; LANES])
+        }
+        DiscSizes::Mixed(radii) => {
+            contact_times(moving, &states, &contact_distances(radii, moving, &partners))
+        }
+        DiscSizes::Growing { radii, scale, rate } => {
+            let distances = contact_distances(radii, moving, &partners);
+            growing_contact_times(moving, &states, &distances, [scale, rate], &partners)
         }
     };
-    earliest(&waits, &partners, first)
+    earliest(&times, &partners, first)
 }
 
-/// At which distances of the centers a disc touches others, at full scale.
-fn reaches(radii: &[f64], seeker: &Seeker, partners: &[u32; LANES]) -> [f64; LANES] {
-    let own = radii[seeker.disc as usize];
+/// The distances of the centers at which a disc touches the candidates, at full radii.
+fn contact_distances(radii: &[f64], moving: &MovingDisc, partners: &[u32; LANES]) -> [f64; LANES] {
+    let own = radii[moving.id as usize];
     partners.map(|partner| own + radii.get(partner as usize).copied().unwrap_or(0.0))
 }
 
 #[inline(always)]
-fn waits(seeker: &Seeker, others: &Gathered, reaches: &[f64; LANES]) -> [f64; LANES] {
-    let mut waits = [NEVER; LANES];
-    for (lane, wait) in waits.iter_mut().enumerate() {
-        let (separation, relative) = others.seen_from(seeker, lane);
-        *wait = motion::time_to_contact(separation, relative, reaches[lane]);
+fn contact_times(
+    moving: &MovingDisc,
+    candidates: &CandidateStates,
+    distances: &[f64; LANES],
+) -> [f64; LANES] {
+    let mut times = [NEVER; LANES];
+    for (lane, time) in times.iter_mut().enumerate() {
+        let (separation, relative) = candidates.relative_to(moving, lane);
+        *time = motion::time_to_contact(separation, relative, distances[lane]);
     }
-    waits
+    times
 }
 
 #[inline(never)]
-fn growing_waits(
-    seeker: &Seeker,
-    others: &Gathered,
-    reaches: &[f64; LANES],
+fn growing_contact_times(
+    moving: &MovingDisc,
+    candidates: &CandidateStates,
+    distances: &[f64; LANES],
     [scale, rate]: [f64; 2],
     partners: &[u32; LANES],
 ) -> [f64; LANES] {
-    let mut waits = [NEVER; LANES];
-    for (lane, wait) in waits.iter_mut().enumerate() {
-        // A growing disc is the only one that would touch itself.
-        if partners[lane] != seeker.disc && partners[lane] != NOBODY {
-            let (separation, relative) = others.seen_from(seeker, lane);
-            let (distance, growth) = (scale * reaches[lane], rate * reaches[lane]);
-            *wait = motion::time_to_growing_contact(separation, relative, distance, growth);
+    let mut times = [NEVER; LANES];
+    for (lane, time) in times.iter_mut().enumerate() {
+        // Only a growing disc would touch itself.
+        if partners[lane] != moving.id && partners[lane] != NO_DISC {
+            let (separation, relative) = candidates.relative_to(moving, lane);
+            let (distance, growth_rate) = (scale * distances[lane], rate * distances[lane]);
+            *time = motion::time_to_growing_contact(separation, relative, distance, growth_rate);
         }
     }
-    waits
+    times
 }
 
-/// The earliest of the contacts and of another one; at the same time the one of the smallest number.
+/// The earliest of the contacts and of another one; of several at the same time, the one with the smallest id.
 #[inline(always)]
-fn earliest(waits: &[f64; LANES], partners: &[u32; LANES], first: Contact) -> Contact {
-    // Halves against halves, so that the lanes work side by side.
-    let mut halved = *waits;
+fn earliest(
+    times: &[f64; LANES],
+    partners: &[u32; LANES],
+    first: PredictedContact,
+) -> PredictedContact {
+    // The minimum by halves, so that the lanes are compared in parallel.
+    let mut halved = *times;
     for half in [4, 2, 1] {
         for lane in 0..half {
             let (one, other) = (halved[lane], halved[lane + half]);
             halved[lane] = if one < other { one } else { other };
         }
     }
-    let wait = halved[0];
-    let lanes = lanes_with(waits, wait);
-    if (lanes.count_ones() > 1) & (wait < NEVER) | (wait == first.wait) {
-        return earliest_of_equals(waits, partners, wait, first);
+    let time = halved[0];
+    let lanes = lanes_equal_to(times, time);
+    if (lanes.count_ones() > 1) & (time < NEVER) | (time == first.time_to_contact) {
+        return earliest_of_simultaneous(times, partners, time, first);
     }
     let partner = partners[lanes.trailing_zeros() as usize % LANES];
-    let is_earlier = wait < first.wait;
-    Contact {
-        wait: if is_earlier { wait } else { first.wait },
+    let is_earlier = time < first.time_to_contact;
+    PredictedContact {
+        time_to_contact: if is_earlier { time } else { first.time_to_contact },
         partner: if is_earlier { partner } else { first.partner },
     }
 }
 
+/// The lanes that contain a number, as a bit mask.
 #[inline(always)]
-fn lanes_with(numbers: &[f64; LANES], number: f64) -> u32 {
+fn lanes_equal_to(numbers: &[f64; LANES], number: f64) -> u32 {
     let mut lanes = 0;
     for (lane, &other) in numbers.iter().enumerate() {
         lanes |= u32::from(other == number) << lane;
@@ -249,143 +262,161 @@ fn lanes_with(numbers: &[f64; LANES], number: f64) -> u32 {
     lanes
 }
 
-/// The same where several come at the same time, or none.
+/// The earliest contact if several have the same time, or if there is none.
 #[inline(never)]
-fn earliest_of_equals(
-    waits: &[f64; LANES],
+fn earliest_of_simultaneous(
+    times: &[f64; LANES],
     partners: &[u32; LANES],
-    wait: f64,
-    first: Contact,
-) -> Contact {
-    if wait == NEVER || first.wait < wait {
+    time: f64,
+    first: PredictedContact,
+) -> PredictedContact {
+    if time == NEVER || first.time_to_contact < time {
         return first;
     }
-    let mut partner = if first.wait == wait { first.partner } else { NOBODY };
-    for (&other, &candidate) in waits.iter().zip(partners) {
-        if other == wait && candidate < partner {
+    let mut partner = if first.time_to_contact == time { first.partner } else { NO_DISC };
+    for (&other, &candidate) in times.iter().zip(partners) {
+        if other == time && candidate < partner {
             partner = candidate;
         }
     }
-    Contact { wait, partner }
+    PredictedContact { time_to_contact: time, partner }
 }
 
-/// The numbers of the discs of all lanes side by side.
-pub(super) struct Gathered {
-    pub(super) position: [[f64; LANES]; 2],
-    pub(super) velocity: [[f64; LANES]; 2],
-    pub(super) time: [f64; LANES],
-    /// From the seeker's cell to theirs.
-    pub(super) shift: [[f64; LANES]; 2],
+/// The states of the candidates of all lanes, by column.
+struct CandidateStates {
+    position: [[f64; LANES]; 2],
+    velocity: [[f64; LANES]; 2],
+    time: [f64; LANES],
+    /// Offset from the cell of the moving disc to that of the candidate.
+    offset: [[f64; LANES]; 2],
 }
 
-impl Gathered {
-    /// The separation now and the relative velocity of one of them.
+impl CandidateStates {
     #[inline(always)]
-    fn seen_from(&self, seeker: &Seeker, lane: usize) -> (Vector, Vector) {
-        let age = seeker.now - self.time[lane];
+    fn gather(
+        records: [&DiscRecord; LANES],
+        block_cells: &[u32; LANES],
+        offsets: &BlockOffsets,
+    ) -> Self {
+        let zero = [0.0; LANES];
+        let mut states =
+            Self { position: [zero; 2], velocity: [zero; 2], time: zero, offset: [zero; 2] };
+        for (lane, record) in records.into_iter().enumerate() {
+            states.time[lane] = record.time;
+            for (axis, offsets) in offsets.iter().enumerate() {
+                states.position[axis][lane] = record.position[axis];
+                states.velocity[axis][lane] = record.velocity[axis];
+                states.offset[axis][lane] = offsets[block_cells[lane] as usize % 16];
+            }
+        }
+        states
+    }
+
+    /// The present separation and relative velocity of a candidate.
+    #[inline(always)]
+    fn relative_to(&self, moving: &MovingDisc, lane: usize) -> (Vector, Vector) {
+        let age = moving.now - self.time[lane];
         let along = |axis: usize| {
             let velocity = self.velocity[axis][lane];
-            let place = self.position[axis][lane] + self.shift[axis][lane] + velocity * age;
-            (place - seeker.position[axis], velocity - seeker.velocity[axis])
+            let position = self.position[axis][lane] + self.offset[axis][lane] + velocity * age;
+            (position - moving.position[axis], velocity - moving.velocity[axis])
         };
         let (x, y) = (along(0), along(1));
         ([x.0, y.0], [x.1, y.1])
     }
 }
 
-#[inline(always)]
-fn gather(others: [&Disc; LANES], places: &[u32; LANES], shifts: &Shifts) -> Gathered {
-    let zero = [0.0; LANES];
-    let mut gathered =
-        Gathered { position: [zero; 2], velocity: [zero; 2], time: zero, shift: [zero; 2] };
-    for (lane, other) in others.into_iter().enumerate() {
-        gathered.time[lane] = other.time;
-        for (axis, shifts) in shifts.iter().enumerate() {
-            gathered.position[axis][lane] = other.position[axis];
-            gathered.velocity[axis][lane] = other.velocity[axis];
-            gathered.shift[axis][lane] = shifts[places[lane] as usize % 16];
-        }
-    }
-    gathered
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::cells::Grid;
-    use super::super::processor::{Kernel, Lanes};
+    use super::super::cells::cell_grid;
     use super::*;
+    use crate::cell_grid::CellGrid;
     use crate::random::{Seed, Stream};
+    use crate::simd::instruction_set::{InstructionSet, WideKernel};
 
-    struct Search<'a> {
-        discs: &'a [Disc],
-        cells: &'a Cells,
-        shifts: &'a Shifts,
-        seeker: Seeker,
+    struct ScanKernel<'a> {
+        discs: &'a [DiscRecord],
+        cells: &'a CellLists,
+        offsets: &'a BlockOffsets,
+        moving: MovingDisc,
         contact_distance: f64,
     }
 
-    impl Kernel for Search<'_> {
-        type Output = Contact;
+    impl WideKernel for ScanKernel<'_> {
+        type Output = PredictedContact;
 
         #[inline(always)]
-        fn run<const WIDE: bool>(self) -> Contact {
-            let Self { discs, cells, shifts, seeker, contact_distance } = self;
-            first_contact_of_equals::<WIDE>(discs, cells, shifts, seeker, contact_distance)
+        fn run<const HAS_AVX512: bool>(self) -> PredictedContact {
+            let Self { discs, cells, offsets, moving, contact_distance } = self;
+            first_contact_of_equal_discs::<HAS_AVX512>(
+                discs,
+                cells,
+                offsets,
+                moving,
+                contact_distance,
+            )
         }
     }
 
-    /// So many discs at random places, overlapping ones too, at most four a cell unless cells may be crowded.
-    fn scattered(count: u32, grid: Grid, box_side: f64, may_crowd: bool) -> (Vec<Disc>, Cells) {
+    /// Discs at random positions, some of which overlap. Unless `may_overflow`, cells have at most four discs.
+    fn random_discs(
+        count: u32,
+        grid: CellGrid,
+        box_side: f64,
+        may_overflow: bool,
+    ) -> (Vec<DiscRecord>, CellLists) {
         let mut generator = Seed { seed: 5, replicate: 0 }.stream(Stream::Positions);
-        let mut cells = Cells::new(grid);
+        let mut cells = CellLists::new(grid);
         let mut discs = Vec::new();
         while discs.len() < count as usize {
-            let place =
+            let point =
                 [0, 1].map(|_: usize| generator.uniform_in(-0.5 * box_side, 0.5 * box_side));
-            let (cell, position) = grid.locate(place);
-            let own_slots = cells.around(cell)[4];
-            if !may_crowd && own_slots[3] != NOBODY {
+            let (cell, position) = grid.locate(point);
+            let own_slots = cells.block_slots(cell)[4];
+            if !may_overflow && own_slots[3] != NO_DISC {
                 continue;
             }
             cells.insert(discs.len() as u32, cell, count as usize);
             let (velocity, time) = (generator.normal_pair(), -generator.uniform());
-            discs.push(Disc { position, velocity, time, cell, ..NO_DISC });
+            discs.push(DiscRecord { position, velocity, time, cell, ..SENTINEL });
         }
         (discs, cells)
     }
 
-    /// Promise: every width of lanes gives the same bits, whichever this processor has. Setup: 1500 discs, overlapping ones
-    /// too, in the box's middle and at its edges: few in each block, so many that two rounds of lanes are needed, more than
-    /// those, and crowded cells. Control: the widest lanes do take part where there are up to sixteen others.
+    /// Guarantee: every instruction set of this processor gives the same bits.
+    /// Setup: 1500 discs, some of which overlap, in the middle of the box and at its edges, at three densities: few discs per
+    /// block; more than eight, so that two rounds of lanes are needed; and more than sixteen or more than four per cell.
+    /// Control: at least 500 scans find a contact.
     #[test]
-    fn all_lanes_give_the_same_bits() {
+    fn every_instruction_set_gives_the_same_bits() {
         let radius = 1.0;
-        for (box_side, may_crowd) in [(120.0, false), (75.0, false), (45.0, true)] {
-            let grid = Grid::new([box_side; 2], 2.0 * radius, 1500, false);
-            let count = if may_crowd { 1500 } else { 1300 };
-            let (discs, cells) = scattered(count, grid, box_side, may_crowd);
-            assert_eq!(cells.are_crowded(), may_crowd);
-            let shifts = grid.shifts();
-            let sizes = Sizes::Equal(2.0 * radius);
-            let field = Field { discs: &discs, cells: &cells, shifts: &shifts, sizes };
+        for (box_side, may_overflow) in [(120.0, false), (75.0, false), (45.0, true)] {
+            let grid = cell_grid([box_side; 2], 2.0 * radius, 1500, false);
+            let count = if may_overflow { 1500 } else { 1300 };
+            let (discs, cells) = random_discs(count, grid, box_side, may_overflow);
+            assert_eq!(cells.has_overflow(), may_overflow);
+            let offsets = grid.block_offsets();
+            let sizes = DiscSizes::Equal(2.0 * radius);
+            let input = ScanInput { discs: &discs, cells: &cells, offsets: &offsets, sizes };
             let mut contacts = 0;
-            for disc in 0..count {
-                let record = &discs[disc as usize];
+            for id in 0..count {
+                let record = &discs[id as usize];
                 let (cell, velocity) = (record.cell, record.velocity);
                 let position = record.position_at(0.0);
-                let seeker = Seeker { disc, cell, position, velocity, now: 0.0 };
-                let plain = first_contact(field, seeker);
-                contacts += u32::from(plain.wait < NEVER);
-                for lanes in Lanes::available() {
-                    let contact = lanes.run(Search {
+                let moving = MovingDisc { id, cell, position, velocity, now: 0.0 };
+                let portable = first_contact(input, moving);
+                contacts += u32::from(portable.time_to_contact < NEVER);
+                for instruction_set in InstructionSet::available() {
+                    let contact = instruction_set.run(ScanKernel {
                         discs: &discs,
                         cells: &cells,
-                        shifts: &shifts,
-                        seeker,
+                        offsets: &offsets,
+                        moving,
                         contact_distance: 2.0 * radius,
                     });
-                    assert_eq!(contact.wait.to_bits(), plain.wait.to_bits());
-                    assert_eq!(contact.partner, plain.partner);
+                    let times = [contact.time_to_contact, portable.time_to_contact];
+                    assert_eq!(times[0].to_bits(), times[1].to_bits());
+                    assert_eq!(contact.partner, portable.partner);
                 }
             }
             assert!(contacts > 500, "{contacts}");

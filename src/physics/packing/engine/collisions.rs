@@ -1,44 +1,24 @@
-//! What collisions do to discs, and what is told of them.
+//! Executes collisions: the rules of `motion` applied to the records of the discs.
 
-use super::Engine;
+use super::state::Engine;
+use crate::cell_grid::Side;
 use crate::model::Fault;
-use crate::packing::events::Side;
+use crate::packing::collision::{Collision, CollisionPartner};
+use crate::packing::contact::MovingDisc;
 use crate::packing::motion::{self, Vector};
-use crate::packing::scan::Seeker;
-
-/// A collision that has taken place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::packing) struct Collision {
-    /// With whom.
-    pub(in crate::packing) with: With,
-    /// Velocities before and after, of each disc that took part.
-    pub(in crate::packing) changes: Changes,
-    /// Magnitude of the momentum handed over along the normal.
-    pub(in crate::packing) normal_impulse: f64,
-    /// Time since the collision before it, of any discs, or since the start.
-    pub(in crate::packing) wait: f64,
-}
-
-/// What a disc collided with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::packing) enum With {
-    /// Another disc, at this distance of the centers.
-    Disc(f64),
-    /// A wall.
-    Wall,
-}
-
-/// Velocities before and after a collision: of the pair, or of one disc and nobody (at rest before and after).
-pub(in crate::packing) type Changes = [[Vector; 2]; 2];
 
 impl Engine {
+    /// Executes the collision of two discs and predicts the next event of both.
+    ///
+    /// # Errors
+    /// Inelastic collapse.
     #[inline(always)]
-    pub(super) fn collide_pair<const WIDE: bool>(
+    pub(super) fn collide_pair<const HAS_AVX512: bool>(
         &mut self,
         disc: u32,
         partner: u32,
     ) -> Result<Collision, Fault> {
-        // The same arithmetic whichever of the two predicted it.
+        // Ordered by id: the arithmetic does not depend on which disc predicted the collision.
         let pair = if disc < partner { [disc, partner] } else { [partner, disc] };
         let now = self.state.clock.local();
         let [first, second] = pair.map(|disc| &self.state.discs[disc as usize]);
@@ -46,103 +26,113 @@ impl Engine {
         let positions = [first.position_at(now), second.position_at(now)];
         let before = [first.velocity, second.velocity];
         let cells = [first.cell, second.cell];
-        self.state.rapid.note(pair, ages, self.state.clock)?;
-        let shift = self.cells.grid.shift(cells[0], cells[1]);
+        self.state.collapse_detector.record(pair, ages, self.state.clock)?;
+        let offset = self.cells.grid.offset_between(cells[0], cells[1]);
         let separation = [
-            positions[1][0] + shift[0] - positions[0][0],
-            positions[1][1] + shift[1] - positions[0][1],
+            positions[1][0] + offset[0] - positions[0][0],
+            positions[1][1] + offset[1] - positions[0][1],
         ];
-        let since = if ages[0] < ages[1] { ages[0] } else { ages[1] };
-        let arena = &self.state.arena;
-        let reach = self.radius(pair[0] as usize) + self.radius(pair[1] as usize);
-        let impact = match self.state.growth {
-            None => motion::pair_impact(separation, before, |approach| {
-                arena.restitution_of(approach, since)
+        let time_since_previous = if ages[0] < ages[1] { ages[0] } else { ages[1] };
+        let domain = &self.state.domain;
+        let contact_distance = self.radius(pair[0] as usize) + self.radius(pair[1] as usize);
+        let collision = match self.state.growth {
+            None => motion::pair_collision(separation, before, |approach_speed| {
+                domain.restitution_at(approach_speed, time_since_previous)
             }),
-            Some(growth) => motion::growing_pair_impact(separation, before, growth.rate * reach),
+            Some(growth) => {
+                let growth_rate = growth.rate * contact_distance;
+                motion::growing_pair_collision(separation, before, growth_rate)
+            }
         };
-        let seekers = [0, 1].map(|of: usize| Seeker {
-            disc: pair[of],
-            cell: cells[of],
-            position: positions[of],
-            velocity: impact.velocities[of],
+        let moving = [0, 1].map(|index: usize| MovingDisc {
+            id: pair[index],
+            cell: cells[index],
+            position: positions[index],
+            velocity: collision.velocities[index],
             now,
         });
-        for seeker in seekers {
-            self.leave(seeker);
+        for moving in moving {
+            self.store_after_collision(moving);
         }
-        // Neither prediction waits for the other.
-        let prospects = [self.soonest::<WIDE>(seekers[0]), self.soonest::<WIDE>(seekers[1])];
-        for (disc, prospect) in pair.into_iter().zip(prospects) {
-            self.set(disc, prospect);
-            self.file(disc);
+        // The two predictions are independent, so the processor overlaps them.
+        let predictions = [
+            self.predict_next_event::<HAS_AVX512>(moving[0]),
+            self.predict_next_event::<HAS_AVX512>(moving[1]),
+        ];
+        for (disc, prediction) in pair.into_iter().zip(predictions) {
+            self.set_prediction(disc, prediction);
+            self.schedule(disc);
         }
+        let [first, second] = collision.velocities;
         Ok(Collision {
-            with: With::Disc(reach),
-            changes: [[before[0], impact.velocities[0]], [before[1], impact.velocities[1]]],
-            normal_impulse: impact.normal_impulse,
-            wait: self.mark_collision(),
+            partner: CollisionPartner::Disc(contact_distance),
+            velocity_changes: [[before[0], first], [before[1], second]],
+            normal_impulse: collision.normal_impulse,
+            time_since_previous: self.record_collision_time(),
         })
     }
 
+    /// Executes a wall collision and predicts the next event of the disc.
     #[inline(always)]
-    pub(super) fn collide_wall<const WIDE: bool>(&mut self, disc: u32, side: Side) -> Collision {
+    pub(super) fn collide_wall<const HAS_AVX512: bool>(
+        &mut self,
+        disc: u32,
+        side: Side,
+    ) -> Collision {
         let axis = side.axis();
         let record = &self.state.discs[disc as usize];
         let (cell, before) = (record.cell, record.velocity);
         let now = self.state.clock.local();
         let mut position = record.position_at(now);
-        position[axis] = self.wall(disc, side);
-        let mut after = self.leave_wall(before, axis);
+        position[axis] = self.contact_position_at_wall(disc, side);
+        let mut after = self.velocity_after_wall(before, axis);
         if let Some(growth) = self.state.growth {
-            // Elastic for the disc's edge, which comes toward the wall faster than the center by the growth.
-            let parting = 2.0 * growth.rate * self.radius(disc as usize);
-            after = before;
-            after[axis] = -before[axis] + if side.is_upper() { -parting } else { parting };
+            let growth_rate = growth.rate * self.radius(disc as usize);
+            after = motion::growing_wall_collision(before, axis, side.is_upper(), growth_rate);
         }
-        let seeker = Seeker { disc, cell, position, velocity: after, now };
-        self.leave(seeker);
-        let prospect = self.soonest::<WIDE>(seeker);
-        self.set(disc, prospect);
-        self.file(disc);
+        let moving = MovingDisc { id: disc, cell, position, velocity: after, now };
+        self.store_after_collision(moving);
+        let prediction = self.predict_next_event::<HAS_AVX512>(moving);
+        self.set_prediction(disc, prediction);
+        self.schedule(disc);
         Collision {
-            with: With::Wall,
-            changes: [[before, after], [[0.0; 2]; 2]],
+            partner: CollisionPartner::Wall,
+            velocity_changes: [[before, after], [[0.0; 2]; 2]],
             normal_impulse: (after[axis] - before[axis]).abs(),
-            wait: self.mark_collision(),
+            time_since_previous: self.record_collision_time(),
         }
     }
 
-    /// Sends a disc on its way from here and now.
+    /// Stores the position and velocity of a disc after a collision, and counts it.
     #[inline(always)]
-    fn leave(&mut self, seeker: Seeker) {
-        let disc = &mut self.state.discs[seeker.disc as usize];
-        disc.position = seeker.position;
-        disc.velocity = seeker.velocity;
-        disc.time = seeker.now;
+    fn store_after_collision(&mut self, moving: MovingDisc) {
+        let disc = &mut self.state.discs[moving.id as usize];
+        disc.position = moving.position;
+        disc.velocity = moving.velocity;
+        disc.time = moving.now;
         disc.collisions = disc.collisions.wrapping_add(1);
     }
 
-    /// Notes that a collision takes place now; returns the time since the one before.
+    /// Records the present time as that of the last collision; returns the time since the previous one.
     #[inline(always)]
-    fn mark_collision(&mut self) -> f64 {
-        let wait = self.time_since_collision();
+    fn record_collision_time(&mut self) -> f64 {
+        let time_since_previous = self.time_since_last_collision();
         self.state.last_collision = self.state.clock.local();
-        wait
+        time_since_previous
     }
 
-    /// The velocity after a wall: the angle is drawn again until the disc leaves the wall.
-    fn leave_wall(&mut self, velocity: Vector, axis: usize) -> Vector {
-        let deviation = self.state.arena.wall_noise_rad;
+    /// The velocity after a wall collision: the angle of the noise is drawn again until the disc leaves the wall.
+    fn velocity_after_wall(&mut self, velocity: Vector, axis: usize) -> Vector {
+        let std = self.state.domain.wall_noise_rad;
         loop {
-            let angles = if deviation > 0.0 {
-                self.state.wall_noise.normal_pair().map(|normal| normal * deviation)
+            let angles = if std > 0.0 {
+                self.state.wall_noise.normal_pair().map(|normal| normal * std)
             } else {
                 [0.0; 2]
             };
-            let turned = |angle| motion::wall_impact(velocity, axis, angle);
-            if let Some(leaving) = angles.into_iter().find_map(turned) {
-                return leaving;
+            let outgoing = |angle| motion::wall_collision(velocity, axis, angle);
+            if let Some(outgoing) = angles.into_iter().find_map(outgoing) {
+                return outgoing;
             }
         }
     }

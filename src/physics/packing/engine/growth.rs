@@ -1,22 +1,22 @@
-//! Compression: discs that grow while they move.
+//! Compression: the engine with discs that grow while they move.
 
-use super::Engine;
-use crate::packing::arena::Growth;
+use super::state::Engine;
+use crate::packing::growth::Growth;
 
 impl Engine {
-    /// Lets discs grow from now on, from a share of their full radius. The engine was made with the radius of each disc.
+    /// Starts the growth of the discs at a fraction of their full radii, which are those given at construction.
     pub(in crate::packing) fn grow(&mut self, scale: f64, rate: f64) {
         let now = self.state.clock.local();
         self.state.growth = Some(Growth { scale: scale - rate * now, rate });
         self.predict_all();
     }
 
-    /// The share of the full radius now.
+    /// Present radius over full radius.
     pub(in crate::packing) fn scale(&self) -> f64 {
         self.state.growth.map_or(1.0, |growth| growth.scale_at(self.state.clock.local()))
     }
 
-    /// Multiplies all velocities: growing discs heat each other. No disc is moved.
+    /// Multiplies all velocities by a factor, because growing discs heat each other. No disc is moved.
     pub(in crate::packing) fn scale_velocities(&mut self, factor: f64) {
         let now = self.state.clock.local();
         for disc in &mut self.state.discs {
@@ -27,11 +27,11 @@ impl Engine {
         self.predict_all();
     }
 
-    /// Finds all events anew.
+    /// Predicts all events from scratch.
     fn predict_all(&mut self) {
         for disc in 0..self.state.discs.len() as u32 {
             self.predict::<false>(disc);
         }
-        self.move_clock();
+        self.shift_clock_origin();
     }
 }

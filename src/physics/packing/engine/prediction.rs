@@ -1,127 +1,164 @@
-//! What happens to a disc next: the soonest of contacts, walls and edges of its cell.
+//! Predicts the next event of a disc: the earliest of contacts, wall collisions and cell crossings.
 
-use super::{Engine, State};
-use crate::packing::events::{EventCode, NEVER, Side};
+use super::state::{Engine, State};
+use crate::cell_grid::Side;
+use crate::packing::contact::MovingDisc;
+use crate::packing::events::{EventCode, NEVER};
 use crate::packing::motion;
-use crate::packing::scan::{Field, Seeker, Sizes, first_contact, first_contact_of_equals};
+use crate::packing::scan::{DiscSizes, ScanInput, first_contact, first_contact_of_equal_discs};
 
-/// The soonest event of a disc.
+/// The predicted next event of a disc.
 #[derive(Clone, Copy)]
-pub(super) struct Prospect {
-    pub(super) time: f64,
-    pub(super) event: EventCode,
-    pub(super) partner_collisions: u32,
+pub(super) struct Prediction {
+    time: f64,
+    event: EventCode,
+    partner_collisions: u32,
 }
 
 impl Engine {
-    /// The soonest event of a disc, from where everybody is now.
+    /// Predicts the next event of a disc from scratch and stores it.
     #[inline(always)]
-    pub(super) fn soonest<const WIDE: bool>(&self, seeker: Seeker) -> Prospect {
-        let (edge_wait, edge) = self.first_edge(seeker);
-        let State { discs, arena, radii, .. } = &self.state;
+    pub(super) fn predict<const HAS_AVX512: bool>(&mut self, disc: u32) {
+        let now = self.state.clock.local();
+        let record = &self.state.discs[disc as usize];
+        let (cell, velocity) = (record.cell, record.velocity);
+        let position = record.position_at(now);
+        let moving = MovingDisc { id: disc, cell, position, velocity, now };
+        let prediction = self.predict_next_event::<HAS_AVX512>(moving);
+        self.set_prediction(disc, prediction);
+    }
+
+    /// Stores a prediction in the record of its disc.
+    #[inline(always)]
+    pub(super) fn set_prediction(&mut self, disc: u32, prediction: Prediction) {
+        let record = &mut self.state.discs[disc as usize];
+        record.event_time = prediction.time;
+        record.event = prediction.event;
+        record.partner_collisions = prediction.partner_collisions;
+    }
+
+    /// Schedules the stored event of a disc.
+    #[inline(always)]
+    pub(super) fn schedule(&mut self, disc: u32) {
+        let record = &self.state.discs[disc as usize];
+        self.event_queue.schedule(disc, record.event_time, record.event);
+    }
+
+    /// Predicts the next event of a disc from the present positions of all discs.
+    #[inline(always)]
+    pub(super) fn predict_next_event<const HAS_AVX512: bool>(
+        &self,
+        moving: MovingDisc,
+    ) -> Prediction {
+        let (time_to_edge, edge) = self.first_edge(moving);
+        let State { discs, domain, radii, .. } = &self.state;
         let contact = if self.are_equal {
-            let distance = 2.0 * arena.largest_radius;
-            first_contact_of_equals::<WIDE>(discs, &self.cells, &self.shifts, seeker, distance)
+            let distance = 2.0 * domain.max_radius;
+            let (cells, offsets) = (&self.cells, &self.offsets);
+            first_contact_of_equal_discs::<HAS_AVX512>(discs, cells, offsets, moving, distance)
         } else {
             let sizes = match self.state.growth {
-                Some(growth) => {
-                    Sizes::Growing { radii, scale: growth.scale_at(seeker.now), rate: growth.rate }
-                }
-                None => Sizes::Mixed(radii),
+                Some(growth) => DiscSizes::Growing {
+                    radii,
+                    scale: growth.scale_at(moving.now),
+                    rate: growth.rate,
+                },
+                None => DiscSizes::Mixed(radii),
             };
-            first_contact(Field { discs, cells: &self.cells, shifts: &self.shifts, sizes }, seeker)
+            let input = ScanInput { discs, cells: &self.cells, offsets: &self.offsets, sizes };
+            first_contact(input, moving)
         };
-        // At the same time a pair comes before a wall or a crossing.
-        let is_pair = (contact.wait <= edge_wait) & (contact.wait < NEVER);
-        let wait = if is_pair { contact.wait } else { edge_wait };
-        Prospect {
-            time: if wait < NEVER { seeker.now + wait } else { NEVER },
+        // Of simultaneous events, a pair collision precedes a wall collision or a crossing.
+        let is_pair = (contact.time_to_contact <= time_to_edge) & (contact.time_to_contact < NEVER);
+        let time = if is_pair { contact.time_to_contact } else { time_to_edge };
+        Prediction {
+            time: if time < NEVER { moving.now + time } else { NEVER },
             event: if is_pair { EventCode::pair(contact.partner) } else { edge },
             partner_collisions: discs[contact.partner as usize].collisions,
         }
     }
 
-    /// Where a disc of a cell at a wall touches it, from the cell's corner.
+    /// The coordinate at which a disc in a cell at a wall touches the wall, relative to the corner of the cell.
     #[inline(always)]
-    pub(super) fn wall(&self, disc: u32, side: Side) -> f64 {
+    pub(super) fn contact_position_at_wall(&self, disc: u32, side: Side) -> f64 {
         let mut radius = self.radius(disc as usize);
         if let Some(growth) = self.state.growth {
             radius *= growth.scale_at(self.state.clock.local());
         }
-        if side.is_upper() { self.cells.grid.side[side.axis()] - radius } else { radius }
+        if side.is_upper() { self.cells.grid.cell_sides[side.axis()] - radius } else { radius }
     }
 
-    /// When a disc reaches a wall or leaves its cell, whichever comes first. Written without branches on the direction of
-    /// flight, which no processor can guess.
+    /// The time until a disc touches a wall or leaves its cell, whichever is earlier, and the event. It has no branch on the
+    /// direction of flight, which cannot be predicted.
     #[inline(always)]
-    fn first_edge(&self, seeker: Seeker) -> (f64, EventCode) {
+    fn first_edge(&self, moving: MovingDisc) -> (f64, EventCode) {
         let grid = &self.cells.grid;
-        let has_walls = self.state.arena.has_walls;
-        let mut waits = [NEVER; 2];
-        let mut events = [EventCode::NOTHING; 2];
+        let has_walls = self.state.domain.has_walls;
+        let mut times = [NEVER; 2];
+        let mut events = [EventCode::NONE; 2];
         for axis in 0..2 {
-            let speed = seeker.velocity[axis];
+            let speed = moving.velocity[axis];
             let is_upper = speed > 0.0;
             let line = grid.edges[axis][usize::from(is_upper)];
-            let wait = motion::time_to_line(seeker.position[axis], speed, line);
-            // Without speed there is no line to be reached, and 0/0 would be no number.
-            waits[axis] = if speed == 0.0 { NEVER } else { wait };
-            events[axis] = EventCode::crossing(axis, is_upper);
-            if has_walls && grid.is_last(seeker.cell, axis, is_upper) {
-                (waits[axis], events[axis]) = self.wall_ahead(seeker, axis, is_upper);
+            let time = motion::time_to_line(moving.position[axis], speed, line);
+            // At speed 0 no line is reached, and 0/0 would be NaN.
+            times[axis] = if speed == 0.0 { NEVER } else { time };
+            events[axis] = EventCode::cell_crossing(axis, is_upper);
+            if has_walls && grid.is_at_edge(moving.cell, axis, is_upper) {
+                (times[axis], events[axis]) = self.wall_ahead(moving, axis, is_upper);
             }
         }
-        let second = (waits[1] < waits[0]) | ((waits[1] == waits[0]) & (events[1] < events[0]));
-        let wait = if second { waits[1] } else { waits[0] };
+        let second = (times[1] < times[0]) | ((times[1] == times[0]) & (events[1] < events[0]));
+        let time = if second { times[1] } else { times[0] };
         let event = if second { events[1] } else { events[0] };
-        let event = if wait < NEVER { event } else { EventCode::NOTHING };
-        let wait = if wait < NEVER { wait } else { NEVER };
+        let event = if time < NEVER { event } else { EventCode::NONE };
+        let time = if time < NEVER { time } else { NEVER };
         if self.state.growth.is_some() {
-            self.before_wall_behind(seeker, (wait, event))
+            self.or_wall_behind(moving, (time, event))
         } else {
-            (wait, event)
+            (time, event)
         }
     }
 
-    /// When a disc of a cell at a wall reaches it.
+    /// The time until a disc in a cell at a wall touches it, and the event.
     #[inline(always)]
-    fn wall_ahead(&self, seeker: Seeker, axis: usize, is_upper: bool) -> (f64, EventCode) {
-        let side = Side::across(axis, is_upper);
-        let mut speed = seeker.velocity[axis];
-        let at_rest = speed == 0.0;
+    fn wall_ahead(&self, moving: MovingDisc, axis: usize, is_upper: bool) -> (f64, EventCode) {
+        let side = Side::along(axis, is_upper);
+        let mut speed = moving.velocity[axis];
+        let is_at_rest = speed == 0.0;
         if let Some(growth) = self.state.growth {
-            // A growing disc reaches the wall by its growth, too.
-            let growth = growth.rate * self.radius(seeker.disc as usize);
-            speed += if is_upper { growth } else { -growth };
+            // The surface of a growing disc approaches the wall faster than its center.
+            let growth_rate = growth.rate * self.radius(moving.id as usize);
+            speed += if is_upper { growth_rate } else { -growth_rate };
         }
-        let line = self.wall(seeker.disc, side);
-        let wait = motion::time_to_line(seeker.position[axis], speed, line);
-        (if at_rest { NEVER } else { wait }, EventCode::wall(side))
+        let line = self.contact_position_at_wall(moving.id, side);
+        let time = motion::time_to_line(moving.position[axis], speed, line);
+        (if is_at_rest { NEVER } else { time }, EventCode::wall(side))
     }
 
-    /// The same, or when a growing disc is caught up at a wall behind it.
+    /// The earlier of an event and the contact of a growing disc with a wall behind it.
     #[inline(never)]
-    fn before_wall_behind(&self, seeker: Seeker, mut first: (f64, EventCode)) -> (f64, EventCode) {
+    fn or_wall_behind(&self, moving: MovingDisc, mut first: (f64, EventCode)) -> (f64, EventCode) {
         for axis in 0..2 {
-            let behind = self.wall_behind(seeker, axis, seeker.velocity[axis] > 0.0);
+            let behind = self.wall_behind(moving, axis, moving.velocity[axis] > 0.0);
             first = if behind < first { behind } else { first };
         }
         first
     }
 
-    /// When a growing disc is caught up by its own growth at the wall that it leaves too slowly.
-    fn wall_behind(&self, seeker: Seeker, axis: usize, is_upper: bool) -> (f64, EventCode) {
+    /// The time until a growing disc touches the wall from which it moves away more slowly than it grows, and the event.
+    fn wall_behind(&self, moving: MovingDisc, axis: usize, is_upper: bool) -> (f64, EventCode) {
         let rate = self.state.growth.map_or(0.0, |growth| growth.rate);
-        let speed = rate * self.radius(seeker.disc as usize) - seeker.velocity[axis].abs();
-        let is_there = self.state.arena.has_walls
-            && self.cells.grid.is_last(seeker.cell, axis, !is_upper)
+        let speed = rate * self.radius(moving.id as usize) - moving.velocity[axis].abs();
+        let approaches = self.state.domain.has_walls
+            && self.cells.grid.is_at_edge(moving.cell, axis, !is_upper)
             && speed > 0.0;
-        if !is_there {
-            return (NEVER, EventCode::NOTHING);
+        if !approaches {
+            return (NEVER, EventCode::NONE);
         }
-        let side = Side::across(axis, !is_upper);
+        let side = Side::along(axis, !is_upper);
         let speed = if is_upper { -speed } else { speed };
-        let line = self.wall(seeker.disc, side);
-        (motion::time_to_line(seeker.position[axis], speed, line), EventCode::wall(side))
+        let line = self.contact_position_at_wall(moving.id, side);
+        (motion::time_to_line(moving.position[axis], speed, line), EventCode::wall(side))
     }
 }

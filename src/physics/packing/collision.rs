@@ -1,0 +1,28 @@
+//! A collision that has been executed, as the engine reports it.
+
+use super::motion::Vector;
+
+/// A collision that has been executed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Collision {
+    /// The other participant.
+    pub(super) partner: CollisionPartner,
+    /// Velocities before and after, for each disc that took part.
+    pub(super) velocity_changes: VelocityChanges,
+    /// Magnitude of the momentum transferred along the normal.
+    pub(super) normal_impulse: f64,
+    /// Time since the previous collision in the system, or since the start.
+    pub(super) time_since_previous: f64,
+}
+
+/// The object with which a disc collides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum CollisionPartner {
+    /// Another disc, at this contact distance (at full radii).
+    Disc(f64),
+    /// A wall.
+    Wall,
+}
+
+/// Velocities before and after a collision, of two discs. For a wall collision, the second entry is zero.
+pub(super) type VelocityChanges = [[Vector; 2]; 2];

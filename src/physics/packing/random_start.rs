@@ -1,0 +1,125 @@
+//! Random radii, positions and velocities.
+
+use super::motion::{self, Vector};
+use crate::model::Refusal;
+use crate::placement::{
+    Rectangle, periodic_random_sequential_addition, random_sequential_addition,
+};
+use crate::random::{Generator, Seed, Stream};
+use kinetoscope_manifest::model::{Boundary, InitialVelocities, PackingConfig};
+
+/// Packing fraction below which random placement is supported (packing exercise, `NU`). Random sequential addition itself
+/// saturates at 0.547 (Feder, J. Theor. Biol. 87 (1980) 237).
+const RANDOM_PLACEMENT_LIMIT: f64 = 0.5;
+
+/// Width in diameters by which the densely filled layer at a wall adds to the room of the centers (as that of the cars at
+/// the ends of Rényi's street).
+const WALL_LAYER: f64 = 0.33;
+
+/// The box as a rectangle.
+pub(super) fn rectangle(config: &PackingConfig) -> Rectangle {
+    let [x, y] = [0.5 * config.width.get(), 0.5 * config.height.get()];
+    Rectangle { min: [-x, -y], max: [x, y] }
+}
+
+/// Whether all discs have the same radius.
+pub(super) fn is_equal(config: &PackingConfig) -> bool {
+    config.polydispersity.get() == 0.0
+}
+
+/// The radius of each disc, uniformly distributed about the mean, from a random stream of their own.
+pub(super) fn random_radii(config: &PackingConfig, seed: Seed) -> Vec<f64> {
+    let (radius, half_width) = (config.radius.get(), config.polydispersity.get());
+    let mut generator = seed.stream(Stream::Radii);
+    (0..config.discs.get())
+        .map(|_| {
+            if is_equal(config) {
+                radius
+            } else {
+                generator.uniform_in(radius * (1.0 - half_width), radius * (1.0 + half_width))
+            }
+        })
+        .collect()
+}
+
+/// Packing fraction n π <r²> / (lx ly).
+pub(super) fn packing_fraction(config: &PackingConfig, radii: &[f64]) -> f64 {
+    covered_area(radii) / (config.width.get() * config.height.get())
+}
+
+fn covered_area(radii: &[f64]) -> f64 {
+    radii.iter().fold(0.0, |sum, radius| sum + std::f64::consts::PI * radius * radius)
+}
+
+/// Rejects a packing fraction that random sequential addition would hardly reach. Within walls, centers are restricted to
+/// a x b with a = lx − 2 r. Discs next to a wall are denser than elsewhere, so the relevant fraction is that of
+/// (a + 0.66 s) (b + 0.66 s) with s the diameter.
+pub(super) fn check_random_placement(config: &PackingConfig, radii: &[f64]) -> Result<(), Refusal> {
+    let diameter = 2.0 * config.largest_radius();
+    let lost = match config.boundary {
+        Boundary::Walls => (1.0 - 2.0 * WALL_LAYER) * diameter,
+        Boundary::Periodic => 0.0,
+    };
+    let room = (config.width.get() - lost) * (config.height.get() - lost);
+    let fraction = covered_area(radii) / room;
+    if radii.len() > 1 && fraction >= RANDOM_PLACEMENT_LIMIT {
+        return Err(Refusal(format!(
+            "packing fraction {:.4}, {fraction:.4} of the room that walls leave: random placement needs a fraction below \
+             {RANDOM_PLACEMENT_LIMIT}; use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius",
+            packing_fraction(config, radii)
+        )));
+    }
+    Ok(())
+}
+
+/// Places discs of these radii by random sequential addition.
+///
+/// # Errors
+/// A disc for which no free position was found.
+pub(super) fn random_positions(
+    config: &PackingConfig,
+    radii: &[f64],
+    seed: Seed,
+) -> Result<Vec<Vector>, Refusal> {
+    let mut generator = seed.stream(Stream::Positions);
+    let placed = match config.boundary {
+        Boundary::Walls => random_sequential_addition(rectangle(config), radii, &mut generator),
+        Boundary::Periodic => {
+            periodic_random_sequential_addition(rectangle(config), radii, &mut generator)
+        }
+    };
+    placed.map_err(|jammed| {
+        Refusal(format!(
+            "random placement found room for {} of {} discs (packing fraction {:.4}, and walls take room); \
+             use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius",
+            jammed.placed,
+            config.discs,
+            packing_fraction(config, radii)
+        ))
+    })
+}
+
+/// Standard deviation of a velocity component before the mean is subtracted: 1, or n^(-1/2).
+pub(super) fn velocity_std(config: &PackingConfig) -> f64 {
+    match config.initial_velocities {
+        InitialVelocities::Unmodified => 1.0,
+        InitialVelocities::Modified => 1.0 / f64::from(config.discs.get()).sqrt(),
+    }
+}
+
+/// Normally distributed velocity components with the variance of the manifest. Their mean is subtracted, unless there is
+/// only one disc. Both variances use the same random numbers, so the velocities differ by the factor n^(-1/2) only.
+pub(super) fn random_velocities(config: &PackingConfig, mut generator: Generator) -> Vec<Vector> {
+    let std = velocity_std(config);
+    let mut velocities: Vec<Vector> = (0..config.discs.get())
+        .map(|_| generator.normal_pair().map(|normal| normal * std))
+        .collect();
+    if velocities.len() > 1 {
+        let count = velocities.len() as f64;
+        let sum = velocities.iter().fold([0.0; 2], |sum, v| [sum[0] + v[0], sum[1] + v[1]]);
+        for velocity in &mut velocities {
+            *velocity = motion::difference(sum.map(|sum| sum / count), *velocity);
+        }
+    }
+    velocities
+}
