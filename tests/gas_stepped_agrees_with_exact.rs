@@ -12,7 +12,7 @@ mod gas_runs;
 use gas_runs::{advance, apart, channel, gas, max_speed, particles, positive, written};
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 use kinetoscope_physics::gas::motion::{Chords, Particle, drifted, time_to_wall};
-use kinetoscope_physics::gas::stepped;
+use kinetoscope_physics::gas::time_stepped;
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_recording::channels::{GasCollisions, GasPressure};
 
@@ -28,7 +28,7 @@ fn one_hit_in_a_step_agrees_with_fifty_digits() {
     assert!((to_wall - 0.29132250934692332782).abs() < 1e-15);
     let hit = drifted(START, to_wall).position;
     assert!(apart(hit, [0.98739675280407699835, 0.15826450186938466556]) < 1e-15);
-    let flight = stepped::step(START, 1.0, 1.0);
+    let flight = time_stepped::step(START, 1.0, 1.0);
     let Particle { position, velocity } = flight.particle;
     let error = apart(position, [0.74114595859487759064, 0.22645275965562619145])
         .max(apart(velocity, [-0.34747935056081539967, 0.096219025841223099504]));
@@ -40,7 +40,7 @@ fn one_hit_in_a_step_agrees_with_fifty_digits() {
 #[test]
 fn eight_hits_in_a_step_agree_with_fifty_digits() {
     let start = Particle { position: [0.0, 0.9995], velocity: [0.5, 0.0] };
-    let flight = stepped::step(start, 1.0, 1.0);
+    let flight = time_stepped::step(start, 1.0, 1.0);
     let error = apart(flight.particle.position, [0.47926562091714627893, 0.8771200251313990904]);
     println!("eight hits: error {error:e}");
     assert!(error < 1e-12);
@@ -53,7 +53,7 @@ fn thousands_of_hits_in_a_step_are_taken_at_once() {
     // A last bit outside counts as on the wall.
     for height in [1e-4, 1e-8, 1e-12, 0.0, -f64::EPSILON] {
         let start = Particle { position: [0.0, 1.0 - height], velocity: [2.0, 0.0] };
-        let flight = stepped::step(start, 1.0, 3.0);
+        let flight = time_stepped::step(start, 1.0, 3.0);
         let distance = f64::hypot(flight.particle.position[0], flight.particle.position[1]);
         assert!(distance < 1.0 + 1e-12, "{height}: {distance}");
         assert!(flight.hits == 0 || flight.hits > 64);

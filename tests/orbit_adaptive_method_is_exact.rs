@@ -20,7 +20,7 @@ use kinetoscope_physics::orbit::dormand_prince::{
     DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5,
 };
 use kinetoscope_physics::orbit::kepler::Kepler;
-use kinetoscope_physics::orbit::step::stepped;
+use kinetoscope_physics::orbit::single_step::stepped;
 use orbit_run::{apart, document, finished, given, look};
 
 /// Largest |sum of weights times c^(q-1) - 1/q| for q to 8, c a stage's time (the sum of its row).

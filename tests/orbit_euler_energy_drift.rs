@@ -17,10 +17,10 @@ mod orbit_run;
 
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
+use kinetoscope_physics::orbit::integrators::{EXPLICIT_EULER, SEMI_IMPLICIT_EULER};
 use kinetoscope_physics::orbit::kepler::Kepler;
 use kinetoscope_physics::orbit::motion::{State, angular_momentum, dot, energy, length};
-use kinetoscope_physics::orbit::step::{Method, stepped};
-use kinetoscope_physics::orbit::tables::{EXPLICIT_EULER, SEMI_IMPLICIT_EULER};
+use kinetoscope_physics::orbit::single_step::{Method, stepped};
 use kinetoscope_physics::orbit::{DOCUMENT_START, Orbit};
 use orbit_run::{advance, document, finished, given, look, prepare};
 

@@ -9,7 +9,7 @@ mod orbit_run;
 
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
 use kinetoscope_physics::orbit::motion::State;
-use kinetoscope_physics::orbit::phase::Plane;
+use kinetoscope_physics::orbit::orbital_plane::Plane;
 use orbit_run::{advance, document, finished, given, look, prepare};
 use std::f64::consts::{PI, TAU};
 

@@ -16,11 +16,11 @@ mod orbit_run;
 
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
 use kinetoscope_physics::orbit::DOCUMENT_START;
-use kinetoscope_physics::orbit::motion::{FixedSun, State, angular_momentum, energy, length};
-use kinetoscope_physics::orbit::step::{Method, Walker};
-use kinetoscope_physics::orbit::tables::{
+use kinetoscope_physics::orbit::integrators::{
     EXPLICIT_EULER, RUNGE_KUTTA_4, SEMI_IMPLICIT_EULER, VELOCITY_VERLET, YOSHIDA_4,
 };
+use kinetoscope_physics::orbit::motion::{FixedSun, State, angular_momentum, energy, length};
+use kinetoscope_physics::orbit::single_step::{Method, Walker};
 use orbit_run::{apart, document, finished, given, look};
 
 /// Largest |dE/E| of the first and of the second half, and largest |dL/L|.

@@ -6,34 +6,34 @@
 //!
 //! Without collisions every speed and every angular momentum stays for ever: the speeds never become Maxwell's. With them they do.
 
+pub mod as_printed;
+mod closed_form;
+mod closed_form_simd;
 mod collisions;
-mod exact;
-mod groups;
-mod hit_by_hit;
-mod ledger;
-mod limits;
-pub mod literal;
+mod energy_balance;
+mod event_driven;
+mod initial_state;
 pub mod motion;
+mod numeric_range;
 mod observe;
-mod paths;
+mod particle_groups;
 pub mod pressure;
 mod propagator;
-mod schedule;
-pub mod speeds;
-mod start;
-pub mod stepped;
-pub mod turns;
-mod wall;
+pub mod sine_cosine;
+pub mod speed_distribution;
+mod temperature_schedule;
+pub mod time_stepped;
+mod wall_tally;
 
-use self::exact::ExactClock;
-use self::groups::Particles;
-use self::ledger::Ledger;
+use self::closed_form::ExactClock;
+use self::energy_balance::Ledger;
 use self::motion::{Circle, Flight, Particle};
+use self::particle_groups::Particles;
 use self::pressure::{SpeedMean, SpeedMoments};
 use self::propagator::{Propagator, StepClock};
-use self::schedule::Schedule;
-use self::speeds::SpeedLaw;
-use self::wall::{Tally, WallLedger};
+use self::speed_distribution::SpeedLaw;
+use self::temperature_schedule::Schedule;
+use self::wall_tally::{Tally, WallLedger};
 use crate::constants::{BOLTZMANN_CODATA_1986_J_PER_K, BOLTZMANN_SI_2019_J_PER_K};
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::Seed;
@@ -114,14 +114,14 @@ impl Model for Gas {
     /// Places and speeds are drawn from their own streams. A gas has no series of single collisions: `per_collision` changes nothing.
     fn prepare(config: &GasConfig, seed: Seed, _per_collision: bool) -> Result<Self, Refusal> {
         let substance = Substance::of(config);
-        let start = start::start(
+        let start = initial_state::start(
             config,
             seed,
             substance.definition,
             substance.boltzmann_j_per_k,
             &substance.mass_ratios,
         )?;
-        limits::check(config, &start.particles)?;
+        numeric_range::check(config, &start.particles)?;
         let container = Container {
             center_m: config.center_m.map(|axis| axis.get()),
             circle: Circle {
@@ -351,7 +351,7 @@ impl Gas {
         match &mut self.propagator {
             Propagator::Exact(_) | Propagator::HitByHit { .. } | Propagator::Colliding { .. } => {}
             Propagator::Stepped { clock, tallies } => {
-                stepped::walk(&mut self.particles, tallies, radius, clock.time_step_s, steps);
+                time_stepped::walk(&mut self.particles, tallies, radius, clock.time_step_s, steps);
                 clock.done += steps;
             }
             Propagator::Literal { clock, tallies, frozen } => {
@@ -362,7 +362,7 @@ impl Gas {
                             break;
                         }
                         let dt = clock.time_step_s;
-                        let flight = literal::step_as_printed(particle, center_m, radius, dt);
+                        let flight = as_printed::step_as_printed(particle, center_m, radius, dt);
                         *frozen = !is_finite(&flight);
                         if !*frozen {
                             particle = flight.particle;

@@ -6,8 +6,8 @@ use super::pressure::{
     SpeedMean, SpeedMoments, ideal_gas_pressure, kinetic_pressure, measured_pressure,
     temperature_of,
 };
-use super::speeds::{SpeedLaw, histogram};
-use super::{Gas, Propagator, limits};
+use super::speed_distribution::{SpeedLaw, histogram};
+use super::{Gas, Propagator, numeric_range};
 use crate::model::Model;
 use crate::sum::CompensatedSum;
 use kinetoscope_recording::channels::{GasCollisions, GasInvariants, GasPressure, GasTemperature};
@@ -302,7 +302,7 @@ impl Gas {
         };
         let fastest = match self.speed_law {
             SpeedLaw::Uniform { max_speed } => max_speed,
-            _ => limits::fastest_speed(self.start.iter()),
+            _ => numeric_range::fastest_speed(self.start.iter()),
         };
         let step_over_radius = fastest * clock.time_step_s / self.container.circle.radius;
         if step_over_radius > LONGEST_STEP_OVER_RADIUS {

@@ -1,12 +1,12 @@
 //! How particles are moved: one of five ways, chosen by the manifest.
 
+use super::closed_form::ExactClock;
 use super::collisions::Discs;
-use super::exact::ExactClock;
-use super::groups::{LANES, Particles};
-use super::hit_by_hit::{Course, Thermal, WallLaw};
+use super::event_driven::{Course, Thermal, WallLaw};
 use super::motion::{Circle, Particle};
+use super::particle_groups::{LANES, Particles};
 use super::pressure::speed_at;
-use super::wall::Tally;
+use super::wall_tally::Tally;
 use super::{Container, STEP_ROUNDING, Substance};
 use crate::model::{Refusal, Target};
 use crate::random::Seed;

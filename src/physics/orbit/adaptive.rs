@@ -6,7 +6,7 @@
 
 use super::dormand_prince::{DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5};
 use super::motion::{Force, Phase};
-use super::step::{Walker, weighted};
+use super::single_step::{Walker, weighted};
 use serde::{Deserialize, Serialize};
 
 /// The end of the last whole step.

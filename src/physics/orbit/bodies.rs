@@ -3,7 +3,7 @@
 //! Energy and momenta are divided by the total mass, which leaves AU and days: m_i stands for G m_i over the sum of all.
 
 use super::motion::{Mutual, Phase, add_scaled, cross, dot, length};
-use super::track::{Lost, Scheme, Track, Turns};
+use super::trajectory::{Lost, Scheme, Track, Turns};
 use crate::model::Refusal;
 use kinetoscope_manifest::model::OrbitBody;
 use kinetoscope_recording::channels::{OrbitConserved, OrbitEnergy};

@@ -2,7 +2,7 @@
 //! made it: E. Hairer, S. P. Norsett, G. Wanner: Solving Ordinary Differential Equations I, 2nd edition (1993),
 //! section II.5 and the program DOP853; each rounded to the nearest f64.
 
-use super::tables::{Tableau, row};
+use super::integrators::{Tableau, row};
 
 /// Order 8 in 12 stages.
 pub const DORMAND_PRINCE_8: Tableau<12> = Tableau {

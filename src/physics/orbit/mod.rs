@@ -1,24 +1,25 @@
 //! The Earth around the Sun: a body without mass of its own about a Sun fixed at the origin, in three dimensions, AU and days.
 //! As an extension several bodies that attract each other.
 //!
-//! `motion` is the equation of motion, `tables` the methods, `step` how a table moves bodies, `kepler` the truth to compare with.
+//! `motion` is the equation of motion, `integrators` the methods, `single_step` how a table moves bodies, `kepler` the truth to compare with.
 
 mod adaptive;
 mod bodies;
 pub mod dormand_prince;
 pub mod elements;
-mod forecast;
+mod estimates;
+pub mod integrators;
 pub mod kepler;
 pub mod motion;
-pub mod phase;
+pub mod orbital_plane;
 mod planet;
-pub mod step;
-pub mod tables;
-mod track;
+pub mod single_step;
+mod trajectory;
 
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::Seed;
 use bodies::Bodies;
+use integrators::Integrator;
 use kinetoscope_manifest::model::{OrbitConfig, OrbitSummation};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, OrbitConserved, OrbitElements, OrbitEnergy,
@@ -28,8 +29,7 @@ use kinetoscope_recording::scenery::Scenery;
 use motion::State;
 use planet::Planet;
 use serde::{Deserialize, Serialize};
-use tables::Integrator;
-use track::{Lost, Scheme};
+use trajectory::{Lost, Scheme};
 
 /// The start as the document prints it. It says "from the Sun's center", but the numbers are the Earth's place relative to
 /// the barycenter of the solar system (2013-01-01 0h, ecliptic of J2000), so that the orbit's period is 362.073 days.

@@ -1,12 +1,12 @@
 //! One light body about the Sun: what is followed of it, and its distance from the exact solution.
 
 use super::elements::Elements;
+use super::integrators::Integrator;
 use super::kepler::Kepler;
 use super::motion::{self, FixedSun, State, energy, kinetic_energy, length, potential_energy};
-use super::phase::Plane;
-use super::tables::Integrator;
-use super::track::{Lost, Scheme, Track, Turns};
-use super::{DOCUMENT_START, HELIOCENTRIC_START, forecast};
+use super::orbital_plane::Plane;
+use super::trajectory::{Lost, Scheme, Track, Turns};
+use super::{DOCUMENT_START, HELIOCENTRIC_START, estimates};
 use crate::model::Refusal;
 use crate::restart_state;
 use kinetoscope_manifest::model::OrbitStart;
@@ -112,7 +112,7 @@ impl Planet {
     }
 
     pub(super) fn scenery(&self, scheme: &Scheme, duration: f64) -> Scenery {
-        let reach = forecast::reach(&self.exact, scheme.integrator, scheme.step, duration);
+        let reach = estimates::reach(&self.exact, scheme.integrator, scheme.step, duration);
         Scenery {
             walls: vec![Wall::Body { center: [0.0, 0.0], radius: DRAWN_SUN_AU }],
             view: [[-reach, -reach], [reach, reach]],
@@ -193,7 +193,7 @@ impl Planet {
         frame.log(Level::Info, format!("start {origin}; {orbit}"));
         if let (Integrator::ExplicitEuler, Some(bound)) = (scheme.integrator, elements.bound) {
             let gain =
-                forecast::euler_energy_gain_per_revolution(&elements, bound.period, scheme.step);
+                estimates::euler_energy_gain_per_revolution(&elements, bound.period, scheme.step);
             frame.log(
                 Level::Info,
                 format!(

@@ -4,14 +4,14 @@
 //! its cell and the cells around. A collision predicted with a partner that has turned aside since is void, which is found out when its
 //! time comes (Lubachevsky, J. Comput. Phys. 94, 255 (1991)).
 
-mod cells;
-mod soonest;
+mod cell_grid;
+mod tournament_tree;
 
-use self::cells::{Cell, Cells};
-use self::soonest::Soonest;
-use super::groups::Particles;
+use self::cell_grid::{Cell, Cells};
+use self::tournament_tree::Soonest;
 use super::motion::{Particle, dot, drifted, elastic_impact, reflected, time_to_wall};
-use super::wall::WallLedger;
+use super::particle_groups::Particles;
+use super::wall_tally::WallLedger;
 use crate::collision_time::time_to_contact;
 use crate::model::Refusal;
 use crate::sum::CompensatedSum;

@@ -1,9 +1,9 @@
 //! Exact propagation: every frame is computed from where the paths began in closed form, whatever frames came before.
 
-use super::groups::Particles;
+use super::closed_form_simd::Paths;
 use super::motion::Circle;
-use super::paths::Paths;
-use super::wall::{WallLedger, WallTally};
+use super::particle_groups::Particles;
+use super::wall_tally::{WallLedger, WallTally};
 use serde::{Deserialize, Serialize};
 
 /// Where the closed form stands.

@@ -2,11 +2,11 @@
 
 use super::adaptive::{Node, try_step};
 use super::dormand_prince::DORMAND_PRINCE_8;
-use super::motion::{Force, Phase};
-use super::step::{Method, Walker};
-use super::tables::{
+use super::integrators::{
     EXPLICIT_EULER, Integrator, RUNGE_KUTTA_4, SEMI_IMPLICIT_EULER, VELOCITY_VERLET, YOSHIDA_4,
 };
+use super::motion::{Force, Phase};
+use super::single_step::{Method, Walker};
 use serde::{Deserialize, Serialize};
 
 /// How a run is discretised.

@@ -1,9 +1,9 @@
 //! The closed form of `motion.rs` for all particles at once: what a path keeps is computed when it begins, so that a
 //! position at any time costs a sine and a cosine, without branches, eight particles abreast.
 
-use super::groups::{BLOCK, Group, LANES, Lanes, Particles};
 use super::motion::{Chords, Circle};
-use super::turns::sine_and_cosine;
+use super::particle_groups::{BLOCK, Group, LANES, Lanes, Particles};
+use super::sine_cosine::sine_and_cosine;
 use crate::simd::dispatch::{self, Kernel};
 use crate::sum::CompensatedSum;
 use rayon::prelude::*;

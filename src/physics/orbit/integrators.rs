@@ -1,4 +1,4 @@
-//! The methods as tables of numbers. How a table moves bodies: `step`. What it is called in a manifest: [`Integrator`].
+//! The methods as tables of numbers. How a table moves bodies: `single_step`. What it is called in a manifest: [`Integrator`].
 
 use kinetoscope_manifest::model::OrbitIntegrator;
 use serde::{Deserialize, Serialize};

@@ -1,9 +1,9 @@
-//! How a table of `tables` moves bodies: one step of length h (days).
+//! How a table of `integrators` moves bodies: one step of length h (days).
 //!
 //! The order of the operations is part of the results' bits. Nothing is fused.
 
+use super::integrators::{Splitting, Substep, Tableau};
 use super::motion::{FixedSun, Force, Phase, State};
-use super::tables::{Splitting, Substep, Tableau};
 
 /// Bodies on their way: where they are, and the force there, which one step hands on to the next.
 ///

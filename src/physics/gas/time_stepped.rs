@@ -3,9 +3,9 @@
 //! As printed, the rest of a step after a hit is a length, one hit a step is allowed and radial hits give 0/0. Here the rest is the
 //! time dt - u, the path is mirrored at every hit until the step is used up, and the normal is never the zero vector.
 
-use super::groups::{BLOCK, Group, LANES, Lanes, Particles};
 use super::motion::{Chords, Flight, Particle, dot, drifted, reflected, time_to_wall};
-use super::wall::Tally;
+use super::particle_groups::{BLOCK, Group, LANES, Lanes, Particles};
+use super::wall_tally::Tally;
 use crate::simd::dispatch::{self, Kernel};
 use rayon::prelude::*;
 

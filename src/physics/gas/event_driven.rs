@@ -1,9 +1,9 @@
 //! Exact propagation from hit to hit, for walls that do more than mirror: a wall with a temperature, a wall with an opening. Between
 //! two hits a path is the closed form of `motion.rs`, also where the wall moves.
 
-use super::groups::{BLOCK, Group, LANES, Particles};
 use super::motion::{Chords, Circle, Particle, dot};
-use super::wall::WallTally;
+use super::particle_groups::{BLOCK, Group, LANES, Particles};
+use super::wall_tally::WallTally;
 use crate::random::{Seed, Stream};
 use crate::sum::CompensatedSum;
 use rayon::prelude::*;

@@ -1,6 +1,6 @@
 //! Where the energy of the particles inside comes from and goes to.
 
-use super::hit_by_hit::Happened;
+use super::event_driven::Happened;
 use super::{Gas, Propagator};
 use crate::model::Model;
 use crate::sum::CompensatedSum;

@@ -1,9 +1,9 @@
 //! What is known of a run before its first step: how much explicit Euler will gain, how far the path will reach.
 
 use super::elements::Elements;
+use super::integrators::Integrator;
 use super::kepler::Kepler;
 use super::motion::length;
-use super::tables::Integrator;
 use crate::constants::GM_SUN_AU3_PER_DAY2;
 
 /// What the drawing leaves free around the path, as a factor.

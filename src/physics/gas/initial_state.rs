@@ -2,7 +2,7 @@
 
 use super::motion::Particle;
 use super::pressure::{SpeedMean, SpeedMoments, speed_at};
-use super::speeds::SpeedLaw;
+use super::speed_distribution::SpeedLaw;
 use crate::model::Refusal;
 use crate::placement::{Rectangle, random_sequential_addition_where};
 use crate::random::{Seed, Stream};
