@@ -45,7 +45,7 @@ fn sines_at_the_hits_are_uniform_and_the_mean_chord_is_half_pi() {
     let mut sines = Vec::new();
     for start in &starts {
         let flight = time_stepped::step(*start, 1.0, 0.15);
-        for _ in 0..flight.hits {
+        for _ in 0..flight.wall_collisions {
             sines.push(flight.particle.angular_momentum_per_mass());
         }
     }

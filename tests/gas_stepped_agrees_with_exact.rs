@@ -11,7 +11,7 @@ mod gas_runs;
 
 use gas_runs::{advance, apart, channel, gas, max_speed, particles, positive, written};
 use kinetoscope_manifest::model::{GasConfig, Propagation};
-use kinetoscope_physics::gas::motion::{Chords, Particle, drifted, time_to_wall};
+use kinetoscope_physics::gas::motion::{ChordPath, Particle, drifted, time_to_wall};
 use kinetoscope_physics::gas::time_stepped;
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_recording::channels::{GasCollisions, GasPressure};
@@ -34,7 +34,7 @@ fn one_hit_in_a_step_agrees_with_fifty_digits() {
         .max(apart(velocity, [-0.34747935056081539967, 0.096219025841223099504]));
     println!("one hit: error {error:e}");
     assert!(error < 1e-14);
-    assert_eq!(flight.hits, 1);
+    assert_eq!(flight.wall_collisions, 1);
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn eight_hits_in_a_step_agree_with_fifty_digits() {
     let error = apart(flight.particle.position, [0.47926562091714627893, 0.8771200251313990904]);
     println!("eight hits: error {error:e}");
     assert!(error < 1e-12);
-    assert_eq!(flight.hits, 8);
+    assert_eq!(flight.wall_collisions, 8);
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn thousands_of_hits_in_a_step_are_taken_at_once() {
         let flight = time_stepped::step(start, 1.0, 3.0);
         let distance = f64::hypot(flight.particle.position[0], flight.particle.position[1]);
         assert!(distance < 1.0 + 1e-12, "{height}: {distance}");
-        assert!(flight.hits == 0 || flight.hits > 64);
+        assert!(flight.wall_collisions == 0 || flight.wall_collisions > 64);
         // In the limit a slide with m s^2 t / R.
         assert!((flight.impulse_per_mass - 12.0).abs() < 0.1 + 10.0 * height.abs().sqrt());
     }
@@ -111,7 +111,7 @@ fn one_mirror(particle: Particle, time_step: f64) -> Particle {
         return drifted(particle, time_step);
     }
     // A step that ends just behind the hit: all of it but the rest's further hits.
-    let after = Chords::of(particle, 1.0).flight(to_wall * (1.0 + 1e-15)).particle;
+    let after = ChordPath::of(particle, 1.0).flight(to_wall * (1.0 + 1e-15)).particle;
     drifted(after, time_step - to_wall)
 }
 

@@ -86,7 +86,7 @@ pub enum SpeedScale {
 }
 
 /// Which mean of the speeds the temperature is defined by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum TemperatureDefinition {
     /// N k_B T = N m <v>^2 / 2: the source document's equation (13).
     MeanSpeed,

@@ -46,7 +46,9 @@ pub enum OrbitStart {
 }
 
 /// Time-stepping scheme of the orbit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
 pub enum OrbitIntegrator {
     /// The source document's equations (15) and (16).
     ExplicitEuler,
@@ -65,7 +67,9 @@ pub enum OrbitIntegrator {
 }
 
 /// How sums of positions and velocities are rounded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
 pub enum OrbitSummation {
     /// At every addition, as the source document's equations read.
     Plain,

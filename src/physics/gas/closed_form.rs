@@ -1,59 +1,65 @@
-//! Exact propagation: every frame is computed from where the paths began in closed form, whatever frames came before.
+//! Closed-form propagator: computes every frame from the start of the paths, independently of earlier frames.
 
 use super::closed_form_simd::Paths;
-use super::motion::Circle;
-use super::particle_groups::Particles;
-use super::wall_tally::{WallLedger, WallTally};
+use super::propagator::Propagator;
+use super::state::GasState;
+use super::tallies::WallTally;
+use crate::model::{Extent, Refusal, Target};
+use crate::random::Seed;
+use kinetoscope_manifest::model::{GasConfig, Propagation};
 use serde::{Deserialize, Serialize};
 
-/// Where the closed form stands.
+/// Paths of all particles, and the time up to which they are followed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct ExactClock {
-    pub(super) duration_s: f64,
-    pub(super) time_s: f64,
-    /// When the present paths began, s.
-    pub(super) began_s: f64,
+pub(super) struct ClosedForm {
+    duration_s: f64,
+    time_s: f64,
+    /// Start of the present paths, s.
+    started_s: f64,
     paths: Paths,
-    /// What the wall felt before they began.
+    /// Wall collisions before the present paths.
     before: WallTally,
 }
 
-impl ExactClock {
-    pub(super) fn new(
-        duration_s: f64,
-        particles: &Particles,
-        mass_ratios: &[f64],
-        circle: Circle,
-    ) -> Self {
-        let paths = Paths::begin(particles, mass_ratios, circle);
-        Self { duration_s, time_s: 0.0, began_s: 0.0, paths, before: WallTally::default() }
+impl Propagator for ClosedForm {
+    fn prepare(config: &GasConfig, _seed: Seed, state: &GasState) -> Option<Result<Self, Refusal>> {
+        (config.propagation == Propagation::Exact).then(|| {
+            Ok(Self {
+                duration_s: config.duration_s.get(),
+                time_s: 0.0,
+                started_s: 0.0,
+                paths: Paths::start(state, 0.0),
+                before: WallTally::default(),
+            })
+        })
     }
 
-    /// Moves the particles to a time and books their hits: those since the paths began by the closed form, those since the last
-    /// jump by its difference.
-    pub(super) fn jump_to(
-        &mut self,
-        time_s: f64,
-        particles: &mut Particles,
-        wall: &mut WallLedger,
-    ) {
-        let sums = self.paths.jump_to(time_s - self.began_s, particles);
-        wall.total = self.before;
-        wall.total.add(sums.hits, sums.impulse.value());
-        wall.window.add(sums.fresh_hits, sums.fresh_impulse.value());
+    fn extent(&self) -> Extent {
+        Extent::Time(self.duration_s)
+    }
+
+    fn time_s(&self) -> f64 {
+        self.time_s
+    }
+
+    /// Counts the wall collisions since the start of the paths by the closed form, and those since the last call by its difference.
+    fn advance(&mut self, target: Target, _budget: &mut u64, state: &mut GasState) -> bool {
+        let Target::Time(time_s) = target else { return true };
+        let sums = self.paths.advance(time_s - self.started_s, &mut state.particles);
+        state.wall.total = self.before;
+        state.wall.total.add(sums.collisions, sums.impulse.value());
+        state.wall.window.add(sums.new_collisions, sums.new_impulse.value());
         self.time_s = time_s;
+        true
     }
 
-    /// Begins new paths with the particles as they are, in a circle that is the wall now.
-    pub(super) fn rebegin(
-        &mut self,
-        particles: &Particles,
-        mass_ratios: &[f64],
-        circle: Circle,
-        wall: &WallLedger,
-    ) {
-        self.paths = Paths::begin(particles, mass_ratios, circle);
-        self.began_s = self.time_s;
-        self.before = wall.total;
+    fn restart_paths(&mut self, state: &GasState) {
+        self.paths = Paths::start(state, self.time_s);
+        self.started_s = self.time_s;
+        self.before = state.wall.total;
+    }
+
+    fn description(&self, _state: &GasState) -> String {
+        "propagation: closed form, exact at any time".to_owned()
     }
 }

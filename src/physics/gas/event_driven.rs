@@ -1,206 +1,278 @@
-//! Exact propagation from hit to hit, for walls that do more than mirror: a wall with a temperature, a wall with an opening. Between
-//! two hits a path is the closed form of `motion.rs`, also where the wall moves.
+//! Event-driven propagator of points for a thermal wall or a wall with an opening: exact, from wall collision to wall collision. Between
+//! two of them, a path is the closed form of `motion.rs`, also if the wall moves.
 
-use super::motion::{Chords, Circle, Particle, dot};
-use super::particle_groups::{BLOCK, Group, LANES, Particles};
-use super::wall_tally::WallTally;
+use super::energy_balance::EnergyBalance;
+use super::motion::{ChordPath, Circle, Particle, dot, drifted};
+use super::particle_groups::{BLOCK, Group, LANES};
+use super::pressure::speed_at;
+use super::propagator::Propagator;
+use super::state::{Container, GasState, Substance};
+use super::tallies::WallTally;
+use crate::model::{Extent, Refusal, Target};
 use crate::random::{Seed, Stream};
 use crate::sum::CompensatedSum;
+use kinetoscope_manifest::model::{GasConfig, Propagation};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// What the wall is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct WallLaw {
-    pub(super) circle: Circle,
-    pub(super) thermal: Option<Thermal>,
-    /// Half the angle of the opening about the direction of x, rad.
-    pub(super) half_opening: Option<f64>,
+/// Paths of all particles between wall collisions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct EventDriven {
+    duration_s: f64,
+    time_s: f64,
+    wall: Wall,
+    paths: Vec<Path>,
 }
 
-/// A wall with a temperature.
+/// What happens to a particle that reaches the wall: it leaves through the opening, is re-emitted thermally or is reflected specularly.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Thermal {
-    /// sqrt(k_B T / m1), m1 the first mass, m/s.
-    pub(super) thermal_speed: f64,
-    /// Share of the hits that are not mirrored.
-    pub(super) accommodation: f64,
-    pub(super) seed: Seed,
+struct Wall {
+    circle: Circle,
+    half_opening_rad: Option<f64>,
+    emission: Option<ThermalEmission>,
 }
 
-/// The path of one particle since the wall last changed it.
+/// Diffuse emission of a thermal wall.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Course {
-    /// In the circle's own lengths and times; free flight from `exit` once outside.
-    chords: Chords,
-    /// Where and how it left through the opening.
+struct ThermalEmission {
+    /// sqrt(k_B T / m1) with the first mass m1, m/s.
+    thermal_speed: f64,
+    /// Fraction of the wall collisions that are not specular.
+    accommodation: f64,
+    seed: Seed,
+}
+
+/// Path of one particle since the wall last changed it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Path {
+    /// In scaled lengths and times; replaced by free flight from `exit` outside the container.
+    chords: ChordPath,
+    /// State in which the particle left through the opening.
     exit: Option<Particle>,
-    /// When it began, s.
-    began_s: f64,
-    /// Hits since it began.
-    hits: u64,
-    /// Hits since the start: the number of the next draw.
-    drawn: u64,
+    /// Start of the path, s.
+    started_s: f64,
+    /// Wall collisions since the start of the path.
+    collisions: u64,
+    /// Wall collisions since the start of the run: the number of the next draw.
+    draws: u64,
     mass_ratio: f64,
 }
 
-/// What happened to some particles, energies over the first mass, m^2/s^2.
+/// Exchange of a block of particles with the wall; energies per first mass, m^2/s^2.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Happened {
-    pub(super) wall: WallTally,
-    pub(super) heat: CompensatedSum,
-    pub(super) escaped_energy: CompensatedSum,
-    pub(super) escaped: u64,
+struct WallExchange {
+    wall: WallTally,
+    heat: CompensatedSum,
+    escaped_energy: CompensatedSum,
+    escaped: u64,
 }
 
-impl WallLaw {
-    fn circle_at(&self, time_s: f64) -> Circle {
-        Circle { radius: self.circle.radius_at(time_s), ..self.circle }
+impl Propagator for EventDriven {
+    fn prepare(config: &GasConfig, seed: Seed, state: &GasState) -> Option<Result<Self, Refusal>> {
+        let has_special_wall = config.thermal_wall.is_some() || config.opening_width_m.is_some();
+        (config.propagation == Propagation::Exact && has_special_wall).then(|| {
+            let wall = Wall::new(config, seed, &state.substance, &state.container);
+            let masses = &state.substance.mass_ratios;
+            let particles = state.particles.iter().zip(masses);
+            let paths = particles.map(|(particle, ratio)| wall.start_path(particle, 0.0, *ratio));
+            let (duration_s, paths) = (config.duration_s.get(), paths.collect());
+            Ok(Self { duration_s, time_s: 0.0, wall, paths })
+        })
     }
 
-    /// The path that a particle begins now.
-    pub(super) fn begin(&self, particle: Particle, time_s: f64, mass_ratio: f64) -> Course {
-        let chords = Chords::of(self.circle_at(time_s).scaled(particle, 0.0), 1.0);
-        Course { chords, exit: None, began_s: time_s, hits: 0, drawn: 0, mass_ratio }
+    fn extent(&self) -> Extent {
+        Extent::Time(self.duration_s)
+    }
+
+    fn time_s(&self) -> f64 {
+        self.time_s
     }
 
     /// Moves all particles to a time, in blocks of fixed size.
-    pub(super) fn fly(
-        &self,
-        courses: &mut [Course],
-        particles: &mut Particles,
-        until_s: f64,
-    ) -> Happened {
-        let blocks: Vec<Happened> = courses
+    fn advance(&mut self, target: Target, _budget: &mut u64, state: &mut GasState) -> bool {
+        let Target::Time(until_s) = target else { return true };
+        let wall = self.wall;
+        let blocks: Vec<WallExchange> = self
+            .paths
             .par_chunks_mut(BLOCK * LANES)
-            .zip(particles.groups.par_chunks_mut(BLOCK))
+            .zip(state.particles.groups.par_chunks_mut(BLOCK))
             .enumerate()
-            .map(|(block, (courses, groups))| {
-                self.fly_block(block * BLOCK * LANES, courses, groups, until_s)
+            .map(|(block, (paths, groups))| {
+                wall.advance_block(block * BLOCK * LANES, paths, groups, until_s)
             })
             .collect();
-        let mut all = Happened::default();
+        let mut sums = WallExchange::default();
         for block in &blocks {
-            all.wall.add(block.wall.hits, block.wall.impulse_per_mass.value());
-            all.heat.add(block.heat.value());
-            all.escaped_energy.add(block.escaped_energy.value());
-            all.escaped += block.escaped;
+            sums.wall.add(block.wall.collisions, block.wall.impulse_per_mass.value());
+            sums.heat.add(block.heat.value());
+            sums.escaped_energy.add(block.escaped_energy.value());
+            sums.escaped += block.escaped;
         }
-        all
+        state.wall.add(sums.wall.collisions, sums.wall.impulse_per_mass.value());
+        sums.add_to(&mut state.energy_balance);
+        self.time_s = until_s;
+        true
     }
 
-    fn fly_block(
+    fn restart_paths(&mut self, state: &GasState) {
+        for (id, path) in self.paths.iter_mut().enumerate() {
+            if path.exit.is_none() {
+                self.wall.restart_path(path, state.particles.get(id), self.time_s);
+            }
+        }
+    }
+
+    fn is_inside(&self, id: usize) -> bool {
+        self.paths[id].exit.is_none()
+    }
+
+    fn conserves_invariants(&self) -> bool {
+        self.wall.emission.is_none()
+    }
+
+    fn description(&self, _state: &GasState) -> String {
+        "propagation: closed form between wall collisions, exact at any time".to_owned()
+    }
+}
+
+impl WallExchange {
+    fn add_to(&self, balance: &mut EnergyBalance) {
+        balance.heat.add(self.heat.value());
+        balance.escaped_energy.add(self.escaped_energy.value());
+        balance.escaped += self.escaped;
+    }
+}
+
+impl Wall {
+    fn new(config: &GasConfig, seed: Seed, substance: &Substance, container: &Container) -> Self {
+        let emission = config.thermal_wall.map(|wall| {
+            let temperature_k = wall.temperature_k.get();
+            // k_B T = m s^2 for one component, 2 k_B T = m v^2 for both.
+            let speed = speed_at(temperature_k, substance.mass_kg, substance.boltzmann_j_per_k);
+            ThermalEmission {
+                thermal_speed: speed / std::f64::consts::SQRT_2,
+                accommodation: wall.accommodation.get(),
+                seed,
+            }
+        });
+        Self { circle: container.circle, half_opening_rad: container.half_opening_rad, emission }
+    }
+
+    /// Path of a particle that starts at the given time.
+    fn start_path(&self, particle: Particle, time_s: f64, mass_ratio: f64) -> Path {
+        let scaled = self.circle.restarted_at(time_s).scaled(particle, 0.0);
+        let chords = ChordPath::of(scaled, 1.0);
+        Path { chords, exit: None, started_s: time_s, collisions: 0, draws: 0, mass_ratio }
+    }
+
+    /// Replaces a path by that of the given particle; the numbers of the draws continue.
+    fn restart_path(&self, path: &mut Path, particle: Particle, time_s: f64) {
+        *path = Path { draws: path.draws, ..self.start_path(particle, time_s, path.mass_ratio) };
+    }
+
+    fn advance_block(
         &self,
         first_id: usize,
-        courses: &mut [Course],
+        paths: &mut [Path],
         groups: &mut [Group],
         until_s: f64,
-    ) -> Happened {
-        let mut happened = Happened::default();
-        for (index, course) in courses.iter_mut().enumerate() {
+    ) -> WallExchange {
+        let mut exchange = WallExchange::default();
+        for (index, path) in paths.iter_mut().enumerate() {
             let id = (first_id + index) as u64;
-            while self.hit(id, course, until_s, &mut happened) {}
-            groups[index / LANES].set(index % LANES, self.particle_on(course, until_s));
+            while self.collide_next(id, path, until_s, &mut exchange) {}
+            groups[index / LANES].set(index % LANES, self.particle_at(path, until_s));
         }
-        happened
+        exchange
     }
 
-    fn particle_on(&self, course: &Course, time_s: f64) -> Particle {
-        let time = time_s - course.began_s;
-        if let Some(exit) = course.exit {
-            return super::motion::drifted(exit, time);
+    fn particle_at(&self, path: &Path, time_s: f64) -> Particle {
+        let time = time_s - path.started_s;
+        if let Some(exit) = path.exit {
+            return drifted(exit, time);
         }
-        let circle = self.circle_at(course.began_s);
-        let scaled = course.chords.after(course.hits, circle.scaled_time(time));
+        let circle = self.circle.restarted_at(path.started_s);
+        let scaled = path.chords.particle_after(path.collisions, circle.scaled_time(time));
         circle.unscaled(scaled, time)
     }
 
-    /// Takes the next hit of a particle if it comes before a time, and says whether there was one. A path that slides along the
-    /// wall has no hits.
-    fn hit(&self, id: u64, course: &mut Course, until_s: f64, happened: &mut Happened) -> bool {
-        let chords = course.chords;
-        if course.exit.is_some() || chords.speed == 0.0 || chords.slides() {
+    /// Executes the next wall collision of a particle unless it comes after `until_s`, and returns whether there was one. Grazing paths
+    /// have no collisions.
+    fn collide_next(
+        &self,
+        id: u64,
+        path: &mut Path,
+        until_s: f64,
+        exchange: &mut WallExchange,
+    ) -> bool {
+        let chords = path.chords;
+        if path.exit.is_some() || chords.speed == 0.0 || chords.is_grazing() {
             return false;
         }
-        let circle = self.circle_at(course.began_s);
-        let scaled_time = chords.time_of_hit(course.hits + 1);
-        if scaled_time > circle.scaled_time(until_s - course.began_s) {
+        let circle = self.circle.restarted_at(path.started_s);
+        let scaled_time = chords.time_of_collision(path.collisions + 1);
+        if scaled_time > circle.scaled_time(until_s - path.started_s) {
             return false;
         }
         let time = circle.time_of(scaled_time);
-        let before = chords.after(course.hits, scaled_time);
-        let arriving = circle.unscaled(before, time);
-        let energy = |particle: &Particle| {
-            course.mass_ratio * dot(particle.velocity, particle.velocity) / 2.0
-        };
+        let before = chords.particle_after(path.collisions, scaled_time);
+        let incident = circle.unscaled(before, time);
+        let energy =
+            |particle: &Particle| path.mass_ratio * dot(particle.velocity, particle.velocity) / 2.0;
         let [x, y] = before.position;
-        if self.half_opening.is_some_and(|half| libm::atan2(y, x).abs() < half) {
-            happened.escaped += 1;
-            happened.escaped_energy.add(energy(&arriving));
-            (course.exit, course.began_s) = (Some(arriving), course.began_s + time);
+        if self.half_opening_rad.is_some_and(|half| libm::atan2(y, x).abs() < half) {
+            exchange.escaped += 1;
+            exchange.escaped_energy.add(energy(&incident));
+            (path.exit, path.started_s) = (Some(incident), path.started_s + time);
             return true;
         }
-        course.hits += 1;
-        course.drawn += 1;
-        let arrival = chords.speed * chords.half_chord;
-        match self.emission(id, course) {
+        path.collisions += 1;
+        path.draws += 1;
+        let normal_speed = chords.speed * chords.half_chord;
+        match self.emitted_velocity(id, path) {
             None => {
-                let impulse = circle.impulse_of_hit(arrival, scaled_time);
-                happened.wall.add(1, course.mass_ratio * impulse);
+                let impulse = circle.impulse_of_collision(normal_speed, scaled_time);
+                exchange.wall.add(1, path.mass_ratio * impulse);
             }
             Some([normal, tangential]) => {
-                let normal_in = arrival * (1.0 / circle.radius - circle.wall_speed * scaled_time);
-                let impulse = course.mass_ratio * (normal_in + normal);
-                let leaving = self.leaving(arriving, [normal, tangential]);
-                happened.wall.add(1, impulse);
+                let normal_in =
+                    normal_speed * (1.0 / circle.radius - circle.wall_speed * scaled_time);
+                let impulse = path.mass_ratio * (normal_in + normal);
+                let emitted = self.emitted(incident, [normal, tangential]);
+                exchange.wall.add(1, impulse);
                 let work = -self.circle.wall_speed * impulse;
-                happened.heat.add(energy(&leaving) - energy(&arriving) - work);
-                let drawn = course.drawn;
-                *course = self.begin(leaving, course.began_s + time, course.mass_ratio);
-                course.drawn = drawn;
+                exchange.heat.add(energy(&emitted) - energy(&incident) - work);
+                self.restart_path(path, emitted, path.started_s + time);
             }
         }
         true
     }
 
-    /// Speeds (inwards, along the wall) that the wall gives a particle, seen from the wall; `None` for a mirror. The flux through
-    /// a wall of a gas with Maxwell's velocities: g exp(-g^2/2s^2) inwards, exp(-t^2/2s^2) along it, s^2 = k_B T/m
-    /// (Maxwell, Phil. Trans. 170, 231 (1879)).
-    fn emission(&self, id: u64, course: &Course) -> Option<[f64; 2]> {
-        let thermal = self.thermal?;
-        // The low half of the hit's number: after 4e9 hits of one particle its draws begin again.
-        let place = id << 32 | (course.drawn & 0xffff_ffff);
-        let mut draws = thermal.seed.stream_at(Stream::ThermalWall, place);
-        if draws.uniform() >= thermal.accommodation {
+    /// Velocity components (inward normal g, tangential t) of a thermally emitted particle relative to the wall, m/s; `None` for a
+    /// specular reflection. They have the flux distribution of a Maxwellian gas: g exp(-g^2/2s^2) and exp(-t^2/2s^2), s^2 = k_B T/m
+    /// (Maxwell, Phil. Trans. 170 (1879) 231).
+    fn emitted_velocity(&self, id: u64, path: &Path) -> Option<[f64; 2]> {
+        let emission = self.emission?;
+        // The low half of the collision number: the draws of a particle repeat after 4e9 collisions.
+        let position = id << 32 | (path.draws & 0xffff_ffff);
+        let mut draws = emission.seed.stream_at(Stream::ThermalWall, position);
+        if draws.uniform() >= emission.accommodation {
             return None;
         }
-        let speed = thermal.thermal_speed / course.mass_ratio.sqrt();
-        let inwards = speed * (-2.0 * libm::log(1.0 - draws.uniform())).sqrt();
-        Some([inwards, speed * draws.normal_pair()[0]])
+        let speed = emission.thermal_speed / path.mass_ratio.sqrt();
+        let inward = speed * (-2.0 * libm::log(1.0 - draws.uniform())).sqrt();
+        Some([inward, speed * draws.normal_pair()[0]])
     }
 
-    /// A particle at the wall as the wall gives it back.
-    fn leaving(&self, arriving: Particle, [normal, tangential]: [f64; 2]) -> Particle {
-        let [x, y] = arriving.position;
-        let distance = dot(arriving.position, arriving.position).sqrt();
+    /// Particle at the wall with its velocity replaced by the emitted one.
+    fn emitted(&self, incident: Particle, [normal, tangential]: [f64; 2]) -> Particle {
+        let [x, y] = incident.position;
+        let distance = dot(incident.position, incident.position).sqrt();
         let [nx, ny] = [x / distance, y / distance];
-        let outwards = self.circle.wall_speed - normal;
+        let outward = self.circle.wall_speed - normal;
         Particle {
-            position: arriving.position,
-            velocity: [outwards * nx - tangential * ny, outwards * ny + tangential * nx],
+            position: incident.position,
+            velocity: [outward * nx - tangential * ny, outward * ny + tangential * nx],
         }
-    }
-}
-
-impl Course {
-    pub(super) fn is_inside(&self) -> bool {
-        self.exit.is_none()
-    }
-
-    /// The same particle on a new path, with its draws numbered on.
-    pub(super) fn rebegin(&mut self, law: &WallLaw, particle: Particle, time_s: f64) {
-        let drawn = self.drawn;
-        *self = law.begin(particle, time_s, self.mass_ratio);
-        self.drawn = drawn;
     }
 }

@@ -1,75 +1,79 @@
-//! What double precision can still carry: a start beyond it is refused in words instead of giving wrong digits.
+//! Range in which results have digits: a start outside it is rejected with a remedy instead of giving wrong digits.
 
 use super::motion::Particle;
+use super::step_clock::STEP_ROUNDING;
 use crate::model::Refusal;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 
-/// Masses, radii, speeds and times lie between the inverse of this and this, so that no product of theirs overflows.
-const LARGEST: f64 = 1e50;
+/// Masses, radii, speeds and times must be between the inverse of this number and this number, so that no product overflows.
+const MAX_VALUE: f64 = 1e50;
 
-/// Path in radii after which the place on it would be wrong by more than a millionth of the radius (2^-53 of the path).
-const LONGEST_PATH_IN_RADII: f64 = 1e10;
+/// Maximum path in radii: beyond it, the error of the position (2^-53 of the path) exceeds a millionth of the radius.
+const MAX_PATH_IN_RADII: f64 = 1e10;
 
-/// The same in radii of a disc, where discs collide.
-const LONGEST_PATH_IN_DISC_RADII: f64 = 1e9;
+/// Maximum path in disc radii if discs collide.
+const MAX_PATH_IN_DISC_RADII: f64 = 1e9;
 
-/// Distance of the center from the origin, in radii, beyond which absolute positions would keep fewer than seven digits.
-const FARTHEST_CENTER_IN_RADII: f64 = 1e9;
+/// Maximum distance of the center from the origin in radii: beyond it, absolute positions have fewer than seven digits.
+const MAX_CENTER_DISTANCE_IN_RADII: f64 = 1e9;
 
-/// Steps beyond which a count times a step is not exact any more.
-const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
+/// Maximum number of steps: integers up to 2^53 are exact.
+const MAX_STEPS: f64 = 9_007_199_254_740_992.0;
 
-/// Refuses a configuration whose numbers leave the range in which results have digits.
+/// Rejects a configuration outside the range.
 pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Refusal> {
     let (radius, duration) = (config.radius_m.get(), config.duration_s.get());
-    let fastest = fastest_speed(particles.iter().copied());
+    let fastest = max_speed(particles.iter().copied());
     for (name, value) in [
         ("mass_kg", config.mass_kg.get()),
         ("radius_m", radius),
         ("duration_s", duration),
-        ("the fastest particle's speed in m/s", if fastest > 0.0 { fastest } else { 1.0 }),
+        ("the speed of the fastest particle in m/s", if fastest > 0.0 { fastest } else { 1.0 }),
     ] {
-        if !(1.0 / LARGEST..=LARGEST).contains(&value) {
+        if !(1.0 / MAX_VALUE..=MAX_VALUE).contains(&value) {
             return Err(Refusal(format!(
-                "{name} = {value:e} leaves the range {:e} to {LARGEST:e} in which products do not overflow: choose another scale",
-                1.0 / LARGEST
+                "{name} is {value:e}; must be between {:e} and {MAX_VALUE:e}, so that products do not overflow: choose another scale",
+                1.0 / MAX_VALUE
             )));
         }
     }
     let path = fastest * duration / radius;
-    if path > LONGEST_PATH_IN_RADII {
+    if path > MAX_PATH_IN_RADII {
         return Err(Refusal(format!(
-            "the fastest particle would fly {path:e} radii, of which less than six digits of its place would remain: \
+            "the fastest particle would travel {path:e} radii, and its position would have less than six digits: \
              shorten duration_s to at most {:e}",
-            LONGEST_PATH_IN_RADII * radius / fastest
+            MAX_PATH_IN_RADII * radius / fastest
         )));
     }
     let center = config.center_m.map(|axis| axis.get());
-    let away = libm::hypot(center[0], center[1]);
-    if away > FARTHEST_CENTER_IN_RADII * radius {
+    let distance = libm::hypot(center[0], center[1]);
+    if distance > MAX_CENTER_DISTANCE_IN_RADII * radius {
         return Err(Refusal(format!(
-            "center_m lies {away:e} m from the origin, {:e} radii: positions would lose their digits; move it nearer",
-            away / radius
+            "center_m is {distance:e} m from the origin, {:e} radii; must be at most {MAX_CENTER_DISTANCE_IN_RADII:e} radii, because \
+             positions lose their digits: move it closer",
+            distance / radius
         )));
     }
     check_collisions(config, fastest)?;
     check_steps(config)
 }
 
-/// Refuses discs whose contacts would drown in the rounding of places and times.
+/// Rejects discs whose contacts are below the rounding of positions and times.
 fn check_collisions(config: &GasConfig, fastest: f64) -> Result<(), Refusal> {
     let Some(disc_radius) = config.disc_radius_m.map(|radius| radius.get()) else { return Ok(()) };
     let path = fastest * config.duration_s.get();
     let path = if path > config.radius_m.get() { path } else { config.radius_m.get() };
-    if path > LONGEST_PATH_IN_DISC_RADII * disc_radius {
+    if path > MAX_PATH_IN_DISC_RADII * disc_radius {
         return Err(Refusal(format!(
-            "disc_radius_m = {disc_radius} is too small beside {path:e} m, the container's radius or the way of the fastest disc: \
-             contacts would be known to less than six digits; shorten duration_s or enlarge the discs"
+            "disc_radius_m is {disc_radius}; must be at least {:e} of the path of the fastest disc and of the container radius ({path:e} m), \
+             so that contacts have six digits: shorten duration_s or increase disc_radius_m",
+            1.0 / MAX_PATH_IN_DISC_RADII
         )));
     }
     Ok(())
 }
 
+/// Rejects a duration without a step, or with more steps than can be counted.
 fn check_steps(config: &GasConfig) -> Result<(), Refusal> {
     let (Propagation::Stepped { time_step_s } | Propagation::Literal { time_step_s }) =
         config.propagation
@@ -77,23 +81,23 @@ fn check_steps(config: &GasConfig) -> Result<(), Refusal> {
         return Ok(());
     };
     let steps = config.duration_s.get() / time_step_s.get();
-    if steps + super::STEP_ROUNDING < 1.0 {
+    if steps + STEP_ROUNDING < 1.0 {
         return Err(Refusal(format!(
-            "time_step_s = {} is longer than duration_s = {}: no step fits; shorten the step",
+            "time_step_s is {}; must be at most duration_s = {}, because no step fits: reduce time_step_s",
             time_step_s.get(),
             config.duration_s.get()
         )));
     }
-    if steps > MOST_STEPS {
+    if steps > MAX_STEPS {
         return Err(Refusal(format!(
-            "duration_s over time_step_s is {steps:e} steps, more than can be counted: lengthen the step"
+            "duration_s / time_step_s is {steps:e} steps; must be at most {MAX_STEPS:e}, so that they can be counted: increase time_step_s"
         )));
     }
     Ok(())
 }
 
-/// Largest |v|, m/s.
-pub(super) fn fastest_speed(particles: impl Iterator<Item = Particle>) -> f64 {
+/// Maximum |v|, m/s.
+pub(super) fn max_speed(particles: impl Iterator<Item = Particle>) -> f64 {
     let mut fastest = 0.0;
     for particle in particles {
         let speed = particle.speed();
