@@ -1,80 +1,117 @@
-//! How a table of `integrators` moves bodies: one step of length h (days).
+//! One step of length h, days: kick-drift compositions and Runge–Kutta methods. `integrators.rs` holds their coefficients.
 //!
-//! The order of the operations is part of the results' bits. Nothing is fused.
+//! The order of the operations is part of the results, and no multiplication is fused with an addition.
 
-use super::integrators::{Splitting, Substep, Tableau};
 use super::motion::{FixedSun, Force, Phase, State};
 
-/// Bodies on their way: where they are, and the force there, which one step hands on to the next.
+/// Positions, velocities and accelerations of bodies during an integration; the acceleration is passed on from step to step.
 ///
-/// With `COMPENSATED` sums, what each addition to r and v rounds off is kept and added with the next one (Kahan, Comm. ACM
-/// 8, 40, 1965; the exact error of a sum by Knuth's six operations), so that a million steps round like one.
+/// With `COMPENSATED` sums, the rounding error of each addition to r and v is stored and added to the next term (Kahan, Comm. ACM 8
+/// (1965) 40; exact error of a sum by Knuth's six operations), so that a million additions round like one.
 #[derive(Debug)]
-pub struct Walker<'a, F: Force, const COMPENSATED: bool> {
+pub struct IntegrationState<'a, F: Force, const COMPENSATED: bool> {
     force: &'a F,
-    /// Where the bodies are and how they move.
+    /// Positions and velocities.
     pub phase: Phase<F::Vector>,
-    /// What sums have rounded off and not yet added; zeros where sums are plain.
-    pub lost: Phase<F::Vector>,
-    /// a(r).
+    /// Rounding errors that are not yet added; zero for plain sums.
+    pub compensation: Phase<F::Vector>,
+    /// a(r)
     acceleration: F::Vector,
 }
 
-/// What every table can do.
+/// A method that takes steps of any length.
 pub trait Method {
-    /// How often a step asks for the force.
+    /// Number of force evaluations per step.
     fn evaluations(&self) -> u64;
 
-    /// One step.
+    /// Takes one step.
     fn step<F: Force, const COMPENSATED: bool>(
         &self,
-        walker: &mut Walker<'_, F, COMPENSATED>,
+        state: &mut IntegrationState<'_, F, COMPENSATED>,
         h: f64,
     );
 }
 
-impl<'a, F: Force, const COMPENSATED: bool> Walker<'a, F, COMPENSATED> {
-    /// Bodies at a place; `lost` as another walker left it, or zeros.
+/// Exact solution of one part of the equations of motion, for a fraction of the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Substep {
+    /// v += a(r) w h
+    Kick(f64),
+    /// r += v w h
+    Drift(f64),
+}
+
+/// A symplectic composition of kicks and drifts. The force is evaluated once after each drift.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Splitting<const N: usize>(pub [Substep; N]);
+
+/// A Runge–Kutta method for y = (r, v), y' = (v, a(r)): k_i = y'(y + h sum over j < i of `stages[i][j]` k_j), and the step is
+/// y + (h / divisor) sum of `weights[i]` k_i. Sums run from the first slope to the last; zero coefficients are skipped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tableau<const S: usize> {
+    /// Row i: the weights of the slopes before slope i.
+    pub stages: [[f64; S]; S],
+    /// The weights of all slopes times the divisor.
+    pub weights: [f64; S],
+    /// Common denominator of the weights.
+    pub divisor: f64,
+}
+
+/// A row of a tableau: the given coefficients, then zeros.
+pub(super) const fn row<const GIVEN: usize, const S: usize>(given: [f64; GIVEN]) -> [f64; S] {
+    let mut row = [0.0; S];
+    let mut slope = 0;
+    while slope < GIVEN {
+        row[slope] = given[slope];
+        slope += 1;
+    }
+    row
+}
+
+impl<'a, F: Force, const COMPENSATED: bool> IntegrationState<'a, F, COMPENSATED> {
+    /// Bodies at a point of phase space; `compensation` is that of an earlier integration, or zero.
     #[inline]
     #[must_use]
-    pub fn new(force: &'a F, phase: Phase<F::Vector>, lost: Phase<F::Vector>) -> Self {
+    pub fn new(force: &'a F, phase: Phase<F::Vector>, compensation: Phase<F::Vector>) -> Self {
         let mut acceleration = phase.position.clone();
         force.accelerations(&phase.position, &mut acceleration);
-        Self { force, phase, lost, acceleration }
+        Self { force, phase, compensation, acceleration }
     }
 
-    /// (v, a(r)).
+    /// (v, a(r))
     #[inline]
     fn slope(&self) -> Phase<F::Vector> {
         Phase { position: self.phase.velocity.clone(), velocity: self.acceleration.clone() }
     }
 
+    /// v += a(r) h
     #[inline]
     fn kick(&mut self, h: f64) {
-        let (sums, lost) = (self.phase.velocity.as_mut(), self.lost.velocity.as_mut());
-        for ((sum, lost), rate) in sums.iter_mut().zip(lost).zip(self.acceleration.as_ref()) {
-            add::<COMPENSATED>(sum, lost, rate * h);
+        let sums = self.phase.velocity.as_mut().iter_mut().zip(self.compensation.velocity.as_mut());
+        for ((sum, compensation), rate) in sums.zip(self.acceleration.as_ref()) {
+            add::<COMPENSATED>(sum, compensation, rate * h);
         }
     }
 
+    /// r += v h
     #[inline]
     fn drift(&mut self, h: f64) {
-        let (sums, lost) = (self.phase.position.as_mut(), self.lost.position.as_mut());
-        for ((sum, lost), rate) in sums.iter_mut().zip(lost).zip(self.phase.velocity.as_ref()) {
-            add::<COMPENSATED>(sum, lost, rate * h);
+        let sums = self.phase.position.as_mut().iter_mut().zip(self.compensation.position.as_mut());
+        for ((sum, compensation), rate) in sums.zip(self.phase.velocity.as_ref()) {
+            add::<COMPENSATED>(sum, compensation, rate * h);
         }
         self.force.accelerations(&self.phase.position, &mut self.acceleration);
     }
 }
 
-/// sum += term.
+/// sum += term
 #[inline]
-fn add<const COMPENSATED: bool>(sum: &mut f64, lost: &mut f64, term: f64) {
+fn add<const COMPENSATED: bool>(sum: &mut f64, compensation: &mut f64, term: f64) {
     if COMPENSATED {
-        let term = term + *lost;
+        let term = term + *compensation;
         let next = *sum + term;
         let added = next - *sum;
-        *lost = (*sum - (next - added)) + (term - added);
+        *compensation = (*sum - (next - added)) + (term - added);
         *sum = next;
     } else {
         *sum += term;
@@ -90,13 +127,13 @@ impl<const N: usize> Method for Splitting<N> {
     #[inline]
     fn step<F: Force, const COMPENSATED: bool>(
         &self,
-        walker: &mut Walker<'_, F, COMPENSATED>,
+        state: &mut IntegrationState<'_, F, COMPENSATED>,
         h: f64,
     ) {
         for substep in self.0 {
             match substep {
-                Substep::Kick(share) => walker.kick(share * h),
-                Substep::Drift(share) => walker.drift(share * h),
+                Substep::Kick(weight) => state.kick(weight * h),
+                Substep::Drift(weight) => state.drift(weight * h),
             }
         }
     }
@@ -110,73 +147,70 @@ impl<const S: usize> Method for Tableau<S> {
     #[inline]
     fn step<F: Force, const COMPENSATED: bool>(
         &self,
-        walker: &mut Walker<'_, F, COMPENSATED>,
+        state: &mut IntegrationState<'_, F, COMPENSATED>,
         h: f64,
     ) {
-        let slopes = self.slopes(walker, h);
-        self.finish(walker, &slopes, h);
+        let slopes = self.slopes(state, h);
+        self.finish(state, &slopes, h);
     }
 }
 
 impl<const S: usize> Tableau<S> {
-    /// k_1 to k_S.
+    /// Slopes k_1 to k_S.
     #[inline]
     pub(super) fn slopes<F: Force, const COMPENSATED: bool>(
         &self,
-        walker: &Walker<'_, F, COMPENSATED>,
+        state: &IntegrationState<'_, F, COMPENSATED>,
         h: f64,
     ) -> [Phase<F::Vector>; S] {
-        let mut slopes: [Phase<F::Vector>; S] = std::array::from_fn(|_| walker.slope());
+        let mut slopes: [Phase<F::Vector>; S] = std::array::from_fn(|_| state.slope());
         for stage in 1..S {
-            let mut position = walker.phase.position.clone();
-            let mut velocity = walker.phase.velocity.clone();
+            let mut position = state.phase.position.clone();
+            let mut velocity = state.phase.velocity.clone();
+            let weights = &self.stages[stage];
             for (axis, sum) in position.as_mut().iter_mut().enumerate() {
-                *sum +=
-                    weighted(&self.stages[stage], |slope| slopes[slope].position.as_ref()[axis])
-                        * h;
+                *sum += weighted(weights, |slope| slopes[slope].position.as_ref()[axis]) * h;
             }
             for (axis, sum) in velocity.as_mut().iter_mut().enumerate() {
-                *sum +=
-                    weighted(&self.stages[stage], |slope| slopes[slope].velocity.as_ref()[axis])
-                        * h;
+                *sum += weighted(weights, |slope| slopes[slope].velocity.as_ref()[axis]) * h;
             }
-            walker.force.accelerations(&position, &mut slopes[stage].velocity);
+            state.force.accelerations(&position, &mut slopes[stage].velocity);
             slopes[stage].position = velocity;
         }
         slopes
     }
 
-    /// y + (h / divisor) sum of weights times slopes, and the force there.
+    /// Moves the bodies to y + (h / divisor) sum of weights times slopes, and evaluates the force there.
     #[inline]
     pub(super) fn finish<F: Force, const COMPENSATED: bool>(
         &self,
-        walker: &mut Walker<'_, F, COMPENSATED>,
+        state: &mut IntegrationState<'_, F, COMPENSATED>,
         slopes: &[Phase<F::Vector>; S],
         h: f64,
     ) {
         let h = h / self.divisor;
-        let Phase { position, velocity } = &mut walker.phase;
-        let sums = position.as_mut().iter_mut().zip(walker.lost.position.as_mut());
-        for (axis, (sum, lost)) in sums.enumerate() {
+        let Phase { position, velocity } = &mut state.phase;
+        let sums = position.as_mut().iter_mut().zip(state.compensation.position.as_mut());
+        for (axis, (sum, compensation)) in sums.enumerate() {
             let rate = weighted(&self.weights, |slope| slopes[slope].position.as_ref()[axis]);
-            add::<COMPENSATED>(sum, lost, rate * h);
+            add::<COMPENSATED>(sum, compensation, rate * h);
         }
-        let sums = velocity.as_mut().iter_mut().zip(walker.lost.velocity.as_mut());
-        for (axis, (sum, lost)) in sums.enumerate() {
+        let sums = velocity.as_mut().iter_mut().zip(state.compensation.velocity.as_mut());
+        for (axis, (sum, compensation)) in sums.enumerate() {
             let rate = weighted(&self.weights, |slope| slopes[slope].velocity.as_ref()[axis]);
-            add::<COMPENSATED>(sum, lost, rate * h);
+            add::<COMPENSATED>(sum, compensation, rate * h);
         }
-        walker.force.accelerations(&walker.phase.position, &mut walker.acceleration);
+        state.force.accelerations(&state.phase.position, &mut state.acceleration);
     }
 }
 
-/// Sum over the slopes, in their order, of weight times component.
+/// Sum of weight times component over the slopes, in their order.
 #[inline]
 pub(super) fn weighted<const S: usize>(
     weights: &[f64; S],
     component: impl Fn(usize) -> f64,
 ) -> f64 {
-    // To minus zero anything may be added without a change of its bits.
+    // Minus zero is the neutral element of addition: a term of +0 or -0 keeps its sign.
     let mut sum = -0.0;
     for (slope, weight) in weights.iter().enumerate() {
         if *weight != 0.0 {
@@ -186,12 +220,12 @@ pub(super) fn weighted<const S: usize>(
     sum
 }
 
-/// One step of a light body about the Sun, with plain sums.
+/// State of a light body around the Sun after one step with plain sums.
 #[inline]
 #[must_use]
-pub fn stepped(method: &impl Method, start: State, h: f64) -> State {
+pub fn take_step(method: &impl Method, start: State, h: f64) -> State {
     let zeros = Phase { position: [0.0; 3], velocity: [0.0; 3] };
-    let mut walker = Walker::<_, false>::new(&FixedSun, start, zeros);
-    method.step(&mut walker, h);
-    walker.phase
+    let mut state = IntegrationState::<_, false>::new(&FixedSun, start, zeros);
+    method.step(&mut state, h);
+    state.phase
 }
