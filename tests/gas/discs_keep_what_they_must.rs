@@ -13,7 +13,7 @@ use kinetoscope_manifest::model::{GasConfig, SpeedDistribution};
 use kinetoscope_physics::collision_time::time_to_contact;
 use kinetoscope_physics::gas::Gas;
 use kinetoscope_physics::gas::motion::{
-    Particle, dot, drifted, elastic_impact, reflected, time_to_wall,
+    Particle, dot, drifted, elastic_collision, reflected, time_to_wall,
 };
 use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_recording::channels::{GasCollisions, GasInvariants, GasPressure};
@@ -152,7 +152,7 @@ fn by_brute_force(mut list: Vec<Particle>, disc_radius: f64, time: f64) -> (Vec<
             None => return (list, pairs),
             Some((id, other)) if id == other => list[id] = reflected(list[id]),
             Some((id, other)) => {
-                let impact = elastic_impact([list[id], list[other]], [1.0, 1.0]);
+                let impact = elastic_collision([list[id], list[other]], [1.0, 1.0]);
                 (list[id].velocity, list[other].velocity) =
                     (impact.velocities[0], impact.velocities[1]);
                 pairs += 1;
@@ -227,7 +227,7 @@ fn odd_starts_and_small_budgets_are_served() {
     let overlapping = with_radius(&[([0.0, 0.0], [1.0, 0.0]), ([0.15, 0.0], [0.0, 0.0])]);
     assert!(refusal(&overlapping).contains("overlap"));
     let outside = with_radius(&[([0.95, 0.0], [1.0, 0.0])]);
-    assert!(refusal(&outside).contains("reaches through the wall"));
+    assert!(refusal(&outside).contains("intersects the wall"));
     let jammed = discs(54, 0.1355);
-    assert!(refusal(&jammed).contains("found a place"), "{}", refusal(&jammed));
+    assert!(refusal(&jammed).contains("fit without overlap"), "{}", refusal(&jammed));
 }

@@ -13,9 +13,9 @@ use crate::runs::{
 };
 use kinetoscope_manifest::model::{GasConfig, Propagation, SpeedDistribution};
 use kinetoscope_manifest::quantity::Finite;
-use kinetoscope_physics::gas::literal::step_as_printed;
+use kinetoscope_physics::gas::as_printed::step_as_printed;
 use kinetoscope_physics::gas::motion::{Particle, drifted, reflected, time_to_wall};
-use kinetoscope_physics::gas::stepped;
+use kinetoscope_physics::gas::time_stepped;
 use kinetoscope_physics::model::Target;
 use kinetoscope_recording::channels::{
     GasCollisions, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
@@ -51,7 +51,7 @@ fn defect_1_the_rest_of_a_step_is_dt_minus_u() {
     let time_step = 0.5;
     let rest = time_step - TO_WALL;
     let expected = [HIT[0] + rest * MIRRORED[0], HIT[1] + rest * MIRRORED[1]];
-    let end = stepped::step(START, 1.0, time_step).particle;
+    let end = time_stepped::step(START, 1.0, time_step).particle;
     assert!(apart(end.position, expected) < 1e-14);
     let control = step_as_printed(START, ORIGIN, 1.0, time_step).particle;
     assert!(apart(control.position, expected) > 0.1);
@@ -62,7 +62,7 @@ fn defect_2_after_a_hit_a_particle_is_not_set_down_at_a_length_of_one_minus_u() 
     // With dt = 1 the first defect is silent: the control stands 1 - u METERS from the hit, the mended 1 - u seconds.
     let away = |end: Particle| f64::hypot(end.position[0] - HIT[0], end.position[1] - HIT[1]);
     let speed = f64::hypot(0.3, 0.2);
-    let end = stepped::step(START, 1.0, 1.0).particle;
+    let end = time_stepped::step(START, 1.0, 1.0).particle;
     assert!((away(end) - speed * (1.0 - TO_WALL)).abs() < 1e-14);
     let control = step_as_printed(START, ORIGIN, 1.0, 1.0).particle;
     assert!((away(control) - (1.0 - TO_WALL)).abs() < 1e-14);
@@ -104,7 +104,7 @@ fn defect_3_the_mirror_turns_about_the_center_not_the_origin() {
     assert!(lost > 900);
     // One step: the mended mirror is the same everywhere, the printed one is not.
     let start = Particle { position: [19.5, 3.0], velocity: [0.8, 0.6] };
-    let expected = stepped::step(start, 20.0, 1.0).particle;
+    let expected = time_stepped::step(start, 20.0, 1.0).particle;
     assert!(
         apart(step_as_printed(start, ORIGIN, 20.0, 1.0).particle.velocity, expected.velocity)
             < 1e-12
@@ -179,7 +179,7 @@ fn defect_5_a_step_mirrors_as_often_as_it_hits() {
     assert!((control as f64 - expected).abs() < 4.0 * expected.sqrt());
     let kept = starts
         .iter()
-        .filter(|&&start| is_outside(&stepped::step(start, 1.0, length).particle))
+        .filter(|&&start| is_outside(&time_stepped::step(start, 1.0, length).particle))
         .count();
     assert_eq!(kept, 0);
 }

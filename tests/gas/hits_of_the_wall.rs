@@ -10,7 +10,7 @@
 
 use crate::runs::{advance, channel, count, gas, max_speed, particles, positive};
 use kinetoscope_manifest::model::{GasConfig, SpeedDistribution};
-use kinetoscope_physics::gas::stepped;
+use kinetoscope_physics::gas::time_stepped;
 use kinetoscope_physics::model::Target;
 use kinetoscope_recording::channels::{GasCollisions, GasInvariants};
 use std::f64::consts::PI;
@@ -42,8 +42,8 @@ fn sines_at_the_hits_are_uniform_and_the_mean_chord_is_half_pi() {
     let starts = particles(&gas(&equal_speeds(200_000), 14));
     let mut sines = Vec::new();
     for start in &starts {
-        let flight = stepped::step(*start, 1.0, 0.15);
-        for _ in 0..flight.hits {
+        let flight = time_stepped::step(*start, 1.0, 0.15);
+        for _ in 0..flight.wall_collisions {
             sines.push(flight.particle.angular_momentum_per_mass());
         }
     }

@@ -52,7 +52,7 @@ fn what_cannot_be_run_is_refused_in_words() {
     let default = GasConfig::default;
     let cases = [
         (GasConfig { placement: Placement::Lattice, ..default() }, "lattice"),
-        (GasConfig { speed_scale: SpeedScale::Given, ..default() }, "need a scale"),
+        (GasConfig { speed_scale: SpeedScale::Given, ..default() }, "must have a scale"),
         (
             GasConfig {
                 speed_distribution: SpeedDistribution::Maxwell,
@@ -63,7 +63,7 @@ fn what_cannot_be_run_is_refused_in_words() {
         ),
         (
             GasConfig { speed_scale: max_speed(1.0), ..written(&[([0.0, 0.0], [1.0, 0.0])]) },
-            "no law to bound",
+            "cannot be used with given velocities",
         ),
         (
             GasConfig { speed_scale: kelvin(300.0), ..written(&[([0.0, 0.0], [0.0, 0.0])]) },

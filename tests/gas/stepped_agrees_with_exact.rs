@@ -9,8 +9,8 @@
 
 use crate::runs::{advance, apart, channel, gas, max_speed, particles, positive, written};
 use kinetoscope_manifest::model::{GasConfig, Propagation};
-use kinetoscope_physics::gas::motion::{Chords, Particle, drifted, time_to_wall};
-use kinetoscope_physics::gas::stepped;
+use kinetoscope_physics::gas::motion::{ChordPath, Particle, drifted, time_to_wall};
+use kinetoscope_physics::gas::time_stepped;
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_recording::channels::{GasCollisions, GasPressure};
 
@@ -26,23 +26,23 @@ fn one_hit_in_a_step_agrees_with_fifty_digits() {
     assert!((to_wall - 0.29132250934692332782).abs() < 1e-15);
     let hit = drifted(START, to_wall).position;
     assert!(apart(hit, [0.98739675280407699835, 0.15826450186938466556]) < 1e-15);
-    let flight = stepped::step(START, 1.0, 1.0);
+    let flight = time_stepped::step(START, 1.0, 1.0);
     let Particle { position, velocity } = flight.particle;
     let error = apart(position, [0.74114595859487759064, 0.22645275965562619145])
         .max(apart(velocity, [-0.34747935056081539967, 0.096219025841223099504]));
     println!("one hit: error {error:e}");
     assert!(error < 1e-14);
-    assert_eq!(flight.hits, 1);
+    assert_eq!(flight.wall_collisions, 1);
 }
 
 #[test]
 fn eight_hits_in_a_step_agree_with_fifty_digits() {
     let start = Particle { position: [0.0, 0.9995], velocity: [0.5, 0.0] };
-    let flight = stepped::step(start, 1.0, 1.0);
+    let flight = time_stepped::step(start, 1.0, 1.0);
     let error = apart(flight.particle.position, [0.47926562091714627893, 0.8771200251313990904]);
     println!("eight hits: error {error:e}");
     assert!(error < 1e-12);
-    assert_eq!(flight.hits, 8);
+    assert_eq!(flight.wall_collisions, 8);
 }
 
 #[test]
@@ -51,10 +51,10 @@ fn thousands_of_hits_in_a_step_are_taken_at_once() {
     // A last bit outside counts as on the wall.
     for height in [1e-4, 1e-8, 1e-12, 0.0, -f64::EPSILON] {
         let start = Particle { position: [0.0, 1.0 - height], velocity: [2.0, 0.0] };
-        let flight = stepped::step(start, 1.0, 3.0);
+        let flight = time_stepped::step(start, 1.0, 3.0);
         let distance = f64::hypot(flight.particle.position[0], flight.particle.position[1]);
         assert!(distance < 1.0 + 1e-12, "{height}: {distance}");
-        assert!(flight.hits == 0 || flight.hits > 64);
+        assert!(flight.wall_collisions == 0 || flight.wall_collisions > 64);
         // In the limit a slide with m s^2 t / R.
         assert!((flight.impulse_per_mass - 12.0).abs() < 0.1 + 10.0 * height.abs().sqrt());
     }
@@ -109,7 +109,7 @@ fn one_mirror(particle: Particle, time_step: f64) -> Particle {
         return drifted(particle, time_step);
     }
     // A step that ends just behind the hit: all of it but the rest's further hits.
-    let after = Chords::of(particle, 1.0).flight(to_wall * (1.0 + 1e-15)).particle;
+    let after = ChordPath::of(particle, 1.0).flight(to_wall * (1.0 + 1e-15)).particle;
     drifted(after, time_step - to_wall)
 }
 

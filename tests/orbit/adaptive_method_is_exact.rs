@@ -19,7 +19,7 @@ use kinetoscope_physics::orbit::dormand_prince::{
     DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5,
 };
 use kinetoscope_physics::orbit::kepler::Kepler;
-use kinetoscope_physics::orbit::step::stepped;
+use kinetoscope_physics::orbit::single_step::take_step;
 
 /// Largest |sum of weights times c^(q-1) - 1/q| for q to 8, c a stage's time (the sum of its row).
 fn largest_defect(weights: &[f64; 12]) -> f64 {
@@ -51,7 +51,8 @@ fn with_fixed_steps_the_order_is_8() {
     let exact = Kepler::from_start(DOCUMENT_START).at(200.0).state.position;
     let error = |steps: u32| {
         let h = 200.0 / f64::from(steps);
-        let end = (0..steps).fold(DOCUMENT_START, |state, _| stepped(&DORMAND_PRINCE_8, state, h));
+        let end =
+            (0..steps).fold(DOCUMENT_START, |state, _| take_step(&DORMAND_PRINCE_8, state, h));
         apart(end.position, exact)
     };
     let [coarse, fine] = [error(8), error(16)];

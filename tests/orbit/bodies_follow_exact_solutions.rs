@@ -185,7 +185,7 @@ fn bodies_that_have_no_motion_are_refused_and_collisions_end_in_words() {
         |which: usize| body(1.0, corner(which, 0.0), corner(which, 0.0).map(|part| -0.01 * part));
     let mut orbit = prepare([0, 1, 2].map(falling).to_vec()).unwrap();
     let fault = orbit.advance(Target::Count(1000), u64::MAX).unwrap_err();
-    assert!(fault.0.contains("too near each other"), "{fault}");
+    assert!(fault.0.contains("too close to each other"), "{fault}");
     let mut parts = prepare([0, 1, 2].map(falling).to_vec()).unwrap();
     while parts.advance(Target::Count(1000), 7) == Ok(Progress::Working) {}
     assert_eq!(parts, orbit, "the end does not depend on how work is cut");

@@ -8,14 +8,14 @@
 use crate::run::{advance, document, finished, given, look, prepare};
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
 use kinetoscope_physics::orbit::motion::State;
-use kinetoscope_physics::orbit::phase::Plane;
+use kinetoscope_physics::orbit::orbital_plane::OrbitalPlane;
 use std::f64::consts::{PI, TAU};
 
 const PLANE_START: State = State { position: [2.0, 0.0, 0.0], velocity: [0.0, 0.01, 0.0] };
 
 #[test]
 fn the_angle_follows_every_way_forwards_and_back() {
-    let plane = Plane::of(PLANE_START);
+    let plane = OrbitalPlane::of(PLANE_START);
     // Angles in tenths of pi, less than half a turn apart.
     let way = [
         0, 4, 8, 11, 9, 12, 15, 19, 21, 18, 24, 29, 33, 28, 22, 18, 13, 8, 11, 8, 3, -3, -7, -12,
@@ -38,7 +38,7 @@ fn the_angle_follows_every_way_forwards_and_back() {
 
 #[test]
 fn the_branch_itself_belongs_to_the_first_half_whatever_the_sign_of_zero() {
-    let plane = Plane::of(PLANE_START);
+    let plane = OrbitalPlane::of(PLANE_START);
     let [above, below] = [[-1.0, 0.5, 0.0], [-1.0, -0.5, 0.0]];
     for zero in [0.0, -0.0] {
         let branch = [-1.0, zero, zero];

@@ -15,11 +15,11 @@
 use crate::run::{apart, document, finished, given, look};
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
 use kinetoscope_physics::orbit::DOCUMENT_START;
-use kinetoscope_physics::orbit::motion::{FixedSun, State, angular_momentum, energy, length};
-use kinetoscope_physics::orbit::step::{Method, Walker};
-use kinetoscope_physics::orbit::tables::{
+use kinetoscope_physics::orbit::integrators::{
     EXPLICIT_EULER, RUNGE_KUTTA_4, SEMI_IMPLICIT_EULER, VELOCITY_VERLET, YOSHIDA_4,
 };
+use kinetoscope_physics::orbit::motion::{FixedSun, State, angular_momentum, energy, length};
+use kinetoscope_physics::orbit::single_step::{IntegrationState, Method};
 
 /// Largest |dE/E| of the first and of the second half, and largest |dL/L|.
 struct Course {
@@ -38,10 +38,10 @@ fn course_with_sums<const COMPENSATED: bool>(method: &impl Method) -> Course {
     let [energy_start, momentum_start] = [energy(state), length(angular_momentum(state))];
     let mut course = Course { energy: [0.0; 2], momentum: 0.0 };
     let zeros = State { position: [0.0; 3], velocity: [0.0; 3] };
-    let mut walker = Walker::<_, COMPENSATED>::new(&FixedSun, state, zeros);
+    let mut integration = IntegrationState::<_, COMPENSATED>::new(&FixedSun, state, zeros);
     for step in 0..146_100 {
-        method.step(&mut walker, 0.25);
-        let state = walker.phase;
+        method.step(&mut integration, 0.25);
+        let state = integration.phase;
         let half = &mut course.energy[usize::from(step >= 73_050)];
         *half = half.max((energy(state) / energy_start - 1.0).abs());
         let drift = (length(angular_momentum(state)) / momentum_start - 1.0).abs();

@@ -43,6 +43,7 @@ choice! {
 
 words! {
     /// The mean of the speeds that defines the temperature.
+    #[derive(serde::Serialize, serde::Deserialize)]
     pub enum TemperatureDefinition {
         /// `N k_B T = N m <v>^2 / 2`: the source document's equation (13).
         MeanSpeed = "mean-speed",

@@ -57,7 +57,7 @@ may_be_recorded!(OrbitStart);
 
 words! {
     /// Time-stepping scheme of the orbit.
-    #[derive(PartialOrd, Ord)]
+    #[derive(PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
     pub enum OrbitIntegrator {
         /// The source document's equations (15) and (16).
         ExplicitEuler = "explicit-euler",
@@ -78,7 +78,7 @@ words! {
 
 words! {
     /// How sums of positions and velocities are rounded.
-    #[derive(PartialOrd, Ord)]
+    #[derive(PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
     pub enum OrbitSummation {
         /// At every addition, as the source document's equations read.
         Plain = "plain",

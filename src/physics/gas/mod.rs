@@ -1,43 +1,48 @@
-//! Particles in a circular container: the gas document's exercise 14g1.
+//! Gas of particles in a circular container: gas exercise 14g1.
 //!
-//! N points of mass m fly in a circle of radius r without meeting one another; the wall mirrors them. `motion.rs` holds the law of
-//! motion, `exact.rs` jumps along it, `stepped.rs` walks it, `literal.rs` keeps the document's scheme as printed;
-//! `pressure.rs` holds the gas laws. In `collisions/` the particles are discs that meet.
+//! N points of mass m move in a circle of radius r without interacting; the wall reflects them specularly. Without collisions, each
+//! particle keeps its speed and angular momentum, so the speeds never become Maxwellian. Discs that collide with one another reach the
+//! Maxwell distribution.
 //!
-//! Without collisions every speed and every angular momentum stays for ever: the speeds never become Maxwell's. With them they do.
+//! `motion.rs` holds the equations of motion and `propagator.rs` the interface of the schemes that apply them (`schemes.rs` lists the
+//! schemes). `pressure.rs` holds the ideal-gas laws, `observe.rs` what a frame contains.
 
+pub mod as_printed;
+mod closed_form;
+mod closed_form_simd;
 mod collisions;
-mod exact;
-mod groups;
-mod hit_by_hit;
-mod ledger;
-mod limits;
-pub mod literal;
+mod energy_balance;
+mod event_driven;
+mod initial_state;
+mod log;
 pub mod motion;
+mod numeric_range;
 mod observe;
-mod paths;
+mod particle_groups;
 pub mod pressure;
 mod propagator;
-mod schedule;
-pub mod speeds;
-mod start;
-pub mod stepped;
-pub mod turns;
-mod wall;
+mod schemes;
+mod short_number;
+pub mod sine_cosine;
+pub mod speed_distribution;
+mod state;
+mod step_clock;
+mod tallies;
+mod temperature_schedule;
+pub mod time_stepped;
 
-use self::exact::ExactClock;
-use self::groups::Particles;
-use self::ledger::Ledger;
-use self::motion::{Circle, Flight, Particle};
-use self::pressure::{SpeedMean, SpeedMoments};
-use self::propagator::{Propagator, StepClock};
-use self::schedule::Schedule;
-use self::speeds::SpeedLaw;
-use self::wall::{Tally, WallLedger};
-use crate::constants::{BOLTZMANN_CODATA_1986_J_PER_K, BOLTZMANN_SI_2019_J_PER_K};
+use self::energy_balance::EnergyBalance;
+use self::motion::Particle;
+use self::particle_groups::Particles;
+use self::pressure::{SpeedMoments, speed_at};
+use self::schemes::Scheme;
+use self::speed_distribution::InitialSpeeds;
+use self::state::{Container, GasState, Substance};
+use self::tallies::WallTallies;
+use self::temperature_schedule::TemperatureSchedule;
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::Seed;
-use kinetoscope_manifest::model::{BoltzmannConstant, GasConfig, TemperatureDefinition};
+use kinetoscope_manifest::model::GasConfig;
 use kinetoscope_recording::channels::{
     ChannelDeclaration, GasCollisions, GasInvariants, GasLedger, GasPressure, GasSpeeds,
     GasTemperature,
@@ -46,49 +51,23 @@ use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
 use serde::{Deserialize, Serialize};
 
-/// N = floor(T / dt + this): a duration that is a whole number of steps but for rounding has all of them.
-const STEP_ROUNDING: f64 = 1e-9;
-
-/// A gas in its container, at one time. Particles stand relative to the center, so that a center far away costs no digits.
+/// A gas in its container at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gas {
-    container: Container,
-    substance: Substance,
-    speed_law: SpeedLaw,
-    /// Upper end of the speeds shown, m/s.
+    state: GasState,
+    scheme: Scheme,
+    schedule: TemperatureSchedule,
+    speed_law: InitialSpeeds,
+    /// Upper end of the displayed speeds, m/s.
     speed_range_top: f64,
-    /// The particles where their paths began.
+    /// Particles at the start of the present paths.
     start: Particles,
-    /// When that was, s.
+    /// Start of the present paths, s.
     start_s: f64,
-    /// The particles now.
-    particles: Particles,
-    propagator: Propagator,
-    wall: WallLedger,
-    ledger: Ledger,
-    schedule: Schedule,
-    /// Particles outside the wall at the last frame.
+    /// Number of particles outside the wall at the last frame.
     outside_at_last_frame: u64,
-    /// Whether the last target was reached: the next call opens a window.
-    reached: bool,
-}
-
-/// The circle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Container {
-    center_m: [f64; 2],
-    circle: Circle,
-}
-
-/// What the particles are made of, and what their temperature means.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Substance {
-    /// Mass of the first particle.
-    mass_kg: f64,
-    /// Each particle's mass over the first one's.
-    mass_ratios: Vec<f64>,
-    boltzmann_j_per_k: f64,
-    definition: SpeedMean,
+    /// Whether the last target was reached, so that the next call opens a window.
+    is_target_reached: bool,
 }
 
 impl Model for Gas {
@@ -111,102 +90,65 @@ impl Model for Gas {
         ChannelDeclaration::of::<GasSpeeds>(),
     ];
 
-    /// Places and speeds are drawn from their own streams. A gas has no series of single collisions: `per_collision` changes nothing.
+    /// Draws positions and velocities from separate streams. A gas records no single collisions, so `per_collision` has no effect.
     fn prepare(config: &GasConfig, seed: Seed, _per_collision: bool) -> Result<Self, Refusal> {
-        let substance = Substance::of(config);
-        let start = start::start(
-            config,
-            seed,
-            substance.definition,
-            substance.boltzmann_j_per_k,
-            &substance.mass_ratios,
-        )?;
-        limits::check(config, &start.particles)?;
-        let container = Container {
-            center_m: config.center_m.map(|axis| axis.get()),
-            circle: Circle {
-                radius: config.radius_m.get(),
-                wall_speed: config.wall_speed_m_per_s.get(),
-            },
-        };
-        let particles = Particles::of(&start.particles);
-        let propagator = Propagator::of(config, seed, &particles, &substance, container)?;
-        let mut gas = Self {
-            container,
+        let substance = Substance::new(config);
+        let initial = initial_state::prepare(config, seed, &substance)?;
+        numeric_range::check(config, &initial.particles)?;
+        let particles = Particles::of(&initial.particles);
+        let state = GasState {
+            container: Container::new(config),
             substance,
-            speed_law: start.speed_law,
+            particles: particles.clone(),
+            wall: WallTallies::default(),
+            energy_balance: EnergyBalance::default(),
+        };
+        let mut gas = Self {
+            scheme: Scheme::prepare(config, seed, &state)?,
+            state,
+            schedule: TemperatureSchedule::new(config),
+            speed_law: initial.speed_law,
             speed_range_top: 1.0,
-            propagator,
-            start: particles.clone(),
+            start: particles,
             start_s: 0.0,
-            particles,
-            wall: WallLedger::default(),
-            ledger: Ledger::default(),
-            schedule: Schedule::of(config),
             outside_at_last_frame: 0,
-            reached: true,
+            is_target_reached: true,
         };
         let moments = gas.moments();
-        gas.ledger.energy_at_start = moments.reduced_mean_square * moments.count / 2.0;
+        gas.state.energy_balance.at_start = moments.reduced_mean_square * moments.count / 2.0;
         let rms_speed = moments.mean_square.sqrt();
         gas.speed_range_top = gas.speed_law.range_top(rms_speed, config.disc_radius_m.is_some());
         Ok(gas)
     }
 
     fn extent(&self) -> Extent {
-        match &self.propagator {
-            Propagator::Exact(ExactClock { duration_s, .. })
-            | Propagator::HitByHit { duration_s, .. }
-            | Propagator::Colliding { duration_s, .. } => Extent::Time(*duration_s),
-            Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => {
-                Extent::Steps { total: clock.total, step: clock.time_step_s }
-            }
-        }
+        self.scheme.extent()
     }
 
-    /// Exact propagation of points reaches a time in one call, whatever the budget.
-    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
-        if self.reached {
+    /// Reaches the target in one call, whatever the budget, if the propagator needs no events.
+    fn advance(&mut self, target: Target, mut at_most: u64) -> Result<Progress, Fault> {
+        if self.is_target_reached {
             self.open_window();
         }
-        self.reached = match &self.propagator {
-            Propagator::Exact(_) | Propagator::HitByHit { .. } | Propagator::Colliding { .. } => {
-                self.jump(target, at_most)?
+        let target_s = self.scheme.time_of(target)?;
+        self.is_target_reached = false;
+        while let Some([time_s, temperature_k]) = self.schedule.due(target_s) {
+            if !self.scheme.advance(Target::Time(time_s), &mut at_most, &mut self.state) {
+                return Ok(Progress::Working);
             }
-            Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => {
-                let (wanted, done) = (clock.count_of(target), clock.done);
-                let Some(missing) = wanted.checked_sub(done) else {
-                    return Err(Fault(format!(
-                        "step {wanted} was asked for after step {done}: frames must come in the order of time"
-                    )));
-                };
-                self.walk_by_schedule(if missing < at_most { missing } else { at_most })?;
-                if missing <= at_most {
-                    self.gather();
-                }
-                missing <= at_most
-            }
-        };
-        Ok(if self.reached { Progress::Reached } else { Progress::Working })
+            self.set_temperature(temperature_k)?;
+        }
+        self.is_target_reached = self.scheme.advance(target, &mut at_most, &mut self.state);
+        Ok(if self.is_target_reached { Progress::Reached } else { Progress::Working })
     }
 
-    /// Steps done; in exact propagation hits of the wall, and of discs with one another.
+    /// Steps done; for exact propagation, collisions with the wall and between discs.
     fn count(&self) -> u64 {
-        match &self.propagator {
-            Propagator::Exact(_) | Propagator::HitByHit { .. } => self.wall.total.hits,
-            Propagator::Colliding { discs, .. } => self.wall.total.hits + discs.tally().collisions,
-            Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => clock.done,
-        }
+        self.scheme.count(&self.state)
     }
 
     fn time(&self) -> f64 {
-        match &self.propagator {
-            Propagator::Exact(ExactClock { time_s, .. }) | Propagator::HitByHit { time_s, .. } => {
-                *time_s
-            }
-            Propagator::Colliding { discs, .. } => discs.time_s(),
-            Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => clock.time_s(),
-        }
+        self.scheme.time_s()
     }
 
     fn observe(&self, frame: &mut Frame) {
@@ -218,166 +160,48 @@ impl Model for Gas {
     }
 }
 
-impl Substance {
-    fn of(config: &GasConfig) -> Self {
-        Self {
-            mass_kg: config.mass_kg.get(),
-            mass_ratios: {
-                let mut masses = vec![config.mass_kg.get()];
-                masses.extend(config.further_masses_kg.iter().map(|mass| mass.get()));
-                let count = config.particles.get() as usize;
-                masses.iter().map(|mass| mass / masses[0]).cycle().take(count).collect()
-            },
-            boltzmann_j_per_k: match config.boltzmann_constant {
-                BoltzmannConstant::Codata1986 => BOLTZMANN_CODATA_1986_J_PER_K,
-                BoltzmannConstant::Si2019 => BOLTZMANN_SI_2019_J_PER_K,
-            },
-            definition: match config.temperature_definition {
-                TemperatureDefinition::MeanSpeed => SpeedMean::MeanSpeed,
-                TemperatureDefinition::MeanSquare => SpeedMean::MeanSquare,
-            },
-        }
-    }
-}
-
 impl Gas {
-    /// Means over all particles now.
+    /// Mean values over the particles inside the container.
     fn moments(&self) -> SpeedMoments {
-        let ratios = self.substance.mass_ratios.iter().copied();
-        let all = self.particles.iter().zip(ratios).enumerate();
-        SpeedMoments::of(all.filter(|(id, _)| self.is_inside(*id)).map(|(_, particle)| particle))
+        let ratios = self.state.substance.mass_ratios.iter().copied();
+        let particles = self.state.particles.iter().zip(ratios).enumerate();
+        let inside = particles.filter(|(id, _)| self.scheme.is_inside(*id));
+        SpeedMoments::of(inside.map(|(_, particle)| particle))
     }
 
-    /// Starts "since the last frame" again from zero.
+    /// Resets the sums since the last frame.
     fn open_window(&mut self) {
-        self.wall.open_window(self.time());
+        self.state.wall.open_window(self.time());
         self.outside_at_last_frame = self.particles_outside();
-        if let Propagator::Stepped { tallies, .. } | Propagator::Literal { tallies, .. } =
-            &mut self.propagator
-        {
-            tallies.iter_mut().for_each(Tally::open_window);
-        }
-        if let Propagator::Colliding { discs, .. } = &mut self.propagator {
-            discs.open_window();
-        }
+        self.scheme.open_window();
     }
 
-    /// Whether a particle has not left through the opening.
-    fn is_inside(&self, id: usize) -> bool {
-        match &self.propagator {
-            Propagator::HitByHit { courses, .. } => courses[id].is_inside(),
-            _ => true,
+    /// Rescales all velocities to a temperature and starts new paths: step (d) of the gas exercise.
+    fn set_temperature(&mut self, temperature_k: f64) -> Result<(), Fault> {
+        self.schedule.complete();
+        let moments = self.moments();
+        let Substance { mass_kg, boltzmann_j_per_k, definition, .. } = self.state.substance;
+        let present = moments.squared_speed(definition).sqrt();
+        let target = speed_at(temperature_k, mass_kg, boltzmann_j_per_k);
+        if target > 0.0 && present == 0.0 {
+            return Err(Fault(format!(
+                "all particles are at rest at {} s: no factor scales them to {temperature_k} K; remove 0 K from temperature_schedule",
+                self.time()
+            )));
         }
-    }
-
-    /// Exact propagation toward a target, which must be a time, by at most so many events; whether it is reached.
-    fn jump(&mut self, target: Target, mut at_most: u64) -> Result<bool, Fault> {
-        let time = match target {
-            Target::Time(time) if time >= self.time() => time,
-            Target::Time(time) => {
-                return Err(Fault(format!(
-                    "{time} s was asked for after {} s: frames must come in the order of time",
-                    self.time()
-                )));
+        let factor = if target > 0.0 { target / present } else { 0.0 };
+        let added = (factor * factor - 1.0) * moments.reduced_mean_square * moments.count / 2.0;
+        self.state.energy_balance.rescaling.add(added);
+        for id in 0..self.state.particles.len() {
+            if self.scheme.is_inside(id) {
+                let Particle { position, velocity } = self.state.particles.get(id);
+                let velocity = velocity.map(|component| component * factor + 0.0);
+                self.state.particles.set(id, Particle { position, velocity });
             }
-            Target::Count(_) => {
-                return Err(Fault(
-                    "exact propagation counts no steps: ask for frames by time".to_owned(),
-                ));
-            }
-        };
-        while let Some([at, temperature_k]) = self.schedule.due(time) {
-            if !self.fly_to(at, &mut at_most) {
-                return Ok(false);
-            }
-            self.set_temperature(temperature_k)?;
         }
-        Ok(self.fly_to(time, &mut at_most))
-    }
-
-    /// Exact propagation toward a time by at most so many events, of which points need none.
-    fn fly_to(&mut self, time: f64, at_most: &mut u64) -> bool {
-        match &mut self.propagator {
-            Propagator::Exact(clock) => {
-                clock.jump_to(time, &mut self.particles, &mut self.wall);
-            }
-            Propagator::HitByHit { law, courses, time_s, .. } => {
-                let happened = law.fly(courses, &mut self.particles, time);
-                self.wall.book(&happened.wall);
-                self.ledger.book(&happened);
-                *time_s = time;
-            }
-            Propagator::Colliding { discs, .. } => {
-                return discs.collide_until(time, at_most, &mut self.wall, &mut self.particles);
-            }
-            Propagator::Stepped { .. } | Propagator::Literal { .. } => {}
-        }
-        true
-    }
-
-    /// So many steps, cut where a temperature is to be set.
-    fn walk_by_schedule(&mut self, steps: u64) -> Result<(), Fault> {
-        let (Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. }) =
-            &self.propagator
-        else {
-            return Ok(());
-        };
-        let StepClock { time_step_s, done, .. } = *clock;
-        let end = done + steps;
-        let mut at = done;
-        while let Some([time, temperature_k]) = self.schedule.due(end as f64 * time_step_s) {
-            let step = (time / time_step_s + STEP_ROUNDING) as u64;
-            let step = if step > at { step } else { at };
-            self.walk(step - at);
-            at = step;
-            self.set_temperature(temperature_k)?;
-        }
-        self.walk(end - at);
+        self.scheme.restart_paths(&self.state);
+        self.start = self.state.particles.clone();
+        self.start_s = self.time();
         Ok(())
     }
-
-    /// Reads the wall's tallies off those of the particles.
-    fn gather(&mut self) {
-        if let Propagator::Stepped { tallies, .. } | Propagator::Literal { tallies, .. } =
-            &self.propagator
-        {
-            self.wall.gather(tallies, &self.substance.mass_ratios);
-        }
-    }
-
-    /// So many steps of all particles.
-    fn walk(&mut self, steps: u64) {
-        let Container { center_m, circle: Circle { radius, .. } } = self.container;
-        match &mut self.propagator {
-            Propagator::Exact(_) | Propagator::HitByHit { .. } | Propagator::Colliding { .. } => {}
-            Propagator::Stepped { clock, tallies } => {
-                stepped::walk(&mut self.particles, tallies, radius, clock.time_step_s, steps);
-                clock.done += steps;
-            }
-            Propagator::Literal { clock, tallies, frozen } => {
-                for (id, (tally, frozen)) in tallies.iter_mut().zip(frozen).enumerate() {
-                    let mut particle = self.particles.get(id);
-                    for _ in 0..steps {
-                        if *frozen {
-                            break;
-                        }
-                        let dt = clock.time_step_s;
-                        let flight = literal::step_as_printed(particle, center_m, radius, dt);
-                        *frozen = !is_finite(&flight);
-                        if !*frozen {
-                            particle = flight.particle;
-                            tally.book(&flight);
-                        }
-                    }
-                    self.particles.set(id, particle);
-                }
-                clock.done += steps;
-            }
-        }
-    }
-}
-
-fn is_finite(flight: &Flight) -> bool {
-    let Particle { position, velocity } = flight.particle;
-    position.iter().chain(&velocity).all(|component| component.is_finite())
 }

@@ -1,28 +1,18 @@
-//! Pressure and temperature of an ideal gas in two dimensions: equations (12) and (13) of the gas document, and what they are
-//! to be measured against. The "area" A of a circle takes the volume's place and its perimeter the wall's: pressures are
-//! forces a length, N/m.
+//! Pressure and temperature of an ideal gas in two dimensions: equations (12) and (13) of the gas exercise, and the measured pressure.
+//! The area A of the circle replaces the volume and its circumference replaces the wall area, so pressures are forces per length, N/m.
 
-use super::motion::Particle;
+use super::motion::{Particle, dot};
 use crate::sum::CompensatedSum;
-use serde::{Deserialize, Serialize};
+use kinetoscope_manifest::model::TemperatureDefinition;
 use std::f64::consts::PI;
-
-/// Which mean of the speeds stands for |v|^2 in (12) and (13).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum SpeedMean {
-    /// `<v>^2`, the square of the mean speed: the document's.
-    MeanSpeed,
-    /// `<v^2>`, the mean square: equipartition.
-    MeanSquare,
-}
 
 /// Mean values over all particles.
 ///
-/// A "reduced" speed is v sqrt(m/m1), m1 the first mass: the energy of a particle is then m1 v^2/2 whatever its mass. With
-/// one mass it is the speed itself.
+/// The reduced speed is v sqrt(m/m1) with the first mass m1, so that the energy of any particle is m1/2 times its square. For equal
+/// masses, it is the speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpeedMoments {
-    /// Particles counted.
+    /// Number of particles.
     pub count: f64,
     /// Mean of |v|, m/s.
     pub mean_speed: f64,
@@ -30,21 +20,21 @@ pub struct SpeedMoments {
     pub mean_square: f64,
     /// Mean of the reduced speed, m/s.
     pub reduced_mean_speed: f64,
-    /// Mean of the reduced speed's square, m^2/s^2.
+    /// Mean of the squared reduced speed, m^2/s^2.
     pub reduced_mean_square: f64,
-    /// |mean of v|, m/s. The document calls this the mean speed once (14to3); it is near zero.
+    /// |mean of v|, m/s, which is near zero. The gas exercise calls it the mean speed once (14to3).
     pub mean_velocity: f64,
 }
 
 impl SpeedMoments {
-    /// The moments of particles, each with its mass over the first one; all zero for none.
+    /// Computes the moments of particles with their masses relative to the first one; zero if there are none.
     #[must_use]
     pub fn of(particles: impl Iterator<Item = (Particle, f64)>) -> Self {
         let mut sums = [CompensatedSum::default(); 6];
         let mut count = 0.0;
         for (particle, mass_ratio) in particles {
             let [vx, vy] = particle.velocity;
-            let square = super::motion::dot(particle.velocity, particle.velocity);
+            let square = dot(particle.velocity, particle.velocity);
             let speed = particle.speed();
             let reduced = mass_ratio * square;
             for (sum, term) in
@@ -69,17 +59,17 @@ impl SpeedMoments {
         }
     }
 
-    /// |v|^2 of (12) and (13) by a definition, for the first mass, m^2/s^2.
+    /// |v|^2 in (12) and (13) by a definition, for the first mass, m^2/s^2: `<v>^2` as printed, or `<v^2>` (equipartition).
     #[must_use]
-    pub fn squared_speed(&self, definition: SpeedMean) -> f64 {
+    pub fn squared_speed(&self, definition: TemperatureDefinition) -> f64 {
         match definition {
-            SpeedMean::MeanSpeed => self.reduced_mean_speed * self.reduced_mean_speed,
-            SpeedMean::MeanSquare => self.reduced_mean_square,
+            TemperatureDefinition::MeanSpeed => self.reduced_mean_speed * self.reduced_mean_speed,
+            TemperatureDefinition::MeanSquare => self.reduced_mean_square,
         }
     }
 }
 
-/// P = N m |v|^2 / (2A), A = pi r^2, N/m: equation (12).
+/// Kinetic pressure P = N m |v|^2 / (2A), A = pi r^2, N/m (gas exercise, equation 12).
 #[must_use]
 pub fn kinetic_pressure(
     particles: f64,
@@ -90,7 +80,7 @@ pub fn kinetic_pressure(
     particles * mass_kg * squared_speed_m2_per_s2 / (2.0 * PI * radius_m * radius_m)
 }
 
-/// P = N k_B T / A, A = pi r^2, N/m: the ideal gas law, left of (13).
+/// Ideal gas law P = N k_B T / A, A = pi r^2, N/m (gas exercise, left of equation 13).
 #[must_use]
 pub fn ideal_gas_pressure(
     particles: f64,
@@ -101,19 +91,19 @@ pub fn ideal_gas_pressure(
     particles * boltzmann_j_per_k * temperature_k / (PI * radius_m * radius_m)
 }
 
-/// T = m |v|^2 / (2 k_B), K: equation (13).
+/// Temperature T = m |v|^2 / (2 k_B), K (gas exercise, equation 13).
 #[must_use]
 pub fn temperature_of(squared_speed_m2_per_s2: f64, mass_kg: f64, boltzmann_j_per_k: f64) -> f64 {
     mass_kg * squared_speed_m2_per_s2 / (2.0 * boltzmann_j_per_k)
 }
 
-/// |v| = sqrt(2 k_B T / m), m/s: equation (13) the other way.
+/// Speed |v| = sqrt(2 k_B T / m), m/s (gas exercise, equation 13 solved for |v|).
 #[must_use]
 pub fn speed_at(temperature_k: f64, mass_kg: f64, boltzmann_j_per_k: f64) -> f64 {
     (2.0 * boltzmann_j_per_k * temperature_k / mass_kg).sqrt()
 }
 
-/// P = J / (2 pi r t), N/m: normal impulse J on the wall over its perimeter and the time; 0 for no time.
+/// Measured pressure P = J / (2 pi r t), N/m: normal impulse J on the wall per circumference and time; 0 for t = 0.
 #[must_use]
 pub fn measured_pressure(wall_impulse_n_s: f64, radius_m: f64, time_s: f64) -> f64 {
     if time_s > 0.0 { wall_impulse_n_s / (2.0 * PI * radius_m * time_s) } else { 0.0 }

@@ -1,138 +1,91 @@
-//! How particles are moved: one of five ways, chosen by the manifest.
+//! Interface of the schemes that move the particles. `schemes.rs` lists its implementations.
 
-use super::collisions::Discs;
-use super::exact::ExactClock;
-use super::groups::{LANES, Particles};
-use super::hit_by_hit::{Course, Thermal, WallLaw};
-use super::motion::{Circle, Particle};
-use super::pressure::speed_at;
-use super::wall::Tally;
-use super::{Container, STEP_ROUNDING, Substance};
-use crate::model::{Refusal, Target};
+use super::state::GasState;
+use super::tallies::PairTally;
+use crate::model::{Extent, Fault, Refusal, Target};
 use crate::random::Seed;
-use kinetoscope_manifest::model::{GasConfig, Propagation};
-use serde::{Deserialize, Serialize};
+use kinetoscope_manifest::model::GasConfig;
 
-/// How particles are moved, and how far they are.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) enum Propagator {
-    /// Closed form, any time.
-    Exact(ExactClock),
-    /// Closed form from hit to hit, any time.
-    HitByHit { duration_s: f64, time_s: f64, law: WallLaw, courses: Vec<Course> },
-    /// Discs that collide, from event to event, any time.
-    Colliding { duration_s: f64, discs: Discs },
-    /// The document's steps, mended.
-    Stepped {
-        clock: StepClock,
-        /// One a particle, and one for each empty lane.
-        tallies: Vec<Tally>,
-    },
-    /// The document's steps as printed.
-    Literal {
-        clock: StepClock,
-        tallies: Vec<Tally>,
-        /// Particles that a 0/0 lost: they stay as they last were.
-        frozen: Vec<bool>,
-    },
-}
+/// A scheme that moves the particles of a [`GasState`] and records their collisions there.
+///
+/// The defaults are those of an event-driven scheme of independent particles, which can stop at any time.
+pub(super) trait Propagator {
+    /// The scheme at time 0; `None` if the manifest requests another one.
+    ///
+    /// # Errors
+    /// A start that the scheme cannot run.
+    fn prepare(config: &GasConfig, seed: Seed, state: &GasState) -> Option<Result<Self, Refusal>>
+    where
+        Self: Sized;
 
-/// Steps of one length.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct StepClock {
-    pub(super) time_step_s: f64,
-    pub(super) total: u64,
-    pub(super) done: u64,
-}
+    /// Length of the run.
+    fn extent(&self) -> Extent;
 
-impl StepClock {
-    pub(super) fn new(duration_s: f64, time_step_s: f64) -> Self {
-        let total = (duration_s / time_step_s + STEP_ROUNDING) as u64;
-        Self { time_step_s, total, done: 0 }
+    /// Current time, s.
+    fn time_s(&self) -> f64;
+
+    /// Steps or events since the start.
+    fn count(&self, state: &GasState) -> u64 {
+        state.wall.total.collisions
     }
 
-    /// Time after the steps done, s: a product, never a sum.
-    pub(super) fn time_s(&self) -> f64 {
-        self.done as f64 * self.time_step_s
-    }
-
-    /// The count that a target stands for; a time between two steps is the earlier one.
-    pub(super) fn count_of(&self, target: Target) -> u64 {
+    /// Time of a target, s.
+    ///
+    /// # Errors
+    /// A target before the current time, or one in a unit that the scheme does not have.
+    fn time_of(&self, target: Target) -> Result<f64, Fault> {
         match target {
-            Target::Count(count) => count,
-            Target::Time(time) => (time / self.time_step_s + STEP_ROUNDING) as u64,
-        }
-    }
-}
-
-impl WallLaw {
-    fn of(config: &GasConfig, seed: Seed, substance: &Substance, circle: Circle) -> Self {
-        Self {
-            circle,
-            thermal: config.thermal_wall.map(|wall| Thermal {
-                // k_B T = m s^2 for one component, 2 k_B T = m v^2 for both.
-                thermal_speed: speed_at(
-                    wall.temperature_k.get(),
-                    substance.mass_kg,
-                    substance.boltzmann_j_per_k,
-                ) / std::f64::consts::SQRT_2,
-                accommodation: wall.accommodation.get(),
-                seed,
-            }),
-            half_opening: config.opening_width_m.map(|width| width.get() / circle.radius / 2.0),
-        }
-    }
-}
-
-impl Propagator {
-    pub(super) fn of(
-        config: &GasConfig,
-        seed: Seed,
-        particles: &Particles,
-        substance: &Substance,
-        container: Container,
-    ) -> Result<Self, Refusal> {
-        let duration_s = config.duration_s.get();
-        let tallies = || {
-            let mut tallies = vec![Tally::default(); particles.groups.len() * LANES];
-            for (tally, particle) in tallies.iter_mut().zip(particles.iter()) {
-                tally.begin(particle);
-            }
-            tallies
-        };
-        Ok(match (config.propagation, config.disc_radius_m) {
-            (Propagation::Exact, Some(disc_radius)) => {
-                let list: Vec<Particle> = particles.iter().collect();
-                let radius = container.circle.radius;
-                let discs = Discs::new(&list, &substance.mass_ratios, radius, disc_radius.get())?;
-                Self::Colliding { duration_s, discs }
-            }
-            (Propagation::Exact, None)
-                if config.thermal_wall.is_some() || config.opening_width_m.is_some() =>
-            {
-                let law = WallLaw::of(config, seed, substance, container.circle);
-                let ratios = substance.mass_ratios.iter();
-                let begun = particles
-                    .iter()
-                    .zip(ratios)
-                    .map(|(particle, ratio)| law.begin(particle, 0.0, *ratio));
-                Self::HitByHit { duration_s, time_s: 0.0, law, courses: begun.collect() }
-            }
-            (Propagation::Exact, None) => Self::Exact(ExactClock::new(
-                duration_s,
-                particles,
-                &substance.mass_ratios,
-                container.circle,
+            Target::Time(time_s) if time_s >= self.time_s() => Ok(time_s),
+            Target::Time(time_s) => Err(Fault(format!(
+                "frames must be requested in order of time: expected a time from {} s, found {time_s} s",
+                self.time_s()
+            ))),
+            Target::Count(_) => Err(Fault(
+                "exact propagation has no steps: frames must be requested by time".into(),
             )),
-            (Propagation::Stepped { time_step_s }, _) => Self::Stepped {
-                clock: StepClock::new(duration_s, time_step_s.get()),
-                tallies: tallies(),
-            },
-            (Propagation::Literal { time_step_s }, _) => Self::Literal {
-                clock: StepClock::new(duration_s, time_step_s.get()),
-                tallies: tallies(),
-                frozen: vec![false; particles.len()],
-            },
-        })
+        }
     }
+
+    /// Moves the particles toward a target, reduces the budget by the steps or events that this took, and returns whether the
+    /// target is reached. Schemes without a cost per event ignore the budget.
+    fn advance(&mut self, target: Target, budget: &mut u64, state: &mut GasState) -> bool;
+
+    /// Starts new paths with the present particles, whose velocities were changed from outside.
+    fn restart_paths(&mut self, state: &GasState);
+
+    /// Resets the sums since the last frame that the scheme keeps itself.
+    fn open_window(&mut self) {}
+
+    /// Whether a particle has not left through the opening.
+    fn is_inside(&self, _id: usize) -> bool {
+        true
+    }
+
+    /// Whether the scheme has lost a particle.
+    fn is_lost(&self, _id: usize) -> bool {
+        false
+    }
+
+    /// Whether |R v - u p| and p x v of each particle are conserved.
+    fn conserves_invariants(&self) -> bool {
+        true
+    }
+
+    /// Radius of the circle that contains the centers of all discs, m; `None` for points.
+    fn center_limit_m(&self) -> Option<f64> {
+        None
+    }
+
+    /// Collisions between discs.
+    fn pair_tally(&self) -> PairTally {
+        PairTally::default()
+    }
+
+    /// Length of a step, s.
+    fn time_step_s(&self) -> Option<f64> {
+        None
+    }
+
+    /// Describes the scheme for the log.
+    fn description(&self, state: &GasState) -> String;
 }

@@ -1,65 +1,73 @@
-//! Steps of Dormand and Prince's method of order 8, each as long as its estimated error allows.
+//! Adaptive steps of the Dormand–Prince method of order 8, each as long as its estimated error allows.
 //!
-//! A step is chosen by the one before it and by nothing else: neither by when frames are taken nor by how work is cut. Between
-//! two of these nodes the bodies are where one shorter step from the earlier node takes them. The method is written here since
-//! the control of its steps must have the same bits everywhere: sums in a fixed order, and no power function.
+//! The length of a step depends only on the step before it, not on the times of the frames or on the division of the work. Between two
+//! steps, the bodies are at the end of one shorter step from the earlier one. The step control uses sums in a fixed order and no power
+//! function, so its results are bitwise identical on every machine.
 
 use super::dormand_prince::{DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5};
 use super::motion::{Force, Phase};
-use super::step::{Walker, weighted};
+use super::single_step::{IntegrationState, weighted};
 use serde::{Deserialize, Serialize};
 
-/// The end of the last whole step.
+/// End of the last whole step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Node<V> {
-    /// Since the start, days.
+pub(super) struct AdaptiveStep<V> {
+    /// Time since the start, days.
     pub(super) time: f64,
-    /// Length to try next, days.
-    pub(super) trial: f64,
+    /// Length of the next step to try, days.
+    pub(super) next_length: f64,
     pub(super) phase: Phase<V>,
-    pub(super) lost: Phase<V>,
-    /// Whole turns up to here.
+    pub(super) compensation: Phase<V>,
+    /// Whole turns up to this time.
     pub(super) turns: i64,
 }
 
-/// What the next step's length is multiplied with when the estimate says that a longer or shorter one would just do.
-const SAFETY: f64 = 0.9;
-/// Most that a step is longer than the one before.
-const LONGEST: f64 = 6.0;
-/// Least of the same (Hairer, Norsett, Wanner: DOP853, FAC1 and FAC2).
-const SHORTEST: f64 = 0.333;
+/// Result of an attempted step.
+pub(super) struct Attempt {
+    /// Factor for the length of the next step.
+    pub(super) length_factor: f64,
+    /// Whether the error was within the tolerance, so that the step was taken.
+    pub(super) is_accepted: bool,
+}
 
-/// Takes a step of length h if its error is within the tolerance; says by what to multiply h next, and whether it was taken.
-/// `None`: no number came out.
+/// Factor by which a step is shorter than the estimate of the longest step within the tolerance.
+const SAFETY: f64 = 0.9;
+/// Maximum ratio of a step to the step before it (DOP853, FAC2).
+const MAX_LENGTH_FACTOR: f64 = 6.0;
+/// Minimum ratio of a step to the step before it (DOP853, FAC1).
+const MIN_LENGTH_FACTOR: f64 = 0.333;
+
+/// Takes a step of length h if its error is within the tolerance. Returns `None` if the error is not finite.
 pub(super) fn try_step<F: Force, const COMPENSATED: bool>(
-    walker: &mut Walker<'_, F, COMPENSATED>,
+    state: &mut IntegrationState<'_, F, COMPENSATED>,
     h: f64,
     tolerance: f64,
-) -> Option<(f64, bool)> {
-    let slopes = DORMAND_PRINCE_8.slopes(walker, h);
-    let error = h.abs() * relative_error(&walker.phase, &slopes) / tolerance;
+) -> Option<Attempt> {
+    let slopes = DORMAND_PRINCE_8.slopes(state, h);
+    let error = h.abs() * relative_error(&state.phase, &slopes) / tolerance;
     if !error.is_finite() {
         return None;
     }
-    let taken = error <= 1.0;
-    if taken {
-        DORMAND_PRINCE_8.finish(walker, &slopes, h);
+    let is_accepted = error <= 1.0;
+    if is_accepted {
+        DORMAND_PRINCE_8.finish(state, &slopes, h);
     }
-    // The error goes with the eighth power of h; three square roots are an eighth root, with the same bits everywhere.
+    // The error is proportional to h^8; three square roots are an eighth root that is bitwise identical on every machine.
     let factor = SAFETY / error.sqrt().sqrt().sqrt();
-    let factor = if factor > LONGEST { LONGEST } else { factor };
-    Some((if factor < SHORTEST { SHORTEST } else { factor }, taken))
+    let factor = if factor > MAX_LENGTH_FACTOR { MAX_LENGTH_FACTOR } else { factor };
+    let length_factor = if factor < MIN_LENGTH_FACTOR { MIN_LENGTH_FACTOR } else { factor };
+    Some(Attempt { length_factor, is_accepted })
 }
 
-/// Estimated error of a step over h, of r relative to |r| and of v relative to |v|: e5^2 / sqrt(e5^2 + e3^2 / 100) with the
-/// differences to the methods of order 5 and 3 (Hairer, Norsett, Wanner, equation II.10.17).
+/// Estimated error of a step over h, of r relative to |r| and of v relative to |v|: e5^2 / sqrt(e5^2 + e3^2 / 100), where e5 and e3
+/// are the differences from the methods of orders 5 and 3 (Hairer, Norsett, Wanner, equation II.10.17).
 fn relative_error<V: AsRef<[f64]>>(phase: &Phase<V>, slopes: &[Phase<V>; 12]) -> f64 {
     let part = |weights: &[f64; 12], of: fn(&Phase<V>) -> &[f64]| {
         let (mut error, mut size) = (0.0, 0.0);
-        for (axis, here) in of(phase).iter().enumerate() {
+        for (axis, component) in of(phase).iter().enumerate() {
             let difference = weighted(weights, |slope| of(&slopes[slope])[axis]);
             error += difference * difference;
-            size += here * here;
+            size += component * component;
         }
         error / size
     };

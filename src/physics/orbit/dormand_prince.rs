@@ -1,10 +1,10 @@
-//! The coefficients of Dormand and Prince's method of order 8 with error estimates of orders 5 and 3, as Hairer and Wanner
-//! made it: E. Hairer, S. P. Norsett, G. Wanner: Solving Ordinary Differential Equations I, 2nd edition (1993),
-//! section II.5 and the program DOP853; each rounded to the nearest f64.
+//! Coefficients of the Dormand–Prince method of order 8 with error estimates of orders 5 and 3 in the version of Hairer and Wanner
+//! (Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, 2nd edition (1993), section II.5, program DOP853), each rounded
+//! to the nearest f64.
 
-use super::tables::{Tableau, row};
+use super::single_step::{Tableau, row};
 
-/// Order 8 in 12 stages.
+/// Method of order 8 with 12 stages.
 pub const DORMAND_PRINCE_8: Tableau<12> = Tableau {
     stages: STAGES,
     weights: [
@@ -96,7 +96,7 @@ const STAGES: [[f64; 12]; 12] = [
     ]),
 ];
 
-/// The step of order 8 less the one of order 5, over h: sum of these times the slopes.
+/// Difference between the steps of orders 8 and 5, over h: the sum of these weights times the slopes.
 pub const ERROR_OF_ORDER_5: [f64; 12] = [
     0.013_120_044_994_194_88,
     0.0,
@@ -112,7 +112,7 @@ pub const ERROR_OF_ORDER_5: [f64; 12] = [
     -0.022_355_307_863_886_294,
 ];
 
-/// The step of order 8 less the one of order 3 (weights of the first, ninth and twelfth slope alone), over h.
+/// Difference between the steps of orders 8 and 3, over h; order 3 uses only the first, ninth and twelfth slopes.
 pub const ERROR_OF_ORDER_3: [f64; 12] = {
     let mut error = DORMAND_PRINCE_8.weights;
     error[0] -= 0.244_094_488_188_976_4;

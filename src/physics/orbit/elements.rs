@@ -1,49 +1,49 @@
-//! The orbit that a state belongs to: its osculating elements.
+//! Osculating orbital elements of a state.
 
 use super::motion::{State, angular_momentum, cross, dot, energy, length};
 use crate::constants::GM_SUN_AU3_PER_DAY2;
 use std::f64::consts::{PI, TAU};
 
-/// Elements of the conic that the body would follow from here without error. Lengths in AU, times in days, angles in rad.
+/// Elements of the conic section that the body would follow without numerical error. Lengths in AU, times in days, angles in rad.
 ///
-/// Angles come from two components (atan2), never from a cosine alone: an inclination of 7e-5 would lose half its digits.
+/// Angles are computed from two components (atan2), never only from a cosine: an inclination of 7e-5 would lose half its digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elements {
-    /// v^2 / 2 - GM / r, AU^2/day^2.
+    /// Energy per unit mass, v^2 / 2 - GM / r, AU^2/day^2.
     pub energy: f64,
-    /// L = |r x v|, AU^2/day.
+    /// Angular momentum per unit mass, L = |r x v|, AU^2/day.
     pub angular_momentum: f64,
-    /// a = -GM / (2 energy), AU: below zero for a hyperbola.
+    /// Semi-major axis a = -GM / (2 energy), AU; negative for a hyperbola.
     pub semi_major_axis: f64,
-    /// e, the length of (L^2 / (GM r) - 1, L (r . v) / (GM r)), its radial and transverse component.
+    /// Eccentricity e, the length of (L^2 / (GM r) - 1, L (r . v) / (GM r)): radial and transverse components.
     pub eccentricity: f64,
-    /// L^2 / (GM (1 + e)), AU.
+    /// Perihelion distance L^2 / (GM (1 + e)), AU.
     pub perihelion: f64,
     /// Angle between r x v and the z axis, rad.
     pub inclination: f64,
-    /// Angle from the x axis to where the body rises through the plane z = 0, rad, in (-pi, pi]; 0 where it never does.
+    /// Longitude of the ascending node: angle from the x axis, rad, in (-pi, pi]; 0 if the orbit is in the plane z = 0.
     pub ascending_node: f64,
-    /// Angle from the ascending node to the perihelion, rad, in [-pi, pi]; of a circle as if it were at its perihelion now.
+    /// Angle from the ascending node to the perihelion, rad, in [-pi, pi]; for a circle, the current position counts as perihelion.
     pub argument_of_perihelion: f64,
     /// Angle from the perihelion to the body, rad, in (-pi, pi].
     pub true_anomaly: f64,
-    /// What only a closed orbit has.
+    /// Elements that only closed orbits have.
     pub bound: Option<BoundElements>,
 }
 
 /// Elements of an ellipse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundElements {
-    /// P = 2 pi sqrt(a^3 / GM), days (Kepler's third law).
+    /// Period P = 2 pi sqrt(a^3 / GM), days (Kepler's third law).
     pub period: f64,
-    /// a (1 + e), AU.
+    /// Aphelion distance a (1 + e), AU.
     pub aphelion: f64,
-    /// M = E - e sin E, rad, with e cos E = 1 - r/a and e sin E = r . v / sqrt(GM a).
+    /// Mean anomaly M = E - e sin E, rad, with e cos E = 1 - r/a and e sin E = r . v / sqrt(GM a).
     pub mean_anomaly: f64,
 }
 
 impl Elements {
-    /// The elements of a state whose position is not zero.
+    /// Computes the elements of a state whose position is not zero.
     #[must_use]
     pub fn of(state: State) -> Self {
         const GM: f64 = GM_SUN_AU3_PER_DAY2;
@@ -67,7 +67,7 @@ impl Elements {
             }
         });
         let across = (momentum[0] * momentum[0] + momentum[1] * momentum[1]).sqrt();
-        // Adding zero turns -0.0 into 0.0, which atan2 tells apart.
+        // The added zero replaces -0.0 by 0.0, for which atan2 differs.
         let ascending_node = libm::atan2(momentum[0] + 0.0, -momentum[1] + 0.0);
         let true_anomaly = libm::atan2(transverse, radial);
         let (sine, cosine) = (libm::sin(ascending_node), libm::cos(ascending_node));
@@ -92,7 +92,7 @@ impl Elements {
     }
 }
 
-/// The same angle in [-pi, pi].
+/// Equivalent angle in [-pi, pi].
 fn within_half_a_turn(angle: f64) -> f64 {
     if angle > PI {
         angle - TAU

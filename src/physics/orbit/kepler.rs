@@ -1,7 +1,7 @@
-//! The exact solution of the two-body problem at any time, from the state at the start, for every kind of conic.
+//! Exact solution of the two-body problem at any time from the state at the start, for every conic section.
 //!
-//! Universal variables: dX = dt / r makes the motion linear, and the functions `G_n(X)` below solve it alike for ellipses,
-//! parabolas and hyperbolas (Stumpff 1962; in this notation Rein and Tamayo, MNRAS 452, 376, 2015, section 2).
+//! In the universal variable X with dX = dt / r, the motion is linear, and the functions `G_n(X)` solve it for ellipses, parabolas and
+//! hyperbolas (Stumpff 1962; notation of Rein and Tamayo, MNRAS 452 (2015) 376, section 2).
 
 use super::elements::Elements;
 use super::motion::{State, dot, length};
@@ -9,7 +9,7 @@ use crate::constants::GM_SUN_AU3_PER_DAY2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// The exact motion from one start.
+/// Exact motion from one start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Kepler {
     start: State,
@@ -17,31 +17,31 @@ pub struct Kepler {
     distance: f64,
     /// eta0 = r0 . v0, AU^2/day.
     eta: f64,
-    /// beta = 2 GM / |r0| - v0^2 = GM / a, AU^2/day^2: above zero for ellipses.
+    /// beta = 2 GM / |r0| - v0^2 = GM / a, AU^2/day^2; positive for ellipses.
     beta: f64,
     /// zeta0 = GM - beta |r0|, AU^3/day^2.
     zeta: f64,
     /// |r0 x v0|, AU^2/day.
     angular_momentum: f64,
-    /// Smallest distance of the whole conic, AU.
+    /// Perihelion distance, AU.
     perihelion: f64,
-    /// Ellipses only, days.
+    /// Period, days; only for ellipses.
     period: Option<f64>,
 }
 
-/// The exact motion at one instant.
+/// Exact motion at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeplerPoint {
     /// Position and velocity.
     pub state: State,
-    /// Whole revolutions that `angle` comes on top of.
+    /// Whole revolutions, to which `angle` is added.
     pub turns: i64,
-    /// Angle about the Sun from the start, rad, in (-2 pi, 2 pi).
+    /// Angle around the Sun from the start, rad, in (-2 pi, 2 pi).
     pub angle: f64,
 }
 
 impl Kepler {
-    /// The motion that goes through `start`; its position is not zero, nor parallel to its velocity.
+    /// Motion through `start`, whose position must not be zero or parallel to the velocity.
     #[must_use]
     pub fn from_start(start: State) -> Self {
         let elements = Elements::of(start);
@@ -59,13 +59,13 @@ impl Kepler {
         }
     }
 
-    /// The state at the start.
+    /// State at the start.
     #[must_use]
     pub fn start(&self) -> State {
         self.start
     }
 
-    /// The motion so many days after the start (before it, where negative).
+    /// Motion at a time after the start, days; negative before the start.
     #[must_use]
     pub fn at(&self, time_days: f64) -> KeplerPoint {
         let (turns, rest) = match self.period {
@@ -79,7 +79,7 @@ impl Kepler {
         KeplerPoint { state: self.state_at(x), turns, angle: self.angle_at(x) }
     }
 
-    /// Lagrange's coefficients: r = f r0 + g v0, v = f' r0 + g' v0, with
+    /// State by Lagrange's coefficients: r = f r0 + g v0, v = f' r0 + g' v0, with
     /// f = 1 - GM G2 / r0, g = r0 G1 + eta0 G2, f' = -GM G1 / (r r0), g' = 1 - GM G2 / r, r = r0 + eta0 G1 + zeta0 G2.
     fn state_at(&self, x: f64) -> State {
         let [_, g1, g2, _] = stumpff_functions(self.beta, x);
@@ -95,35 +95,35 @@ impl Kepler {
         }
     }
 
-    /// The angle since the start: tan(angle / 2) = L G1(X/2) / (r0 G0(X/2) + eta0 G1(X/2)), which has no branch within a
-    /// revolution. For in Levi-Civita's coordinate u, a complex number whose square is the position in its plane, the
-    /// motion is linear: u(X) = (G0(X/2) + (eta0 + i L) G1(X/2) / r0) u(0).
+    /// Angle since the start: tan(angle / 2) = L G1(X/2) / (r0 G0(X/2) + eta0 G1(X/2)), which has no branch within a revolution. In
+    /// Levi-Civita's coordinate u, a complex number whose square is the position in the orbital plane, the motion is linear:
+    /// u(X) = (G0(X/2) + (eta0 + i L) G1(X/2) / r0) u(0).
     fn angle_at(&self, x: f64) -> f64 {
         let [g0, g1, ..] = stumpff_functions(self.beta, 0.5 * x);
         2.0 * libm::atan2(self.angular_momentum * g1, self.distance * g0 + self.eta * g1)
     }
 
-    /// Kepler's equation in universal form, solved for X: r0 X + eta0 G2 + zeta0 G3 = t, |t| at most half a period.
+    /// Solves Kepler's equation in universal form for X: r0 X + eta0 G2 + zeta0 G3 = t, |t| at most half a period.
     ///
-    /// The left side's derivative is r, which is never below the perihelion distance q: so it rises everywhere, and
-    /// |X| <= |t| / q. Newton's method, halving the bracket where a step would leave it.
+    /// The derivative of the left side is r, which is at least the perihelion distance q, so the left side increases and |X| <= |t| / q.
+    /// Newton's method is used; where a step would leave the bracket, the bracket is halved.
     fn universal_variable(&self, time_days: f64) -> f64 {
-        // Backwards in time is forwards with the velocity turned round.
+        // Motion backward in time is motion forward with the opposite velocity.
         let (time, eta) =
             if time_days < 0.0 { (-time_days, -self.eta) } else { (time_days, self.eta) };
         let (mut low, mut high) = (0.0, time / self.perihelion);
         if self.beta > 0.0 {
-            // In half a period the eccentric anomaly goes round less than once.
+            // In half a period, the eccentric anomaly changes by less than a revolution.
             let revolution = TAU / self.beta.sqrt();
             high = if high < revolution { high } else { revolution };
         }
-        // The solution for a circle, where it lies in the bracket.
+        // Starts from the solution for a circle if it is in the bracket.
         let circle = time / self.distance;
         let mut x = if circle <= high { circle } else { 0.5 * high };
-        for _ in 0..MOST_ITERATIONS {
+        for _ in 0..MAX_ITERATIONS {
             let [_, g1, g2, g3] = stumpff_functions(self.beta, x);
             let excess = self.distance * x + eta * g2 + self.zeta * g3 - time;
-            // What overflows to no number lies beyond the solution.
+            // An excess that is not a number is beyond the solution.
             if excess < 0.0 {
                 low = x
             } else {
@@ -141,9 +141,9 @@ impl Kepler {
     }
 }
 
-/// Newton's method takes about 5. Halving takes one for each bit and, from a bracket that is far too wide, one for each
+/// Maximum number of iterations. Newton's method takes about 5; halving takes one per bit and, from a bracket that is too wide, one per
 /// factor of 2 of its width.
-const MOST_ITERATIONS: u32 = 400;
+const MAX_ITERATIONS: u32 = 400;
 
 /// `G_n(X)` = `X^n c_n(beta X^2)` for n = 0 to 3 with Stumpff's functions `c_n(z)` = sum over k of (-z)^k / (n + 2 k)!:
 /// d`G_n`/dX = `G_(n-1)`, and `G_0` = cos(sqrt(beta) X) where beta > 0.
@@ -167,7 +167,7 @@ fn stumpff_functions(beta: f64, x: f64) -> [f64; 4] {
     [c0, x * c1, x * x * c2, x * x * x * c3]
 }
 
-/// Stumpff's functions for |z| < 1 by their series, nested; what is left out is below 1e-24.
+/// Stumpff's functions for |z| < 1 by their nested series, with a truncation error below 1e-24.
 fn small_stumpff(z: f64) -> [f64; 4] {
     let (mut c2, mut c3) = (1.0, 1.0);
     for k in (2..=12).rev() {

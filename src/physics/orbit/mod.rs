@@ -1,60 +1,50 @@
-//! The Earth around the Sun: a body without mass of its own about a Sun fixed at the origin, in three dimensions, AU and days.
-//! As an extension several bodies that attract each other.
+//! Orbit of the Earth around the Sun: a body of negligible mass around a Sun fixed at the origin, in three dimensions, in AU and days.
+//! As an extension, several bodies that attract one another.
 //!
-//! `motion` is the equation of motion, `tables` the methods, `step` how a table moves bodies, `kepler` the truth to compare with.
+//! `motion.rs` holds the equations of motion, `integrators.rs` the coefficients of the integrators, `single_step.rs` their application,
+//! and `kepler.rs` the exact solution for comparison.
 
 mod adaptive;
 mod bodies;
 pub mod dormand_prince;
 pub mod elements;
-mod forecast;
+mod estimates;
+pub mod integrators;
 pub mod kepler;
 pub mod motion;
-pub mod phase;
+pub mod orbital_plane;
 mod planet;
-pub mod step;
-pub mod tables;
-mod track;
+pub mod single_step;
+mod starts;
+mod trajectory;
 
+pub use self::starts::{DOCUMENT_START, HELIOCENTRIC_START};
+
+use self::bodies::Bodies;
+use self::motion::State;
+use self::planet::Planet;
+use self::trajectory::{Discretization, NotFinite};
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::Seed;
-use bodies::Bodies;
-use kinetoscope_manifest::model::{OrbitConfig, OrbitSummation};
+use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitSummation};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, OrbitConserved, OrbitElements, OrbitEnergy,
 };
 use kinetoscope_recording::frame::{Frame, Level, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
-use motion::State;
-use planet::Planet;
 use serde::{Deserialize, Serialize};
-use tables::Integrator;
-use track::{Lost, Scheme};
 
-/// The start as the document prints it. It says "from the Sun's center", but the numbers are the Earth's place relative to
-/// the barycenter of the solar system (2013-01-01 0h, ecliptic of J2000), so that the orbit's period is 362.073 days.
-pub const DOCUMENT_START: State = State {
-    position: [-1.813_068_419_866_209e-1, 9.642_197_733_507_97e-1, -6.850_809_238_551_276e-5],
-    velocity: [-1.718_334_419_397_708e-2, -3.209_800_047_122_614e-3, 6.736_104_268_755_766e-9],
-};
-
-/// The Earth of the same instant relative to the Sun (ecliptic of J2000, from an ephemeris): period 364.898 days.
-pub const HELIOCENTRIC_START: State = State {
-    position: [-0.180_022_557_728, 0.966_674_933_247, -2.644_611e-5],
-    velocity: [-0.017_189_490_082_1, -0.003_208_481_984_12, 1.372_135e-7],
-};
-
-/// One run, at one instant. See the module.
+/// One run at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Orbit {
-    scheme: Scheme,
+    discretization: Discretization,
     total_steps: u64,
-    moving: Moving,
+    system: System,
 }
 
-/// What moves.
+/// The bodies that move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-enum Moving {
+enum System {
     Planet(Planet),
     Bodies(Bodies),
 }
@@ -78,33 +68,33 @@ impl Model for Orbit {
         ChannelDeclaration::of::<OrbitConserved>(),
     ];
 
-    /// Nothing here is random and no series is opt-in: `seed` and `per_collision` have no effect.
+    /// The model uses no random numbers and has no optional series, so `seed` and `per_collision` have no effect.
     fn prepare(config: &OrbitConfig, _seed: Seed, _per_collision: bool) -> Result<Self, Refusal> {
         let step = config.time_step_days.get();
         let duration = config.duration_days.get();
         let total_steps = whole_steps(duration, step);
         if total_steps == 0 {
             return Err(Refusal(format!(
-                "time_step_days = {step} is longer than duration_days = {duration}: there is no step to do. \
-                 Make the time step smaller or the duration longer."
+                "time_step_days is {step}; must be at most duration_days = {duration}, because no step fits: reduce time_step_days or \
+                 increase duration_days"
             )));
         }
-        let scheme = Scheme {
-            integrator: config.integrator.into(),
-            compensated: config.summation == OrbitSummation::Compensated,
+        let discretization = Discretization {
+            integrator: config.integrator,
+            summation: config.summation,
             step,
             tolerance: config.tolerance.get(),
         };
-        let moving = match &config.bodies {
-            Some(bodies) => Moving::Bodies(Bodies::prepare(bodies, &scheme)?),
-            None => Moving::Planet(Planet::prepare(&config.start, &scheme)?),
+        let system = match &config.bodies {
+            Some(bodies) => System::Bodies(Bodies::prepare(bodies, &discretization)?),
+            None => System::Planet(Planet::prepare(&config.start, &discretization)?),
         };
-        Ok(Self { scheme, total_steps, moving })
+        Ok(Self { discretization, total_steps, system })
     }
 
     fn channels(&self) -> &'static [ChannelDeclaration] {
-        match &self.moving {
-            Moving::Planet(_) => {
+        match &self.system {
+            System::Planet(_) => {
                 const {
                     &[
                         ChannelDeclaration::of::<OrbitEnergy>(),
@@ -112,7 +102,7 @@ impl Model for Orbit {
                     ]
                 }
             }
-            Moving::Bodies(_) => {
+            System::Bodies(_) => {
                 const {
                     &[
                         ChannelDeclaration::of::<OrbitEnergy>(),
@@ -124,114 +114,120 @@ impl Model for Orbit {
     }
 
     fn extent(&self) -> Extent {
-        Extent::Steps { total: self.total_steps, step: self.scheme.step }
+        Extent::Steps { total: self.total_steps, step: self.discretization.step }
     }
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
         let goal = match target {
             Target::Count(count) => count,
-            Target::Time(time) => whole_steps(time, self.scheme.step),
+            Target::Time(time) => whole_steps(time, self.discretization.step),
         };
         let steps = goal.saturating_sub(self.count()).min(at_most);
-        let moved = match &mut self.moving {
-            Moving::Planet(planet) => planet.advance(&self.scheme, steps),
-            Moving::Bodies(bodies) => bodies.advance(&self.scheme, steps),
+        let moved = match &mut self.system {
+            System::Planet(planet) => planet.advance(&self.discretization, steps),
+            System::Bodies(bodies) => bodies.advance(&self.discretization, steps),
         };
-        moved.map_err(|Lost| self.lost())?;
+        moved.map_err(|NotFinite| self.fault())?;
         Ok(if self.count() >= goal { Progress::Reached } else { Progress::Working })
     }
 
     fn count(&self) -> u64 {
-        match &self.moving {
-            Moving::Planet(planet) => planet.track.count,
-            Moving::Bodies(bodies) => bodies.track.count,
+        match &self.system {
+            System::Planet(planet) => planet.trajectory.count,
+            System::Bodies(bodies) => bodies.trajectory.count,
         }
     }
 
     fn time(&self) -> f64 {
-        self.scheme.time_at(self.count())
+        self.discretization.time_at(self.count())
     }
 
     fn observe(&self, frame: &mut Frame) {
-        match &self.moving {
-            Moving::Planet(planet) => planet.observe(self.time(), frame),
-            Moving::Bodies(bodies) => bodies.observe(frame),
+        match &self.system {
+            System::Planet(planet) => planet.observe(self.time(), frame),
+            System::Bodies(bodies) => bodies.observe(frame),
         }
         if self.count() == 0 {
-            self.announce(frame);
+            self.log_start(frame);
         }
     }
 
     fn scenery(&self) -> Scenery {
-        match &self.moving {
-            Moving::Planet(planet) => {
-                planet.scenery(&self.scheme, self.scheme.time_at(self.total_steps))
+        match &self.system {
+            System::Planet(planet) => {
+                planet.scenery(&self.discretization, self.discretization.time_at(self.total_steps))
             }
-            Moving::Bodies(bodies) => bodies.scenery(),
+            System::Bodies(bodies) => bodies.scenery(),
         }
     }
 }
 
 impl Orbit {
-    /// Where the one body about the Sun is; `None` of several.
+    /// State of the body around the Sun; `None` for several bodies.
     #[must_use]
     pub fn state(&self) -> Option<State> {
-        match &self.moving {
-            Moving::Planet(planet) => Some(planet.track.phase),
-            Moving::Bodies(_) => None,
+        match &self.system {
+            System::Planet(planet) => Some(planet.trajectory.phase),
+            System::Bodies(_) => None,
         }
     }
 
-    fn lost(&self) -> Fault {
-        let what = match self.moving {
-            Moving::Planet(_) => "the body passed too near the Sun",
-            Moving::Bodies(_) => "two bodies came too near each other",
+    /// Fault of a step whose result is not finite.
+    fn fault(&self) -> Fault {
+        let cause = match self.system {
+            System::Planet(_) => "the body passed too close to the Sun",
+            System::Bodies(_) => "two bodies came too close to each other",
         };
-        let cure = match (&self.moving, self.scheme.integrator) {
-            (Moving::Planet(_), _) => "Take a smaller time_step_days, or integrator = \"kepler\".",
-            (_, Integrator::DormandPrince8) => {
-                "Points that collide have no motion beyond: end the run before."
+        let remedy = match (&self.system, self.discretization.integrator) {
+            (System::Planet(_), _) => "reduce time_step_days, or set integrator = \"kepler\"",
+            (_, OrbitIntegrator::DormandPrince8) => {
+                "colliding points have no further motion; reduce duration_days"
             }
-            _ => "Take a smaller time_step_days, or integrator = \"dormand-prince8\".",
+            _ => "reduce time_step_days, or set integrator = \"dormand-prince8\"",
         };
         Fault(format!(
-            "the step after {} d gives no finite position: {what} for steps of {} d. {cure}",
+            "the step after {} d gives no finite position: {cause} for steps of {} d; {remedy}",
             self.time(),
-            self.scheme.step
+            self.discretization.step
         ))
     }
 
-    /// The log of the start: what is run, and what to expect of it.
-    fn announce(&self, frame: &mut Frame) {
-        let Scheme { integrator, compensated, step, tolerance } = self.scheme;
-        let sums = if compensated { ", compensated sums" } else { "" };
-        let own = match integrator {
-            Integrator::DormandPrince8 => format!(" in steps of its own, each to {tolerance:e}"),
+    /// Describes the run in the log of the first frame.
+    fn log_start(&self, frame: &mut Frame) {
+        let Discretization { integrator, summation, step, tolerance } = self.discretization;
+        let sums = match summation {
+            OrbitSummation::Compensated => ", compensated sums",
+            OrbitSummation::Plain => "",
+        };
+        let adaptive = match integrator {
+            OrbitIntegrator::DormandPrince8 => {
+                format!(" with adaptive steps, tolerance {tolerance:e}")
+            }
             _ => String::new(),
         };
         frame.log(
             Level::Info,
             format!(
-                "integrator {}{own}{sums}, time step {step} d, {} steps, {} d in all",
-                integrator.name(),
+                "integrator {}{adaptive}{sums}, time step {step} d, {} steps, total {} d",
+                integrator.word(),
                 self.total_steps,
-                self.scheme.time_at(self.total_steps)
+                self.discretization.time_at(self.total_steps)
             ),
         );
-        match &self.moving {
-            Moving::Planet(planet) => planet.announce(&self.scheme, frame),
-            Moving::Bodies(bodies) => bodies.announce(frame),
+        match &self.system {
+            System::Planet(planet) => planet.log_start(&self.discretization, frame),
+            System::Bodies(bodies) => bodies.log_start(frame),
         }
         if step >= 1.0 {
             frame.log(
                 Level::Warning,
-                format!("time step {step} d: the document asks for less than 1 d"),
+                format!("time step {step} d: the orbit exercise requires less than 1 d"),
             );
         }
     }
 }
 
-/// N = floor(T / h + 1e-9): a duration that is a multiple of the step but for rounding is run in full.
+/// N = floor(T / h + 1e-9): a duration of N steps is recognized if rounding has made it slightly shorter.
 fn whole_steps(duration: f64, step: f64) -> u64 {
     (duration / step + 1e-9).floor() as u64
 }

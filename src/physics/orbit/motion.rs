@@ -1,12 +1,12 @@
-//! The equations of motion: of a light body about a Sun at rest in the origin, with what it conserves, and of several bodies
-//! that attract each other (what those conserve: `bodies`).
+//! Equations of motion of the orbit: a light body around a Sun fixed at the origin, with its conserved quantities, and several bodies
+//! that attract one another (`bodies.rs` holds their conserved quantities).
 //!
-//! Lengths in AU, times in days; energy and angular momentum are those of a unit mass.
+//! Lengths are in AU, times in days; energy and angular momentum are per unit mass.
 
 use crate::constants::GM_SUN_AU3_PER_DAY2;
 use serde::{Deserialize, Serialize};
 
-/// Positions and velocities: of one body as `Phase<[f64; 3]>`, of several as `Phase<Vec<f64>>`, three components a body.
+/// Positions and velocities, three components per body: `Phase<[f64; 3]>` for one body, `Phase<Vec<f64>>` for several.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Phase<V> {
     /// r, AU.
@@ -15,7 +15,7 @@ pub struct Phase<V> {
     pub velocity: V,
 }
 
-/// Where the body is and how it moves.
+/// Position and velocity of one body.
 pub type State = Phase<[f64; 3]>;
 
 impl<V: AsRef<[f64]>> Phase<V> {
@@ -28,16 +28,16 @@ impl<V: AsRef<[f64]>> Phase<V> {
     }
 }
 
-/// What accelerates bodies, by where they are.
+/// Accelerations of bodies as a function of their positions.
 pub trait Force {
-    /// Positions, velocities or accelerations of all bodies, three components each.
+    /// Positions, velocities or accelerations of all bodies, three components per body.
     type Vector: Clone + AsRef<[f64]> + AsMut<[f64]>;
 
-    /// The accelerations at these positions, AU/day^2.
+    /// Computes the accelerations at the given positions, AU/day^2.
     fn accelerations(&self, positions: &Self::Vector, into: &mut Self::Vector);
 }
 
-/// The pull of a Sun at rest in the origin on a light body: [`acceleration_over_position`].
+/// Gravity of a Sun fixed at the origin on a light body: [`acceleration_over_position`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FixedSun;
 
@@ -50,14 +50,14 @@ impl Force for FixedSun {
     }
 }
 
-/// The pull of all bodies on each other: [`mutual_accelerations`].
+/// Gravity between all bodies: [`mutual_accelerations`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Mutual {
+pub struct MutualGravity {
     /// G m of each body, AU^3/day^2.
     pub gravitational_parameters: Vec<f64>,
 }
 
-impl Force for Mutual {
+impl Force for MutualGravity {
     type Vector = Vec<f64>;
 
     fn accelerations(&self, positions: &Vec<f64>, into: &mut Vec<f64>) {
@@ -65,9 +65,10 @@ impl Force for Mutual {
     }
 }
 
-/// The factor k of the acceleration a = k r, day^-2:
+/// Equation of motion of a light body around a fixed Sun: a = -GM r / |r|^3 (orbit exercise, equation 14). Returns the factor k of
+/// a = k r, day^-2:
 ///
-/// k = -GM / |r|^3, so that a = -GM r / |r|^3 (orbit document, equation 14).
+/// k = -GM / |r|^3, GM in AU^3/day^2, r in AU.
 #[inline]
 #[must_use]
 pub fn acceleration_over_position(position: [f64; 3]) -> f64 {
@@ -75,79 +76,80 @@ pub fn acceleration_over_position(position: [f64; 3]) -> f64 {
     -GM_SUN_AU3_PER_DAY2 / ((distance * distance) * distance)
 }
 
-/// The accelerations of bodies that attract each other, AU/day^2, pair by pair in the order of their ids:
+/// Equation of motion of several bodies that attract one another, AU/day^2, pair by pair in the order of their numbers:
 ///
-/// a_i = sum over j of G m_j (r_j - r_i) / |r_j - r_i|^3 (Newton; Hairer, Lubich, Wanner: Geometric Numerical Integration,
-/// equation I.2.8).
+/// a_i = sum over j of G m_j (r_j - r_i) / |r_j - r_i|^3, G m in AU^3/day^2, r in AU
+///
+/// (Newton; Hairer, Lubich, Wanner: Geometric Numerical Integration, equation I.2.8).
 pub fn mutual_accelerations(gravitational_parameters: &[f64], positions: &[f64], into: &mut [f64]) {
     into.fill(0.0);
-    let (places, _) = positions.as_chunks::<3>();
+    let (positions, _) = positions.as_chunks::<3>();
     let (sums, _) = into.as_chunks_mut::<3>();
-    for (i, here) in places.iter().enumerate() {
-        for (j, there) in places.iter().enumerate().skip(i + 1) {
-            let apart = add_scaled(*there, *here, -1.0);
-            let distance = length(apart);
+    for (i, first) in positions.iter().enumerate() {
+        for (j, second) in positions.iter().enumerate().skip(i + 1) {
+            let separation = add_scaled(*second, *first, -1.0);
+            let distance = length(separation);
             let inverse_cube = 1.0 / ((distance * distance) * distance);
-            let pull = scaled(apart, inverse_cube);
-            sums[i] = add_scaled(sums[i], pull, gravitational_parameters[j]);
-            sums[j] = add_scaled(sums[j], pull, -gravitational_parameters[i]);
+            let attraction = scaled(separation, inverse_cube);
+            sums[i] = add_scaled(sums[i], attraction, gravitational_parameters[j]);
+            sums[j] = add_scaled(sums[j], attraction, -gravitational_parameters[i]);
         }
     }
 }
 
-/// v^2 / 2, AU^2/day^2.
+/// Kinetic energy per unit mass, v^2 / 2, AU^2/day^2.
 #[must_use]
 pub fn kinetic_energy(velocity: [f64; 3]) -> f64 {
     0.5 * dot(velocity, velocity)
 }
 
-/// -GM / |r|, AU^2/day^2.
+/// Potential energy per unit mass, -GM / |r|, AU^2/day^2.
 #[must_use]
 pub fn potential_energy(position: [f64; 3]) -> f64 {
     -GM_SUN_AU3_PER_DAY2 / length(position)
 }
 
-/// v^2 / 2 - GM / |r|, AU^2/day^2: conserved by the exact motion.
+/// Energy per unit mass, v^2 / 2 - GM / |r|, AU^2/day^2: conserved by the exact motion.
 #[must_use]
 pub fn energy(state: State) -> f64 {
     kinetic_energy(state.velocity) + potential_energy(state.position)
 }
 
-/// r x v, AU^2/day: conserved by the exact motion, since the force is central.
+/// Angular momentum per unit mass, r x v, AU^2/day: conserved by the exact motion, because the force is central.
 #[must_use]
 pub fn angular_momentum(state: State) -> [f64; 3] {
     cross(state.position, state.velocity)
 }
 
-/// |a| = sqrt((x^2 + y^2) + z^2).
+/// |a| = sqrt((x^2 + y^2) + z^2)
 #[inline]
 #[must_use]
 pub fn length(a: [f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// a . b.
+/// a . b
 #[inline]
 #[must_use]
 pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
 }
 
-/// a x b.
+/// a x b
 #[inline]
 #[must_use]
 pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// a + factor b, component by component.
+/// a + factor b
 #[inline]
 #[must_use]
 pub fn add_scaled(a: [f64; 3], b: [f64; 3], factor: f64) -> [f64; 3] {
     [a[0] + b[0] * factor, a[1] + b[1] * factor, a[2] + b[2] * factor]
 }
 
-/// factor a, component by component.
+/// factor a
 #[inline]
 #[must_use]
 pub fn scaled(a: [f64; 3], factor: f64) -> [f64; 3] {

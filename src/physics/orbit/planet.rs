@@ -1,122 +1,138 @@
-//! One light body about the Sun: what is followed of it, and its distance from the exact solution.
+//! One light body around the Sun: its integration, and its deviation from the exact solution.
 
 use super::elements::Elements;
+use super::estimates;
 use super::kepler::Kepler;
 use super::motion::{self, FixedSun, State, energy, kinetic_energy, length, potential_energy};
-use super::phase::Plane;
-use super::tables::Integrator;
-use super::track::{Lost, Scheme, Track, Turns};
-use super::{DOCUMENT_START, HELIOCENTRIC_START, forecast};
+use super::orbital_plane::OrbitalPlane;
+use super::starts::{DOCUMENT_START, HELIOCENTRIC_START};
+use super::trajectory::{Discretization, NotFinite, Trajectory, TurnCounter};
 use crate::model::Refusal;
 use crate::restart_state;
-use kinetoscope_manifest::model::OrbitStart;
+use kinetoscope_manifest::model::{OrbitIntegrator, OrbitStart};
 use kinetoscope_recording::channels::{OrbitElements, OrbitEnergy};
 use kinetoscope_recording::frame::{Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Drawn radius of the Sun, AU; its true one, 0.00465 AU, could hardly be seen.
+/// Drawn radius of the Sun, AU; its true radius, 0.00465 AU, would be hardly visible.
 const DRAWN_SUN_AU: f64 = 0.05;
 
-/// Sine of the angle between position and velocity below which the motion counts as radial.
-const RADIAL: f64 = 1e-12;
+/// Maximum sine of the angle between position and velocity for radial motion.
+const MAX_RADIAL_SINE: f64 = 1e-12;
 
-/// The body, at one instant.
+/// Body at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Planet {
-    start: Start,
+    /// Description of the start for the log.
+    start_description: String,
     exact: Kepler,
-    plane: Plane,
-    pub(super) track: Track<[f64; 3]>,
+    plane: OrbitalPlane,
+    pub(super) trajectory: Trajectory<[f64; 3]>,
 }
 
-/// Which start the manifest asked for; the log says what it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-enum Start {
-    Document,
-    Heliocentric,
-    Given,
-    Recorded,
-}
-
-impl Turns<[f64; 3]> for Plane {
+impl TurnCounter<[f64; 3]> for OrbitalPlane {
     #[inline]
     fn side(&self, position: &[f64; 3]) -> bool {
         self.is_first_half(*position)
     }
 
     #[inline]
-    fn between(&self, from: &[f64; 3], to: &[f64; 3]) -> i64 {
+    fn turns_between(&self, from: &[f64; 3], to: &[f64; 3]) -> i64 {
         self.turns_between(*from, *to)
     }
 }
 
 impl Planet {
-    pub(super) fn prepare(start: &OrbitStart, scheme: &Scheme) -> Result<Self, Refusal> {
-        let (start, state) = match start {
-            OrbitStart::Document => (Start::Document, DOCUMENT_START),
-            OrbitStart::Heliocentric => (Start::Heliocentric, HELIOCENTRIC_START),
+    /// The body at the start that the manifest describes.
+    pub(super) fn prepare(
+        start: &OrbitStart,
+        discretization: &Discretization,
+    ) -> Result<Self, Refusal> {
+        let (description, state) = match start {
+            OrbitStart::Document => (
+                "\"document\": as printed in exercise 14to4. These numbers are relative to the barycenter of the solar system \
+                 (2013-01-01), not to the Sun, so the period is not a year; start = \"heliocentric\" gives the same day relative \
+                 to the Sun (a = 0.99935 AU, period 364.898 d)",
+                DOCUMENT_START,
+            ),
+            OrbitStart::Heliocentric => {
+                ("\"heliocentric\": the Earth relative to the Sun, 2013-01-01", HELIOCENTRIC_START)
+            }
             OrbitStart::Given { position_au, velocity_au_per_day } => {
                 let position = position_au.map(|component| component.get());
                 let velocity = velocity_au_per_day.map(|component| component.get());
-                (Start::Given, State { position, velocity })
+                ("given in the manifest", State { position, velocity })
             }
             OrbitStart::Recorded(start) => {
                 let rows = restart_state::rows(start, ["x", "y", "z", "vx", "vy", "vz"])?;
                 let [[x, y, z, vx, vy, vz]] = rows[..] else {
-                    return Err(Refusal(
-                        "The recording in start_from is one of several bodies: write them out as bodies."
-                            .to_owned(),
-                    ));
+                    return Err(Refusal(format!(
+                        "start_from: expected a recording of one body, found {} bodies: give them as bodies",
+                        rows.len()
+                    )));
                 };
                 let state = State { position: [x, y, z], velocity: [vx, vy, vz] };
-                (Start::Recorded, state)
+                ("the end of the recording", state)
             }
         };
         check_start(state)?;
         Ok(Self {
-            start,
+            start_description: description.to_owned(),
             exact: Kepler::from_start(state),
-            plane: Plane::of(state),
-            track: Track::new(state, scheme),
+            plane: OrbitalPlane::of(state),
+            trajectory: Trajectory::new(state, discretization),
         })
     }
 
-    pub(super) fn advance(&mut self, scheme: &Scheme, steps: u64) -> Result<(), Lost> {
-        if scheme.integrator == Integrator::Kepler {
-            return self.leap(scheme, steps);
+    pub(super) fn advance(
+        &mut self,
+        discretization: &Discretization,
+        steps: u64,
+    ) -> Result<(), NotFinite> {
+        if discretization.integrator == OrbitIntegrator::Kepler {
+            return self.advance_exactly(discretization, steps);
         }
-        self.track.walk(&FixedSun, scheme, steps, &self.plane)
+        self.trajectory.advance(&FixedSun, discretization, steps, &self.plane)
     }
 
-    /// The exact solution so many steps later, from the start and in one go.
-    fn leap(&mut self, scheme: &Scheme, steps: u64) -> Result<(), Lost> {
-        let count = self.track.count + steps;
-        let point = self.exact.at(scheme.time_at(count));
+    /// Evaluates the exact solution the given number of steps later.
+    fn advance_exactly(
+        &mut self,
+        discretization: &Discretization,
+        steps: u64,
+    ) -> Result<(), NotFinite> {
+        let count = self.trajectory.count + steps;
+        let point = self.exact.at(discretization.time_at(count));
         if !point.state.is_finite() {
-            return Err(Lost);
+            return Err(NotFinite);
         }
-        let beyond = point.angle - self.plane.angle(point.state.position);
-        self.track.phase = point.state;
-        self.track.count = count;
-        self.track.turns = point.turns + (beyond / TAU + 0.5).floor() as i64;
+        let unwrapped = point.angle - self.plane.angle(point.state.position);
+        self.trajectory.phase = point.state;
+        self.trajectory.count = count;
+        self.trajectory.turns = point.turns + (unwrapped / TAU + 0.5).floor() as i64;
         Ok(())
     }
 
     pub(super) fn observe(&self, time: f64, frame: &mut Frame) {
-        let State { position: [x, y, z], velocity: [vx, vy, vz] } = self.track.phase;
+        let State { position: [x, y, z], velocity: [vx, vy, vz] } = self.trajectory.phase;
         frame.push_state(&[x, y, z, vx, vy, vz]);
         frame.push(&self.energy_message());
         frame.push(&self.elements_message(time));
     }
 
-    pub(super) fn scenery(&self, scheme: &Scheme, duration: f64) -> Scenery {
-        let reach = forecast::reach(&self.exact, scheme.integrator, scheme.step, duration);
+    pub(super) fn scenery(&self, discretization: &Discretization, duration: f64) -> Scenery {
+        let half = estimates::view_half_width(
+            &self.exact,
+            discretization.integrator,
+            discretization.step,
+            duration,
+        );
         Scenery {
             walls: vec![Wall::Body { center: [0.0, 0.0], radius: DRAWN_SUN_AU }],
-            view: [[-reach, -reach], [reach, reach]],
-            drawn_radius: DrawnRadius::Fixed(0.02 * (2.0 * reach)),
+            view: [[-half, -half], [half, half]],
+            drawn_radius: DrawnRadius::Fixed(0.02 * (2.0 * half)),
             speed_range_top: 1.5 * length(self.exact.start().velocity),
             speed_unit: "AU/d",
             arrows: true,
@@ -127,17 +143,17 @@ impl Planet {
 
     fn energy_message(&self) -> OrbitEnergy {
         let start = energy(self.exact.start());
-        let total = energy(self.track.phase);
+        let total = energy(self.trajectory.phase);
         OrbitEnergy {
-            kinetic_au2_per_day2: kinetic_energy(self.track.phase.velocity),
-            potential_au2_per_day2: potential_energy(self.track.phase.position),
+            kinetic_au2_per_day2: kinetic_energy(self.trajectory.phase.velocity),
+            potential_au2_per_day2: potential_energy(self.trajectory.phase.position),
             total_au2_per_day2: total,
             drift_ppm: (total - start) / start.abs() * 1e6,
         }
     }
 
     fn elements_message(&self, time: f64) -> OrbitElements {
-        let state = self.track.phase;
+        let state = self.trajectory.phase;
         let now = Elements::of(state);
         let start = Elements::of(self.exact.start());
         let exact = self.exact.at(time);
@@ -153,9 +169,10 @@ impl Planet {
                 / start.angular_momentum
                 * 1e6,
             position_error_au: length(error),
-            // Whole turns first: their difference is exact.
-            phase_error_rad: (self.track.turns - exact.turns) as f64 * TAU + (angle - exact.angle),
-            revolutions: self.track.turns as f64 + angle / TAU,
+            // The difference of the whole turns is exact.
+            phase_error_rad: (self.trajectory.turns - exact.turns) as f64 * TAU
+                + (angle - exact.angle),
+            revolutions: self.trajectory.turns as f64 + angle / TAU,
             inclination_rad: now.inclination,
             ascending_node_rad: now.ascending_node,
             argument_of_perihelion_rad: now.argument_of_perihelion,
@@ -164,11 +181,12 @@ impl Planet {
             perihelion_au: now.perihelion,
             aphelion_au: bound.map_or(f64::NAN, |bound| bound.aphelion),
             period_days: bound.map_or(f64::NAN, |bound| bound.period),
-            force_evaluations: self.track.evaluations,
+            force_evaluations: self.trajectory.evaluations,
         }
     }
 
-    pub(super) fn announce(&self, scheme: &Scheme, frame: &mut Frame) {
+    /// Describes the start in the log, and the energy gain of explicit Euler.
+    pub(super) fn log_start(&self, discretization: &Discretization, frame: &mut Frame) {
         let elements = Elements::of(self.exact.start());
         let orbit = match elements.bound {
             Some(bound) => format!(
@@ -176,29 +194,24 @@ impl Planet {
                 elements.semi_major_axis, elements.eccentricity, bound.period
             ),
             None => format!(
-                "an open path, e = {:.5}, perihelion {:.5} AU",
+                "open path, e = {:.5}, perihelion {:.5} AU",
                 elements.eccentricity, elements.perihelion
             ),
         };
-        let origin = match self.start {
-            Start::Document => {
-                "\"document\": as printed in exercise 14to4. These numbers are relative to the barycenter of the solar \
-                 system (2013-01-01), not to the Sun, so the period is no year; start = \"heliocentric\" gives the \
-                 same day relative to the Sun (a = 0.99935 AU, period 364.898 d)"
-            }
-            Start::Heliocentric => "\"heliocentric\": the Earth relative to the Sun, 2013-01-01",
-            Start::Given => "given in the manifest",
-            Start::Recorded => "where the recording ended",
-        };
-        frame.log(Level::Info, format!("start {origin}; {orbit}"));
-        if let (Integrator::ExplicitEuler, Some(bound)) = (scheme.integrator, elements.bound) {
-            let gain =
-                forecast::euler_energy_gain_per_revolution(&elements, bound.period, scheme.step);
+        frame.log(Level::Info, format!("start {}; {orbit}", self.start_description));
+        if let (OrbitIntegrator::ExplicitEuler, Some(bound)) =
+            (discretization.integrator, elements.bound)
+        {
+            let gain = estimates::euler_energy_gain_per_revolution(
+                &elements,
+                bound.period,
+                discretization.step,
+            );
             frame.log(
                 Level::Info,
                 format!(
-                    "explicit Euler adds energy at every step, at first {:.3} % of it a revolution: the orbit widens. \
-                     \"semi-implicit-euler\" costs the same and does not drift",
+                    "explicit Euler adds energy in every step, initially {:.3} % per revolution: the orbit grows. \
+                     \"semi-implicit-euler\" has the same cost and no drift",
                     100.0 * gain
                 ),
             );
@@ -206,7 +219,7 @@ impl Planet {
     }
 }
 
-/// Refuses a start that leads through the Sun or beyond what floating point can hold.
+/// Rejects a start on a line through the Sun, and numbers that overflow.
 fn check_start(start: State) -> Result<(), Refusal> {
     let distance = length(start.position);
     let speed = length(start.velocity);
@@ -215,20 +228,20 @@ fn check_start(start: State) -> Result<(), Refusal> {
         || !elements.energy.is_finite()
     {
         return Err(Refusal(format!(
-            "start: at a distance of {distance} AU and a speed of {speed} AU/day the equation of motion overflows. \
-             Give a position away from the Sun (the origin), in AU, and a velocity in AU/day."
+            "start: the equation of motion overflows at a distance of {distance} AU and a speed of {speed} AU/day. \
+             Give a position away from the Sun (the origin) in AU and a velocity in AU/day."
         )));
     }
-    if elements.angular_momentum <= RADIAL * distance * speed {
+    if elements.angular_momentum <= MAX_RADIAL_SINE * distance * speed {
         return Err(Refusal(
-            "start: the velocity is zero or points along the position, so the path is a straight line through the Sun. \
-             Give velocity_au_per_day a part across position_au; a circle needs sqrt(GM / r), 0.0172 AU/day at 1 AU."
+            "start: the velocity is zero or parallel to the position, so the path is a straight line through the Sun. \
+             velocity_au_per_day must have a component perpendicular to position_au: sqrt(GM / r) for a circle, 0.0172 AU/day at 1 AU."
                 .to_owned(),
         ));
     }
     if elements.energy == 0.0 {
         return Err(Refusal(
-            "start: the energy is exactly zero (a parabola), so its drift has nothing to be compared with. \
+            "start: the energy is exactly zero (a parabola), so its relative drift is not defined. \
              Change the last digit of the velocity."
                 .to_owned(),
         ));

@@ -1,160 +1,224 @@
-//! Discs in the circle that collide with one another, from event to event: a cost of log N an event.
+//! Event-driven propagator of discs that collide with one another: exact at any time, with a cost of O(log N) per event.
 //!
-//! Each disc carries its own clock: it stands where its last event left it. Each has one event, its soonest, found among the discs of
-//! its cell and the cells around. A collision predicted with a partner that has turned aside since is void, which is found out when its
-//! time comes (Lubachevsky, J. Comput. Phys. 94, 255 (1991)).
+//! Each disc has its own local time, that of its last event, and one future event: its earliest one, found among the discs of its cell
+//! and of the adjacent cells. A collision predicted with a partner that has since changed its path is void; this is detected when the
+//! collision is due (Lubachevsky, J. Comput. Phys. 94 (1991) 255).
 
-mod cells;
-mod soonest;
+mod cell_grid;
+mod tournament_tree;
 
-use self::cells::{Cell, Cells};
-use self::soonest::Soonest;
-use super::groups::Particles;
-use super::motion::{Particle, dot, drifted, elastic_impact, reflected, time_to_wall};
-use super::wall::WallLedger;
+use self::cell_grid::{Cell, CellGrid};
+use self::tournament_tree::TournamentTree;
+use super::motion::{Particle, dot, drifted, elastic_collision, reflected, time_to_wall};
+use super::propagator::Propagator;
+use super::short_number::short;
+use super::state::GasState;
+use super::tallies::{PairTally, WallTallies};
 use crate::collision_time::time_to_contact;
-use crate::model::Refusal;
-use crate::sum::CompensatedSum;
+use crate::model::{Extent, Refusal, Target};
+use crate::random::Seed;
+use kinetoscope_manifest::model::{GasConfig, Propagation};
 use serde::{Deserialize, Serialize};
 
-/// A chord shorter than this share of the radius leaves the wall by less than rounding (its square over 8): a disc that slides along the
-/// wall is mirrored after so long a way.
-const SHORTEST_CHORD: f64 = 1.5e-8;
+/// Minimum chord over the radius. A shorter chord departs from the wall by less than rounding (its square over 8), so a disc that slides
+/// along the wall is reflected after this distance.
+const MIN_CHORD: f64 = 1.5e-8;
 
-/// Overlap, over the diameter, that written decimals may have.
-const WRITTEN_IN_TOUCH: f64 = 1e-9;
+/// Overlap over the diameter that the rounding of given decimals may cause.
+const OVERLAP_TOLERANCE: f64 = 1e-9;
 
-/// No disc has this number.
-const NOBODY: u32 = u32::MAX;
+/// Number of no disc.
+const NO_DISC: u32 = u32::MAX;
 
-/// All discs and what will happen to them.
+/// All discs and their predicted events.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "State", into = "State")]
-pub(super) struct Discs {
-    state: State,
-    /// From here on all is found again from the state.
-    cells: Cells,
-    soonest: Soonest,
+#[serde(from = "DiscStates", into = "DiscStates")]
+pub(super) struct CollidingDiscs {
+    states: DiscStates,
+    /// Rebuilt from the states, as is the tournament.
+    cells: CellGrid,
+    tournament: TournamentTree,
 }
 
-/// What the future depends on.
+/// The part that a checkpoint stores.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct State {
-    /// Radius of the circle that the centers keep to: the container's less a disc's, m.
-    reach_m: f64,
+struct DiscStates {
+    duration_s: f64,
+    /// Radius of the circle that contains the centers: that of the container minus that of a disc, m.
+    center_limit_m: f64,
     diameter_m: f64,
     /// Time of the last event or target, s.
     time_s: f64,
-    /// Each disc's mass over the first one's.
+    /// Mass of each disc relative to the first one.
     mass_ratios: Vec<f64>,
     discs: Vec<Disc>,
     tally: PairTally,
 }
 
-/// Collisions of discs with one another.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct PairTally {
-    /// Since the start.
-    pub(super) collisions: u64,
-    /// Since the last frame.
-    pub(super) window: u64,
-    /// Sum of distance times momentum handed over since the start, over the first mass, m^2/s.
-    pub(super) virial: CompensatedSum,
-}
-
-/// A disc as its last event left it.
+/// A disc after its last event.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Disc {
     particle: Particle,
-    /// When that was, s.
+    /// Time of the last event, s.
     time_s: f64,
     cell: Cell,
-    /// How often its path was turned, modulo 2^32.
-    turns: u32,
-    /// Its soonest event, and when that is, s.
+    /// Number of changes of the path, modulo 2^32.
+    path_changes: u32,
+    /// Earliest future event and its time, s.
     event: Event,
     event_s: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum Event {
-    /// It meets a disc, if that has been turned only so often by then.
-    Pair {
-        partner: u32,
-        turns: u32,
-    },
+    /// Collision with a disc, void if the partner has changed its path since the prediction.
+    Pair { partner: u32, path_changes: u32 },
+    /// Collision with the wall.
     Wall,
-    /// It enters another cell.
+    /// Transfer to another cell.
     Crossing(Cell),
 }
 
-impl From<State> for Discs {
-    fn from(state: State) -> Self {
-        let mut cells = Cells::new(state.reach_m, state.diameter_m, state.discs.len());
-        for (id, disc) in state.discs.iter().enumerate() {
+impl Propagator for CollidingDiscs {
+    fn prepare(config: &GasConfig, _seed: Seed, state: &GasState) -> Option<Result<Self, Refusal>> {
+        let disc_radius =
+            config.disc_radius_m.filter(|_| config.propagation == Propagation::Exact)?;
+        Some(Self::new(config.duration_s.get(), disc_radius.get(), state))
+    }
+
+    fn extent(&self) -> Extent {
+        Extent::Time(self.states.duration_s)
+    }
+
+    fn time_s(&self) -> f64 {
+        self.states.time_s
+    }
+
+    fn count(&self, state: &GasState) -> u64 {
+        state.wall.total.collisions + self.states.tally.collisions
+    }
+
+    /// Executes events up to the target time, one per unit of the budget, then moves the particles to the positions of the discs.
+    fn advance(&mut self, target: Target, budget: &mut u64, state: &mut GasState) -> bool {
+        let Target::Time(until_s) = target else { return true };
+        loop {
+            let (disc, event_s) = self.tournament.earliest();
+            if event_s > until_s {
+                break;
+            }
+            if *budget == 0 {
+                return false;
+            }
+            *budget -= 1;
+            self.states.time_s = event_s;
+            self.execute_event(disc, &mut state.wall);
+        }
+        self.states.time_s = until_s;
+        for (id, disc) in self.states.discs.iter().enumerate() {
+            state.particles.set(id, disc.particle_at(until_s));
+        }
+        true
+    }
+
+    fn restart_paths(&mut self, state: &GasState) {
+        for (disc, particle) in self.states.discs.iter_mut().zip(state.particles.iter()) {
+            disc.particle = particle;
+            disc.time_s = self.states.time_s;
+            disc.path_changes = disc.path_changes.wrapping_add(1);
+        }
+        self.predict_all();
+    }
+
+    fn open_window(&mut self) {
+        self.states.tally.window_collisions = 0;
+    }
+
+    fn conserves_invariants(&self) -> bool {
+        false
+    }
+
+    fn center_limit_m(&self) -> Option<f64> {
+        Some(self.states.center_limit_m)
+    }
+
+    fn pair_tally(&self) -> PairTally {
+        self.states.tally
+    }
+
+    fn description(&self, state: &GasState) -> String {
+        let disc_radius = state.container.circle.radius - self.states.center_limit_m;
+        format!(
+            "propagation: discs of radius {} m from collision to collision, exact at any time",
+            short(disc_radius)
+        )
+    }
+}
+
+impl From<DiscStates> for CollidingDiscs {
+    fn from(states: DiscStates) -> Self {
+        let mut cells = CellGrid::new(states.center_limit_m, states.diameter_m, states.discs.len());
+        for (id, disc) in states.discs.iter().enumerate() {
             cells.insert(disc.cell, id as u32);
         }
-        let soonest = Soonest::of(state.discs.iter().map(|disc| disc.event_s).collect());
-        Self { state, cells, soonest }
+        let times = states.discs.iter().map(|disc| disc.event_s);
+        let tournament = TournamentTree::new(times.collect());
+        Self { states, cells, tournament }
     }
 }
 
-impl From<Discs> for State {
-    fn from(discs: Discs) -> Self {
-        discs.state
+impl From<CollidingDiscs> for DiscStates {
+    fn from(discs: CollidingDiscs) -> Self {
+        discs.states
     }
 }
 
-impl Discs {
-    /// Discs at time 0 in a container of this radius; refused where two overlap or one reaches through the wall.
-    pub(super) fn new(
-        particles: &[Particle],
-        mass_ratios: &[f64],
-        container_radius_m: f64,
-        disc_radius_m: f64,
-    ) -> Result<Self, Refusal> {
-        let (reach_m, diameter_m) = (container_radius_m - disc_radius_m, 2.0 * disc_radius_m);
-        let cells = Cells::new(reach_m, diameter_m, particles.len());
-        let begun = particles.iter().map(|&particle| Disc {
+impl CollidingDiscs {
+    /// Discs at time 0; rejected if two overlap or one intersects the wall.
+    fn new(duration_s: f64, disc_radius_m: f64, state: &GasState) -> Result<Self, Refusal> {
+        let center_limit_m = state.container.circle.radius - disc_radius_m;
+        let diameter_m = 2.0 * disc_radius_m;
+        let cells = CellGrid::new(center_limit_m, diameter_m, state.particles.len());
+        let discs = state.particles.iter().map(|particle| Disc {
             particle,
             time_s: 0.0,
             cell: cells.cell_of(particle.position),
-            turns: 0,
+            path_changes: 0,
             event: Event::Wall,
             event_s: f64::INFINITY,
         });
-        let mut discs = Self::from(State {
-            reach_m,
+        let mut colliding = Self::from(DiscStates {
+            duration_s,
+            center_limit_m,
             diameter_m,
             time_s: 0.0,
-            mass_ratios: mass_ratios.to_vec(),
-            discs: begun.collect(),
+            mass_ratios: state.substance.mass_ratios.clone(),
+            discs: discs.collect(),
             tally: PairTally::default(),
         });
-        discs.check_room()?;
-        discs.predict_all();
-        Ok(discs)
+        colliding.check_overlaps()?;
+        colliding.predict_all();
+        Ok(colliding)
     }
 
-    /// Refuses a start without room for its discs.
-    fn check_room(&self) -> Result<(), Refusal> {
-        let State { reach_m, diameter_m, discs, .. } = &self.state;
-        let touching = diameter_m * (1.0 - WRITTEN_IN_TOUCH);
+    /// Rejects a start in which discs overlap or intersect the wall.
+    fn check_overlaps(&self) -> Result<(), Refusal> {
+        let DiscStates { center_limit_m, diameter_m, discs, .. } = &self.states;
+        let min_distance = diameter_m * (1.0 - OVERLAP_TOLERANCE);
         for (id, disc) in discs.iter().enumerate() {
-            let place = disc.particle.position;
-            let distance = dot(place, place).sqrt();
-            if distance > reach_m * (1.0 + WRITTEN_IN_TOUCH) {
+            let position = disc.particle.position;
+            let distance = dot(position, position).sqrt();
+            if distance > center_limit_m * (1.0 + OVERLAP_TOLERANCE) {
                 return Err(Refusal(format!(
-                    "disc {id} (counted from 0) is {distance} m from the center and reaches through the wall: \
-                     keep centers within radius_m - disc_radius_m = {reach_m} m"
+                    "disc {id} (counted from 0) is {distance} m from the center and intersects the wall: \
+                     its center must be within radius_m - disc_radius_m = {center_limit_m} m"
                 )));
             }
             for other in self.cells.around(disc.cell).filter(|other| (*other as usize) < id) {
                 let [x, y] = discs[other as usize].particle.position;
-                let apart = [x - place[0], y - place[1]];
-                if dot(apart, apart) < touching * touching {
+                let separation = [x - position[0], y - position[1]];
+                if dot(separation, separation) < min_distance * min_distance {
                     return Err(Refusal(format!(
-                        "discs {other} and {id} (counted from 0) overlap: move them apart or choose a smaller disc_radius_m"
+                        "discs {other} and {id} (counted from 0) overlap: increase their distance or reduce disc_radius_m"
                     )));
                 }
             }
@@ -162,83 +226,27 @@ impl Discs {
         Ok(())
     }
 
-    pub(super) fn time_s(&self) -> f64 {
-        self.state.time_s
-    }
-
-    pub(super) fn tally(&self) -> &PairTally {
-        &self.state.tally
-    }
-
-    /// Radius of the circle that the centers keep to, m.
-    pub(super) fn reach_m(&self) -> f64 {
-        self.state.reach_m
-    }
-
-    /// Starts "since the last frame" again from zero.
-    pub(super) fn open_window(&mut self) {
-        self.state.tally.window = 0;
-    }
-
-    /// Lets events happen up to a time, at most so many, which it counts down, and says whether the time is reached; then the
-    /// particles stand where the discs are.
-    pub(super) fn collide_until(
-        &mut self,
-        until_s: f64,
-        at_most: &mut u64,
-        wall: &mut WallLedger,
-        particles: &mut Particles,
-    ) -> bool {
-        loop {
-            let (disc, event_s) = self.soonest.first();
-            if event_s > until_s {
-                break;
-            }
-            if *at_most == 0 {
-                return false;
-            }
-            *at_most -= 1;
-            self.state.time_s = event_s;
-            self.happen(disc, wall);
-        }
-        self.state.time_s = until_s;
-        for (id, disc) in self.state.discs.iter().enumerate() {
-            particles.set(id, disc.at(until_s));
-        }
-        true
-    }
-
-    /// Goes on with these particles, whose velocities somebody has changed.
-    pub(super) fn rebegin(&mut self, particles: &Particles) {
-        for (disc, particle) in self.state.discs.iter_mut().zip(particles.iter()) {
-            disc.particle = particle;
-            disc.time_s = self.state.time_s;
-            disc.turns = disc.turns.wrapping_add(1);
-        }
-        self.predict_all();
-    }
-
     fn predict_all(&mut self) {
-        for disc in 0..self.state.discs.len() as u32 {
+        for disc in 0..self.states.discs.len() as u32 {
             self.predict(disc);
         }
     }
 
-    /// The event of a disc, whose time it is.
-    fn happen(&mut self, disc: u32, wall: &mut WallLedger) {
-        self.bring_to_now(disc);
-        match self.state.discs[disc as usize].event {
-            Event::Wall => self.meet_wall(disc, wall),
+    /// Executes the event of a disc at the current time.
+    fn execute_event(&mut self, disc: u32, wall: &mut WallTallies) {
+        self.synchronize(disc);
+        match self.states.discs[disc as usize].event {
+            Event::Wall => self.collide_with_wall(disc, wall),
             Event::Crossing(next) => {
-                let cell = &mut self.state.discs[disc as usize].cell;
+                let cell = &mut self.states.discs[disc as usize].cell;
                 self.cells.remove(*cell, disc);
                 *cell = next;
                 self.cells.insert(next, disc);
             }
-            Event::Pair { partner, turns } => {
-                if self.state.discs[partner as usize].turns == turns {
-                    self.bring_to_now(partner);
-                    self.meet(disc, partner);
+            Event::Pair { partner, path_changes } => {
+                if self.states.discs[partner as usize].path_changes == path_changes {
+                    self.synchronize(partner);
+                    self.collide(disc, partner);
                     self.predict(partner);
                 }
             }
@@ -246,83 +254,84 @@ impl Discs {
         self.predict(disc);
     }
 
-    fn bring_to_now(&mut self, disc: u32) {
-        let now = self.state.time_s;
-        let disc = &mut self.state.discs[disc as usize];
-        (disc.particle, disc.time_s) = (disc.at(now), now);
+    /// Moves a disc to the current time.
+    fn synchronize(&mut self, disc: u32) {
+        let now = self.states.time_s;
+        let disc = &mut self.states.discs[disc as usize];
+        (disc.particle, disc.time_s) = (disc.particle_at(now), now);
     }
 
-    fn meet_wall(&mut self, disc: u32, wall: &mut WallLedger) {
-        let (reach, mass) = (self.state.reach_m, self.state.mass_ratios[disc as usize]);
-        let disc = &mut self.state.discs[disc as usize];
+    fn collide_with_wall(&mut self, disc: u32, wall: &mut WallTallies) {
+        let mass = self.states.mass_ratios[disc as usize];
+        let center_limit = self.states.center_limit_m;
+        let disc = &mut self.states.discs[disc as usize];
         let Particle { position, velocity } = disc.particle;
-        let outwards = dot(position, velocity) / reach;
-        if outwards > 0.0 {
+        let outward = dot(position, velocity) / center_limit;
+        if outward > 0.0 {
             disc.particle = reflected(disc.particle);
-            disc.turns = disc.turns.wrapping_add(1);
-            wall.total.add(1, 2.0 * mass * outwards);
-            wall.window.add(1, 2.0 * mass * outwards);
+            disc.path_changes = disc.path_changes.wrapping_add(1);
+            wall.add(1, 2.0 * mass * outward);
         }
     }
 
-    fn meet(&mut self, first: u32, second: u32) {
+    fn collide(&mut self, first: u32, second: u32) {
         let pair = [first as usize, second as usize];
-        let masses = pair.map(|disc| self.state.mass_ratios[disc]);
-        let impact = elastic_impact(pair.map(|disc| self.state.discs[disc].particle), masses);
-        for (disc, velocity) in pair.into_iter().zip(impact.velocities) {
-            let disc = &mut self.state.discs[disc];
+        let masses = pair.map(|disc| self.states.mass_ratios[disc]);
+        let particles = pair.map(|disc| self.states.discs[disc].particle);
+        let collision = elastic_collision(particles, masses);
+        for (disc, velocity) in pair.into_iter().zip(collision.velocities) {
+            let disc = &mut self.states.discs[disc];
             disc.particle.velocity = velocity;
-            disc.turns = disc.turns.wrapping_add(1);
+            disc.path_changes = disc.path_changes.wrapping_add(1);
         }
-        let tally = &mut self.state.tally;
+        let tally = &mut self.states.tally;
         tally.collisions += 1;
-        tally.window += 1;
-        tally.virial.add(impact.virial);
+        tally.window_collisions += 1;
+        tally.virial.add(collision.virial);
     }
 
-    /// Finds the soonest event of a disc that stands where it is now.
+    /// Predicts the earliest event of a disc at the current time.
     fn predict(&mut self, disc: u32) {
-        let State { reach_m, diameter_m, time_s: now, discs, .. } = &self.state;
+        let DiscStates { center_limit_m, diameter_m, time_s: now, discs, .. } = &self.states;
         let Disc { particle, cell, .. } = discs[disc as usize];
-        let Particle { position: place, velocity } = particle;
-        let (crossing, next) = self.cells.crossing(cell, place, velocity);
-        let (mut wait, mut event) = (crossing, Event::Crossing(next));
-        let to_wall = wait_for_wall(particle, *reach_m);
-        if to_wall < wait {
-            (wait, event) = (to_wall, Event::Wall);
+        let Particle { position: [px, py], velocity: [ux, uy] } = particle;
+        let (to_crossing, next) = self.cells.crossing(cell, particle.position, particle.velocity);
+        let (mut delay, mut event) = (to_crossing, Event::Crossing(next));
+        let to_wall = delay_to_wall(particle, *center_limit_m);
+        if to_wall < delay {
+            (delay, event) = (to_wall, Event::Wall);
         }
-        // The order of a cell's discs depends on how they came there: of equal times the lower number wins.
-        let mut met = NOBODY;
+        // The order of the discs in a cell depends on their history; among equal times, the lower number takes precedence.
+        let mut earliest_partner = NO_DISC;
         for partner in self.cells.around(cell).filter(|partner| *partner != disc) {
             let other = &discs[partner as usize];
-            let Particle { position: [x, y], velocity: [vx, vy] } = other.at(*now);
-            let (r, v) = ([x - place[0], y - place[1]], [vx - velocity[0], vy - velocity[1]]);
-            let to_contact = time_to_contact(r, v, *diameter_m);
-            let as_soon = to_contact == wait && met != NOBODY;
-            if to_contact < wait || (as_soon && partner < met) {
-                (wait, met) = (to_contact, partner);
-                event = Event::Pair { partner, turns: other.turns };
+            let Particle { position: [x, y], velocity: [vx, vy] } = other.particle_at(*now);
+            let to_contact = time_to_contact([x - px, y - py], [vx - ux, vy - uy], *diameter_m);
+            let is_tie = to_contact == delay && earliest_partner != NO_DISC;
+            if to_contact < delay || (is_tie && partner < earliest_partner) {
+                (delay, earliest_partner) = (to_contact, partner);
+                event = Event::Pair { partner, path_changes: other.path_changes };
             }
         }
-        let event_s = now + wait;
-        let record = &mut self.state.discs[disc as usize];
+        let event_s = now + delay;
+        let record = &mut self.states.discs[disc as usize];
         (record.event, record.event_s) = (event, event_s);
-        self.soonest.set(disc, event_s);
+        self.tournament.set(disc, event_s);
     }
 }
 
 impl Disc {
-    fn at(&self, time_s: f64) -> Particle {
+    fn particle_at(&self, time_s: f64) -> Particle {
         drifted(self.particle, time_s - self.time_s)
     }
 }
 
-/// Time to the wall; of a chord so short that it would be rounding, the time of the shortest.
-fn wait_for_wall(particle: Particle, reach_m: f64) -> f64 {
-    let wait = time_to_wall(particle, reach_m);
+/// Time to the wall, s, but at least that of the minimum chord.
+fn delay_to_wall(particle: Particle, center_limit_m: f64) -> f64 {
+    let delay = time_to_wall(particle, center_limit_m);
     if dot(particle.position, particle.velocity) > 0.0 {
-        return wait;
+        return delay;
     }
-    let shortest = SHORTEST_CHORD * reach_m / particle.speed();
-    if wait < shortest { shortest } else { wait }
+    let min_delay = MIN_CHORD * center_limit_m / particle.speed();
+    if delay < min_delay { min_delay } else { delay }
 }

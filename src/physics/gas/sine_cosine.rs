@@ -1,16 +1,17 @@
-//! Sine and cosine of an angle in whole turns, without branches, for loops that the compiler turns into vector instructions.
-//! Additions and products alone, so that the bits are the same everywhere.
+//! Sine and cosine of an angle in whole turns, without branches, for loops that the compiler turns into vector instructions. They use only
+//! additions and products, so results are bitwise identical on every machine.
 
 #![allow(clippy::excessive_precision, reason = "coefficients keep the digits of their source")]
 
 use std::f64::consts::TAU;
 
-/// 1.5 * 2^52: added to a number below 2^51, the sum's last bits are the nearest whole number.
+/// 1.5 * 2^52: in the sum of this number and one below 2^51, the last bits are the nearest integer.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 
-/// (sin, cos) of 2 pi `turns`, |turns| < 2^49, to about an ulp of 1. The angle is taken to within an eighth of a turn of a
-/// quarter, without error, since quarters of turns are multiples of any turn's last bit; the rest by the polynomials of
-/// FreeBSD's msun (`k_sin.c`, `k_cos.c`: error below 2^-58 on [-pi/4, pi/4]).
+/// (sin, cos) of 2 pi `turns`, |turns| < 2^49, with an error of about an ulp of 1.
+///
+/// The angle is reduced to at most an eighth of a turn from a quarter turn, which is exact. The remainder is evaluated by the polynomials
+/// of FreeBSD's msun (`k_sin.c`, `k_cos.c`: error below 2^-58 on [-pi/4, pi/4]).
 #[must_use]
 #[inline(always)]
 pub fn sine_and_cosine(turns: f64) -> (f64, f64) {
@@ -21,7 +22,7 @@ pub fn sine_and_cosine(turns: f64) -> (f64, f64) {
     let (sine, cosine) = (sine_near_zero(angle), cosine_near_zero(angle));
     let odd = quarter & 1 == 1;
     let (sine, cosine) = if odd { (cosine, sine) } else { (sine, cosine) };
-    // Quarters 2 and 3 turn the sign of the sine, 1 and 2 that of the cosine.
+    // Quarters 2 and 3 invert the sign of the sine, 1 and 2 that of the cosine.
     let sine_sign = (quarter & 2) << 62;
     let cosine_sign = (quarter.wrapping_add(1) & 2) << 62;
     (f64::from_bits(sine.to_bits() ^ sine_sign), f64::from_bits(cosine.to_bits() ^ cosine_sign))

@@ -1,42 +1,42 @@
-//! The histogram of the speeds, and the laws beside it.
+//! Histogram of the speeds, with the initial distribution and the Maxwell distribution.
 
 use kinetoscope_recording::channels::GasSpeeds;
 use serde::{Deserialize, Serialize};
 
-/// Bins of the histogram.
+/// Number of bins of the histogram.
 const BINS: usize = 30;
 
-/// Upper end of the histogram for Maxwell's law, over the root mean square speed: 0.2 % are above.
+/// Upper end of the histogram over the rms speed for the Maxwell distribution: 0.2 % of the speeds are above.
 const MAXWELL_TOP_OVER_RMS: f64 = 2.5;
 
-/// Upper end where the law is a single speed or not known, over the root mean square speed: a single speed is then in the
-/// middle of bin 12. At 2.5 it would be on a bin's edge, and rounding would share it out.
+/// Upper end over the rms speed for a single speed or an unknown distribution: a single speed is then in the middle of bin 12. At 2.5, it
+/// would be on the edge of a bin, and rounding would distribute it over two bins.
 const SINGLE_SPEED_TOP_OVER_RMS: f64 = 2.4;
 
-/// Upper end where all particles are at rest, m/s: a range must have a width.
+/// Upper end if all particles are at rest, m/s: a range must have a width.
 const TOP_AT_REST: f64 = 1.0;
 
-/// The law that the speeds at the start were drawn from, after their rescaling.
+/// Distribution of the speeds at the start, after rescaling.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum SpeedLaw {
+pub enum InitialSpeeds {
     /// Uniform in [0, max).
     Uniform {
         /// Upper bound, m/s.
         max_speed: f64,
     },
-    /// Maxwell's in two dimensions.
+    /// Maxwell distribution in two dimensions.
     Maxwell {
-        /// <v^2> of the law, m^2/s^2; the sample's differs.
+        /// <v^2> of the distribution, m^2/s^2; that of the sample differs.
         mean_square: f64,
     },
-    /// One speed for all.
+    /// One speed for all particles.
     Equal,
-    /// Written out.
+    /// Given in the manifest or in a recording.
     Given,
 }
 
-impl SpeedLaw {
-    /// Probability density at a speed, s/m; 0 where the law is a single speed or not known.
+impl InitialSpeeds {
+    /// Probability density at a speed, s/m; 0 for a single speed or an unknown distribution.
     #[must_use]
     pub fn density(&self, speed: f64) -> f64 {
         match *self {
@@ -46,12 +46,12 @@ impl SpeedLaw {
         }
     }
 
-    /// Upper end of the range in which speeds are shown, fixed for the run, m/s; above zero. Where particles collide Maxwell's speeds
-    /// must find room.
+    /// Upper end of the displayed speeds, m/s: positive and fixed for the run. If particles collide, it has room for the Maxwell
+    /// distribution.
     #[must_use]
-    pub fn range_top(&self, rms_speed_at_start: f64, collide: bool) -> f64 {
+    pub fn range_top(&self, rms_speed_at_start: f64, has_collisions: bool) -> f64 {
         let top = match *self {
-            Self::Uniform { max_speed } if !collide => max_speed,
+            Self::Uniform { max_speed } if !has_collisions => max_speed,
             Self::Maxwell { .. } | Self::Uniform { .. } => {
                 MAXWELL_TOP_OVER_RMS * rms_speed_at_start
             }
@@ -61,7 +61,7 @@ impl SpeedLaw {
     }
 }
 
-/// Maxwell's law of the speeds in two dimensions, f(v) = 2 v / <v^2> exp(-v^2 / <v^2>), s/m; 0 for a gas at rest.
+/// Maxwell distribution of the speeds in two dimensions, f(v) = 2 v / <v^2> exp(-v^2 / <v^2>), s/m; 0 for a gas at rest.
 #[must_use]
 pub fn maxwell_density(speed: f64, mean_square: f64) -> f64 {
     if mean_square > 0.0 {
@@ -71,12 +71,12 @@ pub fn maxwell_density(speed: f64, mean_square: f64) -> f64 {
     }
 }
 
-/// Histogram in 30 equal bins of [0, `range_top`), densities over all particles: a speed beyond the range is in no bin, so
-/// that the bins' sum is the share inside. Maxwell's law is that of the given mean square.
+/// Histogram with 30 equal bins in [0, `range_top`). Densities refer to all particles; a speed beyond the range is in no bin, so the sum
+/// over the bins is the fraction inside. The Maxwell distribution is that of the given mean square.
 #[must_use]
 pub fn histogram(
     speeds: impl Iterator<Item = f64>,
-    law: SpeedLaw,
+    law: InitialSpeeds,
     range_top: f64,
     mean_square: f64,
 ) -> GasSpeeds {
@@ -90,7 +90,7 @@ pub fn histogram(
         }
     }
     let rms = mean_square.sqrt();
-    // A gas at rest has no scale: its scaled axis stays at 0.
+    // A gas at rest has no scale: its scaled axis is 0.
     let per_rms = if rms > 0.0 { 1.0 / rms } else { 0.0 };
     let scaled = |values: &[f64], factor: f64| values.iter().map(|value| value * factor).collect();
     let centers: Vec<f64> = (0..BINS).map(|bin| (bin as f64 + 0.5) * width).collect();

@@ -1,16 +1,16 @@
-//! Particles in groups of eight, component by component: what the compiler turns into vector instructions.
+//! Particles in groups of eight with one array per component, which the compiler turns into vector instructions.
 
 use super::motion::Particle;
 use serde::{Deserialize, Serialize};
 
-/// Particles in a group: a whole number of vector registers on every machine.
+/// Number of particles per group: a whole number of vector registers on every machine.
 pub(super) const LANES: usize = 8;
 
-/// Groups in a block. A block is the unit of work of a thread and of a sum: its size is fixed, so that results do not depend
-/// on the number of threads.
+/// Number of groups per block. A block is the unit of work of a thread and of a sum. Its size is fixed, so results do not depend on the
+/// number of threads.
 pub(super) const BLOCK: usize = 128;
 
-/// One number for each particle of a group.
+/// One number per particle of a group.
 pub(super) type Lanes = [f64; LANES];
 
 /// Eight particles.
@@ -38,7 +38,7 @@ impl Group {
     }
 }
 
-/// All particles, in the order of their ids. Lanes behind the last particle rest at the center and count for nothing.
+/// All particles in the order of their ids. Lanes after the last particle are at rest at the center and are not counted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Particles {
     count: usize,

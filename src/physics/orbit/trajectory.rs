@@ -1,0 +1,229 @@
+//! Integration of bodies over many steps: steps of fixed length, or the steps that the adaptive method chooses.
+
+use super::adaptive::{AdaptiveStep, Attempt, try_step};
+use super::dormand_prince::DORMAND_PRINCE_8;
+use super::integrators::{MethodVisitor, with_fixed_steps};
+use super::motion::{Force, Phase};
+use super::single_step::{IntegrationState, Method};
+use kinetoscope_manifest::model::{OrbitIntegrator, OrbitSummation};
+use serde::{Deserialize, Serialize};
+
+/// Discretization of the equations of motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Discretization {
+    pub(super) integrator: OrbitIntegrator,
+    pub(super) summation: OrbitSummation,
+    /// h, days; for the adaptive method, the first step to try and the spacing of the times at which frames are possible.
+    pub(super) step: f64,
+    /// Relative error per step of the adaptive method.
+    pub(super) tolerance: f64,
+}
+
+impl Discretization {
+    /// Time of a step, days.
+    pub(super) fn time_at(&self, count: u64) -> f64 {
+        count as f64 * self.step
+    }
+}
+
+/// Counts the whole turns of the angle around the Sun.
+pub(super) trait TurnCounter<V> {
+    /// Half space that contains a position: the number of turns does not change within a half space.
+    fn side(&self, position: &V) -> bool;
+
+    /// Turns on the straight line from one position to the next.
+    fn turns_between(&self, from: &V, to: &V) -> i64;
+}
+
+/// Positions and velocities of bodies, with the sums over their path.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Trajectory<V> {
+    pub(super) phase: Phase<V>,
+    /// Steps done.
+    pub(super) count: u64,
+    /// Rounding errors that compensated sums have not yet added.
+    compensation: Phase<V>,
+    /// Whole turns around the Sun, counted in every step, so that they do not depend on the frames.
+    pub(super) turns: i64,
+    /// Number of force evaluations.
+    pub(super) evaluations: u64,
+    /// Last whole step of the adaptive method.
+    last_step: Option<AdaptiveStep<V>>,
+}
+
+/// Number of steps between two checks for finite numbers: a number that is not finite remains so.
+const MAX_STEPS_PER_CHECK: u64 = 64;
+
+/// Factor for the length of an adaptive step whose error is not finite.
+const OVERFLOW_LENGTH_FACTOR: f64 = 0.1;
+
+/// Error of a step whose result is not finite.
+pub(super) struct NotFinite;
+
+impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
+    /// Bodies at their start.
+    pub(super) fn new(phase: Phase<V>, discretization: &Discretization) -> Self {
+        let mut compensation = phase.clone();
+        compensation.position.as_mut().fill(0.0);
+        compensation.velocity.as_mut().fill(0.0);
+        let is_adaptive = discretization.integrator == OrbitIntegrator::DormandPrince8;
+        let last_step = is_adaptive.then(|| AdaptiveStep {
+            time: 0.0,
+            next_length: discretization.step,
+            phase: phase.clone(),
+            compensation: compensation.clone(),
+            turns: 0,
+        });
+        Self { phase, count: 0, compensation, turns: 0, evaluations: 0, last_step }
+    }
+
+    /// Takes the given number of steps. A step whose result is not finite is not taken.
+    pub(super) fn advance<F: Force<Vector = V>>(
+        &mut self,
+        force: &F,
+        discretization: &Discretization,
+        steps: u64,
+        counter: &impl TurnCounter<V>,
+    ) -> Result<(), NotFinite> {
+        match discretization.summation {
+            OrbitSummation::Compensated => {
+                self.integrate::<F, _, true>(force, discretization, steps, counter)
+            }
+            OrbitSummation::Plain => {
+                self.integrate::<F, _, false>(force, discretization, steps, counter)
+            }
+        }
+    }
+
+    fn integrate<F: Force<Vector = V>, T: TurnCounter<V>, const COMPENSATED: bool>(
+        &mut self,
+        force: &F,
+        discretization: &Discretization,
+        steps: u64,
+        counter: &T,
+    ) -> Result<(), NotFinite> {
+        if discretization.integrator == OrbitIntegrator::DormandPrince8 {
+            let before = self.clone();
+            let take = |trajectory: &mut Self, steps| {
+                trajectory.take_adaptive_steps::<F, COMPENSATED>(
+                    force,
+                    discretization,
+                    steps,
+                    counter,
+                )
+            };
+            return take(self, steps).or_else(|NotFinite| {
+                // However the work is divided, the run ends at the last possible time.
+                *self = before;
+                (0..steps).try_for_each(|_| take(self, 1))
+            });
+        }
+        let h = discretization.step;
+        let steps = FixedSteps::<F, T, COMPENSATED> { trajectory: self, force, h, steps, counter };
+        // The exact solution takes no steps.
+        with_fixed_steps(discretization.integrator, steps).unwrap_or(Ok(()))
+    }
+
+    /// Takes steps up to the given number of multiples of `step` from the current time: whole steps of the adaptive method that do not
+    /// pass the last of them, then a shorter step to it that is not kept.
+    fn take_adaptive_steps<F: Force<Vector = V>, const COMPENSATED: bool>(
+        &mut self,
+        force: &F,
+        discretization: &Discretization,
+        steps: u64,
+        counter: &impl TurnCounter<V>,
+    ) -> Result<(), NotFinite> {
+        let Some(last) = &mut self.last_step else { return Ok(()) };
+        let end = discretization.time_at(self.count + steps);
+        let (phase, compensation) = (last.phase.clone(), last.compensation.clone());
+        let mut state = IntegrationState::<F, COMPENSATED>::new(force, phase, compensation);
+        while last.time + last.next_length <= end {
+            let next = last.time + last.next_length;
+            // The difference of the rounded times, so that times have no error of their own.
+            let h = next - last.time;
+            if h <= 0.0 {
+                return Err(NotFinite);
+            }
+            self.evaluations += DORMAND_PRINCE_8.evaluations();
+            let Attempt { length_factor, is_accepted } =
+                try_step(&mut state, h, discretization.tolerance).unwrap_or(Attempt {
+                    length_factor: OVERFLOW_LENGTH_FACTOR,
+                    is_accepted: false,
+                });
+            last.next_length *= length_factor;
+            if is_accepted {
+                last.turns += counter.turns_between(&last.phase.position, &state.phase.position);
+                last.time = next;
+                last.phase.clone_from(&state.phase);
+                last.compensation.clone_from(&state.compensation);
+            }
+        }
+        DORMAND_PRINCE_8.step(&mut state, end - last.time);
+        if !state.phase.is_finite() {
+            return Err(NotFinite);
+        }
+        self.turns =
+            last.turns + counter.turns_between(&last.phase.position, &state.phase.position);
+        self.phase = state.phase;
+        self.count += steps;
+        Ok(())
+    }
+}
+
+/// Steps of fixed length to take with the integrator of the manifest.
+struct FixedSteps<'a, F: Force, T, const COMPENSATED: bool> {
+    trajectory: &'a mut Trajectory<F::Vector>,
+    force: &'a F,
+    h: f64,
+    steps: u64,
+    counter: &'a T,
+}
+
+impl<F: Force, T: TurnCounter<F::Vector>, const COMPENSATED: bool> MethodVisitor
+    for FixedSteps<'_, F, T, COMPENSATED>
+{
+    type Output = Result<(), NotFinite>;
+
+    fn visit(self, method: &impl Method) -> Self::Output {
+        let Self { trajectory, force, h, steps, counter } = self;
+        let restart = |trajectory: &Trajectory<F::Vector>| {
+            let (phase, compensation) = (trajectory.phase.clone(), trajectory.compensation.clone());
+            IntegrationState::<F, COMPENSATED>::new(force, phase, compensation)
+        };
+        let mut state = restart(trajectory);
+        let end = trajectory.count + steps;
+        let mut from = trajectory.phase.position.clone();
+        let mut side = counter.side(&from);
+        let mut steps_per_check = MAX_STEPS_PER_CHECK;
+        while trajectory.count < end {
+            let steps = steps_per_check.min(end - trajectory.count);
+            let turns_before = trajectory.turns;
+            for _ in 0..steps {
+                method.step(&mut state, h);
+                let next = counter.side(&state.phase.position);
+                if next != side {
+                    trajectory.turns += counter.turns_between(&from, &state.phase.position);
+                    side = next;
+                }
+                from.clone_from(&state.phase.position);
+            }
+            if state.phase.is_finite() {
+                trajectory.phase.clone_from(&state.phase);
+                trajectory.compensation.clone_from(&state.compensation);
+                trajectory.count += steps;
+                trajectory.evaluations += steps * method.evaluations();
+            } else {
+                // Repeats the steps one by one up to the last one with finite numbers.
+                state = restart(trajectory);
+                trajectory.turns = turns_before;
+                if steps == 1 {
+                    return Err(NotFinite);
+                }
+                from.clone_from(&state.phase.position);
+                side = counter.side(&from);
+                steps_per_check = 1;
+            }
+        }
+        Ok(())
+    }
+}
