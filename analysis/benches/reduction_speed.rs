@@ -8,7 +8,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may end on an error")]
 
-use kinetoscope_analysis::run;
+use kinetoscope_analysis::{input::recording, run};
 use kinetoscope_manifest::parse;
 use kinetoscope_recording::channels::{self, ChannelDeclaration};
 use kinetoscope_recording::frame::{Frame, StateColumn};
@@ -71,7 +71,7 @@ fn speed(work: impl Fn()) -> f64 {
 }
 
 fn analyze(path: &Path, threads: NonZeroUsize) {
-    let open = run::open(path).map_err(|error| error.0).unwrap();
+    let open = recording::open(path).map_err(|error| error.0).unwrap();
     let found = run::analyze(&open, Vec::new(), true, &[], threads).map_err(|error| error.0);
     assert_eq!(found.unwrap().frames, FRAMES);
 }

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    ExitCode::from(kinetoscope_analysis::command::main() as u8)
+    ExitCode::from(kinetoscope_analysis::cli::main() as u8)
 }

@@ -24,8 +24,8 @@ impl Gnuplot {
     }
 
     fn script(&self) -> String {
-        let [low, high] = self.subject.bounds().unwrap_or(self.seen);
-        let points = self.subject.radius() == 0.0 && self.subject.index("radius").is_none();
+        let [low, high] = self.subject.extent.bounds.unwrap_or(self.seen);
+        let points = self.subject.extent.radius == 0.0 && self.subject.index("radius").is_none();
         let style =
             if points { "using 1:2 with points pointtype 7" } else { "using 1:2:3 with circles" };
         let last = self.frames.saturating_sub(1);
@@ -54,7 +54,7 @@ impl Exporter for Gnuplot {
         let mut text = String::new();
         for particle in 0..state.rows() {
             let row = state.row(particle);
-            let radius = radius.map_or(self.subject.radius(), |column| row[column]);
+            let radius = radius.map_or(self.subject.extent.radius, |column| row[column]);
             // Writing to a String can't fail.
             let _ = writeln!(text, "{:?} {:?} {radius:?}", row[x], row[y]);
             for (axis, place) in [row[x], row[y]].into_iter().enumerate() {

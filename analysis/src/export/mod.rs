@@ -9,8 +9,9 @@ mod tables;
 mod xyz;
 
 use crate::input::Source;
-use crate::run;
-use kinetoscope_manifest::model::ModelConfig;
+use crate::input::recording;
+use crate::models::contract::Extent;
+use crate::models::registry;
 use kinetoscope_recording::reader::RecordedFrame;
 use std::path::{Path, PathBuf};
 
@@ -63,40 +64,13 @@ trait Exporter {
     fn finish(&mut self) -> Result<(), ExportError>;
 }
 
-/// What the forms need to know of a run.
+/// The run that is exported.
 struct Subject {
-    model: ModelConfig,
+    extent: Extent,
     columns: Vec<String>,
 }
 
 impl Subject {
-    /// Radius of the particles that have none in the state; 0 for points.
-    fn radius(&self) -> f64 {
-        match &self.model {
-            ModelConfig::Dem(config) => config.radius_m.mean(),
-            ModelConfig::Packing(config) => config.radius.get(),
-            ModelConfig::Gas(_) | ModelConfig::Orbit(_) => 0.0,
-        }
-    }
-
-    /// Lower left and upper right corner of what the particles are in; `None` without walls.
-    fn bounds(&self) -> Option<[[f64; 2]; 2]> {
-        match &self.model {
-            ModelConfig::Dem(config) => {
-                Some([[0.0, 0.0], [config.width_m.get(), config.height_m.get()]])
-            }
-            ModelConfig::Packing(config) => {
-                let half = [config.width.get() / 2.0, config.height.get() / 2.0];
-                Some([half.map(|side| -side), half])
-            }
-            ModelConfig::Gas(config) => {
-                let (center, radius) = (config.center_m.map(|part| part.get()), config.radius_m);
-                Some([center.map(|c| c - radius.get()), center.map(|c| c + radius.get())])
-            }
-            ModelConfig::Orbit(_) => None,
-        }
-    }
-
     fn index(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column == name)
     }
@@ -111,13 +85,13 @@ pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, Expor
     let mut exported = 0;
     for path in &source.files {
         let Ok(recording) = source.recording(path) else { continue };
-        let Ok(run) = run::opened(recording) else { continue };
+        let Ok(run) = recording::opened(recording) else { continue };
         let recording = run.recording();
         let stem = path.file_stem().unwrap_or_default();
         let folder = folder.join(stem).join(form.folder());
         std::fs::create_dir_all(&folder).map_err(|error| ExportError::at(&folder, error))?;
         let subject = Subject {
-            model: run.manifest.model.clone(),
+            extent: registry::extent(&run.manifest.model),
             columns: recording.state_columns().to_vec(),
         };
         let mut exporter = exporter(form, subject, folder)?;

@@ -2,8 +2,8 @@
 //! (`temperature_k=300/`, as Hive does), so that data frames and SQL engines read it as it is.
 
 use super::ExportError;
-use crate::coordinates;
-use crate::metrics::{Metric, Place, RunPlace};
+use crate::input::coordinates;
+use crate::metric::{Metric, Place, RunPlace};
 use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;

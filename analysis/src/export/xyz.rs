@@ -19,7 +19,7 @@ impl Xyz {
 
     /// The second line of a frame: box, columns, time.
     fn comment(&self, frame: u64, time: f64) -> String {
-        let lattice = self.subject.bounds().map_or_else(String::new, |[low, high]| {
+        let lattice = self.subject.extent.bounds.map_or_else(String::new, |[low, high]| {
             // The plane gets a thickness: readers refuse a box without a volume.
             let [width, height] = [0, 1].map(|axis| high[axis] - low[axis]);
             let depth = width.min(height);
@@ -56,7 +56,7 @@ impl Xyz {
             for place in places {
                 write!(file, " {:?}", place.map_or(0.0, |column| row[column]))?;
             }
-            write!(file, " {:?}", radius.map_or(self.subject.radius(), |column| row[column]))?;
+            write!(file, " {:?}", radius.map_or(self.subject.extent.radius, |column| row[column]))?;
             for (column, _) in self.others() {
                 write!(file, " {:?}", row[column])?;
             }

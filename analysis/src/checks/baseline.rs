@@ -1,0 +1,173 @@
+//! Today's metrics against those of an earlier analysis: by statistics, not by equality.
+
+use crate::checks::{Judge, Verdict, in_unit, subject};
+use crate::metric::{Metric, Place, SCHEMA};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// A metric has moved when both values are further apart than this many of their common standard errors: of metrics that
+/// rest, chance moves one in 16 000.
+const MOST_STANDARD_ERRORS: f64 = 4.0;
+/// Differences below this share of the value are rounding.
+const ROUNDING_SHARE: f64 = 1e-9;
+
+/// The metrics of an earlier analysis.
+#[derive(Debug, Deserialize)]
+pub struct Baseline {
+    schema: u32,
+    /// Name of the experiment.
+    pub experiment: String,
+    metrics: Vec<Earlier>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Earlier {
+    name: String,
+    value: Option<f64>,
+    standard_error: Option<f64>,
+    run: Option<EarlierRun>,
+    sweep: Option<EarlierSweep>,
+}
+
+#[derive(Debug, Deserialize)]
+struct EarlierRun {
+    coordinates: BTreeMap<String, String>,
+    replicate: u32,
+}
+
+#[derive(Debug, Deserialize)]
+struct EarlierSweep {
+    along: Option<String>,
+    coordinates: BTreeMap<String, String>,
+}
+
+/// What a metric is about, whatever its recording was called: a file's name changes with the physics.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Subject {
+    name: String,
+    coordinates: BTreeMap<String, String>,
+    replicate: Option<u32>,
+    along: Option<String>,
+}
+
+impl Baseline {
+    /// Reads a `metrics.json`.
+    ///
+    /// # Errors
+    /// A text that is none, or one of another schema, with the user's next step.
+    pub fn read(text: &str) -> Result<Self, String> {
+        let again = "write it anew with this version of analyze-recordings";
+        let read: Self = serde_json::from_str(text)
+            .map_err(|error| format!("is no metrics.json ({error}): {again}"))?;
+        if read.schema == SCHEMA {
+            Ok(read)
+        } else {
+            Err(format!("has schema {}, this version reads {SCHEMA}: {again}", read.schema))
+        }
+    }
+
+    /// A verdict for each metric of which an error is known then or now, or that is gone; and a note on each other one that
+    /// has changed.
+    #[must_use]
+    pub fn judge(&self, metrics: &[Metric]) -> (Vec<Verdict>, Vec<String>) {
+        let now: BTreeMap<Subject, &Metric> =
+            metrics.iter().map(|metric| (subject_of(metric), metric)).collect();
+        let (mut verdicts, mut notes) = (Vec::new(), Vec::new());
+        for earlier in &self.metrics {
+            let of = earlier.subject();
+            match now.get(&of) {
+                Some(metric) => match compare(earlier, metric) {
+                    Comparison::Judged(verdict) => verdicts.push(verdict),
+                    Comparison::Changed(note) => notes.push(note),
+                    Comparison::Same => {}
+                },
+                None => verdicts.push(gone(&of)),
+            }
+        }
+        (verdicts, notes)
+    }
+}
+
+impl Earlier {
+    fn subject(&self) -> Subject {
+        let name = self.name.clone();
+        match (&self.run, &self.sweep) {
+            (Some(run), _) => Subject {
+                name,
+                coordinates: run.coordinates.clone(),
+                replicate: Some(run.replicate),
+                along: None,
+            },
+            (None, Some(sweep)) => Subject {
+                name,
+                coordinates: sweep.coordinates.clone(),
+                replicate: None,
+                along: sweep.along.clone(),
+            },
+            (None, None) => {
+                Subject { name, coordinates: BTreeMap::new(), replicate: None, along: None }
+            }
+        }
+    }
+}
+
+fn subject_of(metric: &Metric) -> Subject {
+    let (replicate, along) = match &metric.place {
+        Place::Run(run) => (Some(run.replicate), None),
+        Place::Sweep(sweep) => (None, sweep.along.clone()),
+    };
+    let places = metric.coordinates().iter();
+    Subject {
+        name: metric.name().to_owned(),
+        coordinates: places.map(|place| (place.key.clone(), place.value.clone())).collect(),
+        replicate,
+        along,
+    }
+}
+
+enum Comparison {
+    Judged(Verdict),
+    Changed(String),
+    Same,
+}
+
+fn compare(earlier: &Earlier, metric: &Metric) -> Comparison {
+    let before = earlier.value.unwrap_or(f64::NAN);
+    let apart = metric.value - before;
+    let rounding = metric.rounding + ROUNDING_SHARE * before.abs();
+    let same = apart.abs() <= rounding || (before.is_nan() && !metric.value.is_finite());
+    let errors = [earlier.standard_error, metric.standard_error];
+    let numbers = format!("{}, before {}", in_unit(metric.value, metric), in_unit(before, metric));
+    if errors == [None, None] {
+        return if same {
+            Comparison::Same
+        } else {
+            let subject = subject(metric);
+            Comparison::Changed(format!(
+                "{subject} has changed and is not judged, as it has no standard error: {numbers}"
+            ))
+        };
+    }
+    let error = errors.map(|error| error.unwrap_or(0.0));
+    let common = error[0].hypot(error[1]);
+    let holds = same || apart.abs() <= MOST_STANDARD_ERRORS * common;
+    let finding = format!(
+        "{numbers}: {:.1} of {MOST_STANDARD_ERRORS} standard errors apart",
+        if same { 0.0 } else { apart.abs() / common }
+    );
+    Comparison::Judged(Verdict { holds, judge: Judge::Baseline, subject: subject(metric), finding })
+}
+
+fn gone(of: &Subject) -> Verdict {
+    let places = of.coordinates.iter().map(|(key, value)| format!("{key} = {value}"));
+    let replicate = of.replicate.filter(|replicate| *replicate > 0);
+    let replicate = replicate.map(|replicate| format!("replicate = {replicate}"));
+    let places = places.chain(replicate).collect::<Vec<_>>().join(", ");
+    let at = if places.is_empty() { places } else { format!(" at {places}") };
+    Verdict {
+        holds: false,
+        judge: Judge::Baseline,
+        subject: format!("{}{at}", of.name),
+        finding: "the baseline has it, and it is not there any more".to_owned(),
+    }
+}

@@ -1,0 +1,96 @@
+//! Verdicts in the forms that CI systems read.
+
+use crate::checks::Verdict;
+use std::fmt::Write as _;
+
+/// The checks of one experiment.
+#[derive(Clone, Copy, Debug)]
+pub struct ExperimentChecks<'a> {
+    /// The experiment's name.
+    pub name: &'a str,
+    /// The results of its checks.
+    pub verdicts: &'a [Verdict],
+    /// What could not be read, and why.
+    pub unreadable: &'a [String],
+}
+
+/// The verdicts of all experiments as JUnit XML: a suite an experiment, a case a verdict, an error a file that can't be read.
+#[must_use]
+pub fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
+    let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n".to_owned();
+    for experiment in experiments {
+        let failed = experiment.verdicts.iter().filter(|verdict| !verdict.holds).count();
+        let errors = experiment.unreadable.len();
+        let name = escaped(experiment.name);
+        let tests = experiment.verdicts.len() + errors;
+        // Writing to a String can't fail.
+        let _ = writeln!(
+            text,
+            "  <testsuite name=\"{name}\" tests=\"{tests}\" failures=\"{failed}\" errors=\"{errors}\">"
+        );
+        for verdict in experiment.verdicts {
+            let subject = escaped(&verdict.subject);
+            let finding = escaped(&verdict.finding);
+            let _ = write!(text, "    <testcase classname=\"{name}\" name=\"{subject}\"");
+            let _ = if verdict.holds {
+                writeln!(text, "><system-out>{finding}</system-out></testcase>")
+            } else {
+                writeln!(text, "><failure message=\"{finding}\"/></testcase>")
+            };
+        }
+        for why in experiment.unreadable {
+            let why = escaped(why);
+            let _ = writeln!(
+                text,
+                "    <testcase classname=\"{name}\" name=\"input\"><error message=\"{why}\"/></testcase>"
+            );
+        }
+        text += "  </testsuite>\n";
+    }
+    text + "</testsuites>\n"
+}
+
+/// What failed and what could not be read, as annotations of a GitHub workflow.
+#[must_use]
+pub fn github(experiments: &[ExperimentChecks<'_>]) -> String {
+    let mut text = String::new();
+    for experiment in experiments {
+        for verdict in experiment.verdicts.iter().filter(|verdict| !verdict.holds) {
+            let title = property(&format!("{}: {}", experiment.name, verdict.subject));
+            let _ = writeln!(text, "::error title={title}::{}", data(&verdict.finding));
+        }
+        for why in experiment.unreadable {
+            let title = property(&format!("{}: unreadable", experiment.name));
+            let _ = writeln!(text, "::error title={title}::{}", data(why));
+        }
+    }
+    text
+}
+
+/// Text between or in the tags of XML and HTML. Characters that XML 1.0 does not know become spaces.
+#[must_use]
+pub fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped += "&amp;",
+            '<' => escaped += "&lt;",
+            '>' => escaped += "&gt;",
+            '"' => escaped += "&quot;",
+            '\n' | '\t' => escaped.push(character),
+            control if control.is_control() => escaped.push(' '),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
+
+/// The message of an annotation.
+fn data(text: &str) -> String {
+    text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A")
+}
+
+/// The title of an annotation.
+fn property(text: &str) -> String {
+    data(text).replace(':', "%3A").replace(',', "%2C")
+}

@@ -1,0 +1,241 @@
+//! Checks against metrics: what must hold, and whether it does.
+
+pub mod baseline;
+pub mod ci_formats;
+
+use crate::input::coordinates;
+use crate::metric::{Metric, Place};
+use kinetoscope_manifest::{Bound, Check};
+use std::collections::BTreeSet;
+
+/// What became of a check, or of a comparison with a baseline, at one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// Whether it holds.
+    pub holds: bool,
+    /// Whose judgment it is.
+    pub judge: Judge,
+    /// The metric, and where.
+    pub subject: String,
+    /// What was measured, what was expected, and the tolerance.
+    pub finding: String,
+}
+
+/// Whose judgment a verdict is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Judge {
+    /// A check of the manifest or of a file.
+    Check,
+    /// An earlier analysis.
+    Baseline,
+}
+
+impl Verdict {
+    /// One line.
+    #[must_use]
+    pub fn text(&self) -> String {
+        format!("{}: {}", self.subject, self.finding)
+    }
+}
+
+/// Judges a check at every place that it is about: fits and means over replicates where there are any, else each run. A check
+/// that finds no metric fails.
+#[must_use]
+pub fn judge(check: &Check, metrics: &[Metric]) -> Vec<Verdict> {
+    let named: Vec<&Metric> =
+        metrics.iter().filter(|metric| metric.name() == check.metric).collect();
+    let selected: Vec<&Metric> =
+        named.iter().copied().filter(|metric| check.selects(metric.coordinates())).collect();
+    let means: BTreeSet<String> = selected
+        .iter()
+        .filter(|metric| matches!(metric.place, Place::Sweep(_)))
+        .map(|metric| coordinates::text(metric.coordinates()))
+        .collect();
+    let judged: Vec<&Metric> = selected
+        .into_iter()
+        .filter(|metric| match &metric.place {
+            Place::Sweep(_) => true,
+            Place::Run(run) => {
+                let whole = run.outcome == "complete" || run.outcome.starts_with("fault");
+                whole && !means.contains(&coordinates::text(&run.coordinates))
+            }
+        })
+        .collect();
+    if judged.is_empty() {
+        return vec![missing(check, &named, metrics)];
+    }
+    judged.into_iter().map(|metric| compare(check, metric)).collect()
+}
+
+fn missing(check: &Check, named: &[&Metric], metrics: &[Metric]) -> Verdict {
+    let place = check.at.iter().map(|(key, value)| format!("{key} = {value}"));
+    let place = place.collect::<Vec<_>>().join(", ");
+    let why = if !named.is_empty() {
+        let place =
+            if place.is_empty() { "of a finished run".to_owned() } else { format!("at {place}") };
+        format!("there is none {place}")
+    } else {
+        let known = metrics.iter().map(Metric::name);
+        let near = known
+            .map(|name| (strsim::damerau_levenshtein(name, &check.metric), name))
+            .filter(|(distance, _)| *distance <= 1 + check.metric.len() / 4)
+            .min();
+        match near {
+            Some((_, name)) => format!("there is no such metric; did you mean {name}?"),
+            None => "there is no such metric; metrics.csv lists all that there are".to_owned(),
+        }
+    };
+    Verdict { holds: false, judge: Judge::Check, subject: check.metric.clone(), finding: why }
+}
+
+fn compare(check: &Check, metric: &Metric) -> Verdict {
+    let measured = metric.value;
+    let expected_or_theory = |expected: Option<f64>| expected.or(metric.theory);
+    let (holds, expectation) = match check.bound {
+        Bound::Near { expected, tolerance } => within(measured, expected_or_theory(expected), tolerance),
+        Bound::NearRelative { expected, relative_tolerance } => {
+            let expected = expected_or_theory(expected);
+            let tolerance = expected.map_or(0.0, |expected| relative_tolerance * expected.abs());
+            let (holds, text) = within(measured, expected, tolerance);
+            (holds, format!("{text} ({relative_tolerance} of it)"))
+        }
+        Bound::WithinStandardErrors { expected, standard_errors } => match metric.standard_error {
+            Some(error) => {
+                let (holds, text) =
+                    within(measured, expected_or_theory(expected), standard_errors * error);
+                (holds, format!("{text} ({standard_errors} standard errors)"))
+            }
+            None => (false, "a standard error, which this metric does not have: record more frames or replicates".to_owned()),
+        },
+        Bound::Range { minimum, maximum } => {
+            let above = minimum.is_none_or(|minimum| measured >= minimum);
+            let below = maximum.is_none_or(|maximum| measured <= maximum);
+            let text = match (minimum, maximum) {
+                (Some(minimum), Some(maximum)) => format!("{} to {}", digits(minimum), digits(maximum)),
+                (Some(minimum), None) => format!("at least {}", digits(minimum)),
+                (None, Some(maximum)) => format!("at most {}", digits(maximum)),
+                (None, None) => "anything".to_owned(),
+            };
+            (above && below && !measured.is_nan(), text)
+        }
+    };
+    let measured = in_unit(measured, metric);
+    let finding = format!("measured {measured}, expected {expectation}");
+    Verdict { holds, judge: Judge::Check, subject: subject(metric), finding }
+}
+
+/// Seven digits and the unit.
+pub(crate) fn in_unit(value: f64, metric: &Metric) -> String {
+    match metric.unit() {
+        "" | "1" => digits(value),
+        unit => format!("{} {unit}", digits(value)),
+    }
+}
+
+/// The metric's name, and which run or part of the sweep.
+pub(crate) fn subject(metric: &Metric) -> String {
+    format!("{}{}", metric.name(), place_text(metric))
+}
+
+fn within(measured: f64, expected: Option<f64>, tolerance: f64) -> (bool, String) {
+    match expected {
+        Some(expected) => {
+            // Not a number is within nothing.
+            let holds = (measured - expected).abs() <= tolerance;
+            (holds, format!("{} ± {}", digits(expected), digits(tolerance)))
+        }
+        None => {
+            (false, "theory's value, which this metric does not have: give `expected`".to_owned())
+        }
+    }
+}
+
+/// Seven digits, with a power of ten where plain ones would be many.
+fn digits(value: f64) -> String {
+    let text = format!("{value:.6e}");
+    let trimmed = |digits: &str| digits.trim_end_matches('0').trim_end_matches('.').to_owned();
+    match text.split_once('e').map(|(mantissa, exponent)| (mantissa, exponent.parse::<i32>())) {
+        Some((_, Ok(exponent @ -3..=5))) => {
+            let decimals = usize::try_from(6 - exponent).unwrap_or(0);
+            trimmed(&format!("{value:.decimals$}"))
+        }
+        Some((mantissa, Ok(exponent))) => format!("{}e{exponent}", trimmed(mantissa)),
+        _ => text,
+    }
+}
+
+fn place_text(metric: &Metric) -> String {
+    let mut place = coordinates::text(metric.coordinates());
+    if let Place::Run(run) = &metric.place
+        && run.replicate > 0
+    {
+        let separator = if place.is_empty() { "" } else { ", " };
+        place = format!("{place}{separator}replicate = {}", run.replicate);
+    }
+    if place.is_empty() { place } else { format!(" at {place}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metric::SweepPlace;
+    use crate::metric::definition::Definition;
+
+    const SLOPE: &Definition =
+        &Definition { name: "slope", unit: "m", how: "", laws: &[], rounding: 0.0 };
+
+    fn metric(value: f64, standard_error: Option<f64>, theory: Option<f64>) -> Metric {
+        Metric {
+            definition: SLOPE,
+            value,
+            standard_error,
+            theory,
+            rounding: 0.0,
+            source: String::new(),
+            place: Place::Sweep(SweepPlace { along: None, coordinates: Vec::new(), replicates: 1 }),
+        }
+    }
+
+    fn holds(bound: Bound, metric: &Metric) -> bool {
+        let check = Check { metric: "slope".to_owned(), at: Vec::new(), bound };
+        let verdicts = judge(&check, std::slice::from_ref(metric));
+        assert_eq!(verdicts.len(), 1);
+        verdicts[0].holds
+    }
+
+    #[test]
+    fn each_bound_holds_up_to_its_edge_and_not_beyond() {
+        let found = metric(10.5, Some(0.25), Some(10.0));
+        let near = |tolerance| Bound::Near { expected: Some(10.0), tolerance };
+        assert!(holds(near(0.5), &found) && !holds(near(0.4), &found));
+        let relative =
+            |relative_tolerance| Bound::NearRelative { expected: None, relative_tolerance };
+        assert!(holds(relative(0.05), &found) && !holds(relative(0.04), &found));
+        let errors =
+            |standard_errors| Bound::WithinStandardErrors { expected: None, standard_errors };
+        assert!(holds(errors(2.0), &found) && !holds(errors(1.9), &found));
+        let range = |minimum, maximum| Bound::Range { minimum, maximum };
+        assert!(holds(range(Some(10.5), Some(10.5)), &found));
+        assert!(!holds(range(None, Some(10.4)), &found) && !holds(range(Some(10.6), None), &found));
+    }
+
+    #[test]
+    fn what_can_not_be_judged_fails() {
+        let bare = metric(10.0, None, None);
+        assert!(!holds(Bound::Near { expected: None, tolerance: 1.0 }, &bare));
+        assert!(!holds(
+            Bound::WithinStandardErrors { expected: Some(10.0), standard_errors: 9.0 },
+            &bare
+        ));
+        let broken = metric(f64::NAN, None, None);
+        assert!(!holds(Bound::Range { minimum: None, maximum: Some(1.0) }, &broken));
+        assert!(!holds(Bound::Near { expected: Some(0.0), tolerance: 1e300 }, &broken));
+        let check = Check {
+            metric: "slop".to_owned(),
+            at: Vec::new(),
+            bound: Bound::Range { minimum: None, maximum: Some(1.0) },
+        };
+        let verdicts = judge(&check, &[bare]);
+        assert!(!verdicts[0].holds && verdicts[0].finding.contains("did you mean slope"));
+    }
+}

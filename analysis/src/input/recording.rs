@@ -1,0 +1,68 @@
+//! One open recording with its manifest.
+
+use kinetoscope_manifest::{RunManifest, parse_run};
+use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::reader::Recording;
+use std::path::Path;
+
+/// A recording that told nothing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unreadable(pub String);
+
+/// A recording that is open, with its manifest read.
+pub struct OpenRun {
+    recording: Recording,
+    /// The file's name, without its folder.
+    pub file: String,
+    /// The canonical text of the run's manifest.
+    pub canonical: String,
+    /// The run's manifest.
+    pub manifest: RunManifest,
+    /// The run's content key.
+    pub content_key: String,
+}
+
+impl OpenRun {
+    /// The recording.
+    #[must_use]
+    pub fn recording(&self) -> &Recording {
+        &self.recording
+    }
+}
+
+/// Opens a recording and reads its manifest.
+///
+/// # Errors
+/// A file that is no recording of ours, or whose manifest does not read.
+pub fn open(path: &Path) -> Result<OpenRun, Unreadable> {
+    opened(Recording::open(path).map_err(unreadable)?)
+}
+
+/// What an error of the reader says.
+pub(crate) fn unreadable(error: ReadError) -> Unreadable {
+    Unreadable(error.to_string())
+}
+
+/// Reads the manifest of an open recording.
+///
+/// # Errors
+/// A manifest that does not read.
+pub fn opened(recording: Recording) -> Result<OpenRun, Unreadable> {
+    let canonical = recording.manifest().to_owned();
+    let path = recording.path();
+    let manifest = parse_run(&canonical).map_err(|diagnostics| {
+        let path = path.display();
+        Unreadable(format!(
+            "{path}: its manifest is not one that this version reads; no frame was read\n{diagnostics}"
+        ))
+    })?;
+    let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
+    let content_key = recording.provenance().content_key.clone();
+    Ok(OpenRun { recording, file, canonical, manifest, content_key })
+}
+
+/// Whether a file's name is that of a recording under way.
+#[must_use]
+pub fn is_partial(file: &str) -> bool {
+    file.ends_with(".partial.mcap")
+}

@@ -1,0 +1,225 @@
+//! What collisions and time do to a gas: whether its speeds are Maxwell's, how often discs meet, whether anything drifts.
+
+use super::kinetics_laws as law;
+use super::laws as ideal;
+use super::metrics as metric;
+use crate::metric::Measurement;
+use crate::models::series::Series;
+use crate::statistics::{Estimate, mean};
+use kinetoscope_manifest::model::GasConfig;
+use kinetoscope_recording::reader::StateTable;
+
+/// Collisions a disc after which its speed has forgotten its start: the fourth moment keeps some exp(-0.35) of its distance from
+/// Maxwell's a collision, so that a millionth is left.
+const COLLISIONS_TO_FORGET: f64 = 40.0;
+
+/// Crossings of the container after which places have lost their start.
+const CROSSINGS_TO_FORGET: f64 = 20.0;
+
+/// The frames' part of it.
+#[derive(Clone, Debug, Default)]
+pub struct Kinetics {
+    /// Time, s, and since the start: collisions of pairs, their virial, J s.
+    pub(crate) pairs: Series<(f64, f64, f64)>,
+    /// Time, s, and H above its least value.
+    pub(crate) excess_h: Series<(f64, f64)>,
+    /// Bins of the histogram that H is found in.
+    pub(crate) bins: usize,
+    pub(crate) energy_j: Option<f64>,
+    pub(crate) inside_half_at_start: Option<f64>,
+}
+
+/// The run's part of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a> {
+    pub(crate) config: &'a GasConfig,
+    pub(crate) time_s: f64,
+    /// Of the last frame.
+    pub(crate) state: Option<&'a StateTable>,
+    /// <v^2> of the last frame, m^2/s^2; `None` of several masses.
+    pub(crate) mean_square: Option<f64>,
+    /// Time, s, and pressure since the start, N/m.
+    pub(crate) pressures: &'a Series<(f64, f64)>,
+    /// Whether each particle stays and keeps its speed.
+    pub(crate) keeps_particles: bool,
+}
+
+impl Kinetics {
+    /// The numbers of a run.
+    #[must_use]
+    pub fn measurements(&self, seen: &Seen<'_>) -> Vec<Measurement> {
+        let mut found = Vec::new();
+        self.maxwell(seen, &mut found);
+        self.least_h(seen, &mut found);
+        self.rates(seen, &mut found);
+        self.places(seen, &mut found);
+        found.extend(pressure_drift(seen));
+        found
+    }
+
+    /// Whether each disc has collided so often that its speed has forgotten the start.
+    fn has_forgotten(&self, seen: &Seen<'_>) -> bool {
+        let particles = f64::from(seen.config.particles.get());
+        let pairs = self.pairs.last().map_or(0.0, |(_, pairs, _)| *pairs);
+        seen.config.keeps_energy() && 2.0 * pairs / particles >= COLLISIONS_TO_FORGET
+    }
+
+    fn maxwell(&self, seen: &Seen<'_>, found: &mut Vec<Measurement>) {
+        let Some(squares) = seen.state.and_then(squares_of) else { return };
+        if seen.config.opening_width_m.is_some() || ideal::has_several_masses(seen.config) {
+            return;
+        }
+        let speeds: Vec<f64> = squares.iter().map(|square| square.sqrt()).collect();
+        let fourths: Vec<f64> = squares.iter().map(|square| square * square).collect();
+        let (Some(speed), Some(square), Some(fourth)) =
+            (mean(&speeds), mean(&squares), mean(&fourths))
+        else {
+            return;
+        };
+        if square == 0.0 {
+            return;
+        }
+        let particles = squares.len() as f64;
+        // Exponential energies at a fixed total: the variances of x^2 and of sqrt(x) less what their covariance with x explains.
+        let mean_error = (1.0 - 5.0 * std::f64::consts::PI / 16.0).sqrt() / particles.sqrt();
+        let relaxed = self.has_forgotten(seen);
+        let against = |definition, value, error: f64, theory: f64| {
+            let estimate = Estimate { value, standard_error: relaxed.then_some(error) };
+            Measurement::new(definition, estimate).against(relaxed.then_some(theory))
+        };
+        found.extend([
+            against(
+                metric::MEAN_OVER_RMS,
+                speed / square.sqrt(),
+                mean_error,
+                std::f64::consts::PI.sqrt() / 2.0,
+            ),
+            against(
+                metric::KURTOSIS,
+                fourth / (square * square),
+                2.0 / particles.sqrt(),
+                2.0 * particles / (particles + 1.0),
+            ),
+        ]);
+    }
+
+    fn least_h(&self, seen: &Seen<'_>, found: &mut Vec<Measurement>) {
+        let (Some((_, first)), Some((_, last))) = (self.excess_h.first(), self.excess_h.last())
+        else {
+            return;
+        };
+        let particles = f64::from(seen.config.particles.get());
+        let freedom = self.bins.saturating_sub(2) as f64;
+        let relaxed = self.has_forgotten(seen);
+        let scatter = relaxed.then(|| (2.0 * freedom).sqrt() / (2.0 * particles));
+        let theory = relaxed.then(|| freedom / (2.0 * particles));
+        let of = |value: f64| Estimate { value, standard_error: scatter };
+        found.push(Measurement::new(metric::EXCESS_H, of(*last)).against(theory));
+        found.push(Measurement::new(metric::EXCESS_H_AT_START, *first));
+        if let Some(square) = seen.mean_square.filter(|square| *square > 0.0) {
+            let least = law::least_h(square);
+            let theory = theory.map(|excess| least + excess);
+            found.push(Measurement::new(metric::H_FUNCTION, of(least + last)).against(theory));
+        }
+    }
+
+    /// Of discs alone.
+    fn rates(&self, seen: &Seen<'_>, found: &mut Vec<Measurement>) {
+        let (Some(_), Some((time, pairs, virial))) = (seen.config.disc_radius_m, self.pairs.last())
+        else {
+            return;
+        };
+        let particles = f64::from(seen.config.particles.get());
+        let square = seen.mean_square.filter(|_| seen.config.keeps_energy());
+        let theory = square.and_then(|square| law::collisions(seen.config, square));
+        let half = self.pairs.iter().find(|(at, ..)| 2.0 * at >= *time);
+        if let Some((from, before, _)) = half.filter(|(from, ..)| from < time) {
+            let count = pairs - before;
+            let a_disc = 2.0 / (particles * (time - from));
+            let estimate =
+                Estimate { value: count * a_disc, standard_error: Some(count.sqrt() * a_disc) };
+            let relaxed = theory.filter(|_| self.has_forgotten(seen));
+            found.push(
+                Measurement::new(metric::PAIR_RATE, estimate)
+                    .against(relaxed.map(|theory| theory.rate_per_s)),
+            );
+        }
+        if let Some(energy) = self
+            .energy_j
+            .filter(|energy| *energy > 0.0 && *time > 0.0 && seen.config.keeps_energy())
+        {
+            let excess = virial / (2.0 * energy * time);
+            // Speeds of approach at collisions follow x exp(-x^2/2): <x^2>/<x>^2 = 4/pi.
+            let error = excess * (4.0 / (std::f64::consts::PI * pairs)).sqrt();
+            let estimate = Estimate { value: 1.0 + excess, standard_error: Some(error) };
+            found.push(
+                Measurement::new(metric::COMPRESSIBILITY, estimate)
+                    .against(theory.map(|theory| theory.compressibility_factor)),
+            );
+        }
+    }
+
+    /// Where points are. Discs leave one another room, of which this theory knows nothing.
+    fn places(&self, seen: &Seen<'_>, found: &mut Vec<Measurement>) {
+        let places = seen.config.place_distribution;
+        let points = seen.config.disc_radius_m.is_none() && seen.keeps_particles;
+        let crossings = seen.mean_square.map_or(0.0, f64::sqrt) * seen.time_s
+            / (2.0 * seen.config.radius_m.get());
+        let start = law::share_inside_at_start(places);
+        let later = law::share_inside_later(places);
+        let later = (start == later || crossings > CROSSINGS_TO_FORGET).then_some(later);
+        let last = seen.state.and_then(|state| share_inside_half(state, seen.config));
+        for (definition, share, theory) in [
+            (metric::INSIDE_HALF, last, later),
+            (metric::INSIDE_HALF_AT_START, self.inside_half_at_start, Some(start)),
+        ] {
+            let Some(value) = share else { continue };
+            let theory = theory.filter(|_| points);
+            let particles = f64::from(seen.config.particles.get());
+            let error = theory.map(|share| (share * (1.0 - share) / particles).sqrt());
+            let estimate = Estimate { value, standard_error: error };
+            found.push(Measurement::new(definition, estimate).against(theory));
+        }
+    }
+}
+
+/// Pressure of the second half of the run over that of the first. The momentum that is under way at the middle counts against one half
+/// and for the other: three times the variance of one half alone.
+fn pressure_drift(seen: &Seen<'_>) -> Option<Measurement> {
+    let (time, since_start) = *seen.pressures.last()?;
+    let (middle, first) =
+        *seen.pressures.iter().find(|(at, _)| 2.0 * at >= time).filter(|(at, _)| *at < time)?;
+    if first == 0.0 {
+        return None;
+    }
+    let second = (since_start * time - first * middle) / (time - middle);
+    let square = seen.mean_square.filter(|square| seen.keeps_particles && *square > 0.0);
+    let is_stationary = law::share_inside_later(seen.config.place_distribution)
+        == law::share_inside_at_start(seen.config.place_distribution);
+    let error = square.map(|square| {
+        3.0_f64.sqrt() * ideal::pressure_error_relative(seen.config, square.sqrt(), time / 2.0)
+    });
+    let estimate = Estimate { value: second / first, standard_error: error };
+    let theory = (is_stationary && error.is_some()).then_some(1.0);
+    Some(Measurement::new(metric::PRESSURE_DRIFT, estimate).against(theory))
+}
+
+/// v^2 of each particle; `None` without velocities.
+fn squares_of(state: &StateTable) -> Option<Vec<f64>> {
+    Some(state.column("vx")?.zip(state.column("vy")?).map(|(x, y)| x * x + y * y).collect())
+}
+
+/// Share of the particles within half the radius; `None` without places, or where the container does not keep its size and particles.
+pub(crate) fn share_inside_half(state: &StateTable, config: &GasConfig) -> Option<f64> {
+    if config.wall_speed_m_per_s.get() != 0.0 || config.opening_width_m.is_some() {
+        return None;
+    }
+    let [cx, cy] = config.center_m.map(|component| component.get());
+    let half = config.radius_m.get() / 2.0;
+    let inside = state
+        .column("x")?
+        .zip(state.column("y")?)
+        .filter(|(x, y)| (x - cx) * (x - cx) + (y - cy) * (y - cy) < half * half)
+        .count();
+    Some(inside as f64 / state.rows() as f64)
+}
