@@ -1,7 +1,7 @@
 //! Today's metrics against those of an earlier analysis: by statistics, not by equality.
 
-use crate::checks::{Judge, Verdict, in_unit, subject};
-use crate::metric::{Metric, Place, SCHEMA};
+use crate::checks::{CheckKind, CheckResult, in_unit, subject};
+use crate::metric::{Metric, MetricScope, SCHEMA};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -17,33 +17,33 @@ pub struct Baseline {
     schema: u32,
     /// Name of the experiment.
     pub experiment: String,
-    metrics: Vec<Earlier>,
+    metrics: Vec<BaselineMetric>,
 }
 
 #[derive(Debug, Deserialize)]
-struct Earlier {
+struct BaselineMetric {
     name: String,
     value: Option<f64>,
     standard_error: Option<f64>,
-    run: Option<EarlierRun>,
-    sweep: Option<EarlierSweep>,
+    run: Option<BaselineRun>,
+    sweep: Option<BaselineSweep>,
 }
 
 #[derive(Debug, Deserialize)]
-struct EarlierRun {
+struct BaselineRun {
     coordinates: BTreeMap<String, String>,
     replicate: u32,
 }
 
 #[derive(Debug, Deserialize)]
-struct EarlierSweep {
+struct BaselineSweep {
     along: Option<String>,
     coordinates: BTreeMap<String, String>,
 }
 
 /// What a metric is about, whatever its recording was called: a file's name changes with the physics.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Subject {
+struct MetricId {
     name: String,
     coordinates: BTreeMap<String, String>,
     replicate: Option<u32>,
@@ -69,55 +69,55 @@ impl Baseline {
     /// A verdict for each metric of which an error is known then or now, or that is gone; and a note on each other one that
     /// has changed.
     #[must_use]
-    pub fn judge(&self, metrics: &[Metric]) -> (Vec<Verdict>, Vec<String>) {
-        let now: BTreeMap<Subject, &Metric> =
+    pub fn compare_all(&self, metrics: &[Metric]) -> (Vec<CheckResult>, Vec<String>) {
+        let now: BTreeMap<MetricId, &Metric> =
             metrics.iter().map(|metric| (subject_of(metric), metric)).collect();
-        let (mut verdicts, mut notes) = (Vec::new(), Vec::new());
+        let (mut check_results, mut notes) = (Vec::new(), Vec::new());
         for earlier in &self.metrics {
             let of = earlier.subject();
             match now.get(&of) {
                 Some(metric) => match compare(earlier, metric) {
-                    Comparison::Judged(verdict) => verdicts.push(verdict),
-                    Comparison::Changed(note) => notes.push(note),
-                    Comparison::Same => {}
+                    BaselineComparison::Judged(result) => check_results.push(result),
+                    BaselineComparison::Changed(note) => notes.push(note),
+                    BaselineComparison::Same => {}
                 },
-                None => verdicts.push(gone(&of)),
+                None => check_results.push(gone(&of)),
             }
         }
-        (verdicts, notes)
+        (check_results, notes)
     }
 }
 
-impl Earlier {
-    fn subject(&self) -> Subject {
+impl BaselineMetric {
+    fn subject(&self) -> MetricId {
         let name = self.name.clone();
         match (&self.run, &self.sweep) {
-            (Some(run), _) => Subject {
+            (Some(run), _) => MetricId {
                 name,
                 coordinates: run.coordinates.clone(),
                 replicate: Some(run.replicate),
                 along: None,
             },
-            (None, Some(sweep)) => Subject {
+            (None, Some(sweep)) => MetricId {
                 name,
                 coordinates: sweep.coordinates.clone(),
                 replicate: None,
                 along: sweep.along.clone(),
             },
             (None, None) => {
-                Subject { name, coordinates: BTreeMap::new(), replicate: None, along: None }
+                MetricId { name, coordinates: BTreeMap::new(), replicate: None, along: None }
             }
         }
     }
 }
 
-fn subject_of(metric: &Metric) -> Subject {
-    let (replicate, along) = match &metric.place {
-        Place::Run(run) => (Some(run.replicate), None),
-        Place::Sweep(sweep) => (None, sweep.along.clone()),
+fn subject_of(metric: &Metric) -> MetricId {
+    let (replicate, along) = match &metric.scope {
+        MetricScope::Run(run) => (Some(run.replicate), None),
+        MetricScope::Sweep(sweep) => (None, sweep.along.clone()),
     };
     let places = metric.coordinates().iter();
-    Subject {
+    MetricId {
         name: metric.name().to_owned(),
         coordinates: places.map(|place| (place.key.clone(), place.value.clone())).collect(),
         replicate,
@@ -125,13 +125,13 @@ fn subject_of(metric: &Metric) -> Subject {
     }
 }
 
-enum Comparison {
-    Judged(Verdict),
+enum BaselineComparison {
+    Judged(CheckResult),
     Changed(String),
     Same,
 }
 
-fn compare(earlier: &Earlier, metric: &Metric) -> Comparison {
+fn compare(earlier: &BaselineMetric, metric: &Metric) -> BaselineComparison {
     let before = earlier.value.unwrap_or(f64::NAN);
     let apart = metric.value - before;
     let rounding = metric.rounding + ROUNDING_SHARE * before.abs();
@@ -140,33 +140,38 @@ fn compare(earlier: &Earlier, metric: &Metric) -> Comparison {
     let numbers = format!("{}, before {}", in_unit(metric.value, metric), in_unit(before, metric));
     if errors == [None, None] {
         return if same {
-            Comparison::Same
+            BaselineComparison::Same
         } else {
             let subject = subject(metric);
-            Comparison::Changed(format!(
+            BaselineComparison::Changed(format!(
                 "{subject} has changed and is not judged, as it has no standard error: {numbers}"
             ))
         };
     }
     let error = errors.map(|error| error.unwrap_or(0.0));
     let common = error[0].hypot(error[1]);
-    let holds = same || apart.abs() <= MOST_STANDARD_ERRORS * common;
+    let passed = same || apart.abs() <= MOST_STANDARD_ERRORS * common;
     let finding = format!(
         "{numbers}: {:.1} of {MOST_STANDARD_ERRORS} standard errors apart",
         if same { 0.0 } else { apart.abs() / common }
     );
-    Comparison::Judged(Verdict { holds, judge: Judge::Baseline, subject: subject(metric), finding })
+    BaselineComparison::Judged(CheckResult {
+        passed,
+        kind: CheckKind::Baseline,
+        subject: subject(metric),
+        finding,
+    })
 }
 
-fn gone(of: &Subject) -> Verdict {
+fn gone(of: &MetricId) -> CheckResult {
     let places = of.coordinates.iter().map(|(key, value)| format!("{key} = {value}"));
     let replicate = of.replicate.filter(|replicate| *replicate > 0);
     let replicate = replicate.map(|replicate| format!("replicate = {replicate}"));
     let places = places.chain(replicate).collect::<Vec<_>>().join(", ");
     let at = if places.is_empty() { places } else { format!(" at {places}") };
-    Verdict {
-        holds: false,
-        judge: Judge::Baseline,
+    CheckResult {
+        passed: false,
+        kind: CheckKind::Baseline,
         subject: format!("{}{at}", of.name),
         finding: "the baseline has it, and it is not there any more".to_owned(),
     }

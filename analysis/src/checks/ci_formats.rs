@@ -1,6 +1,6 @@
 //! Verdicts in the forms that CI systems read.
 
-use crate::checks::Verdict;
+use crate::checks::CheckResult;
 use std::fmt::Write as _;
 
 /// The checks of one experiment.
@@ -9,7 +9,7 @@ pub struct ExperimentChecks<'a> {
     /// The experiment's name.
     pub name: &'a str,
     /// The results of its checks.
-    pub verdicts: &'a [Verdict],
+    pub check_results: &'a [CheckResult],
     /// What could not be read, and why.
     pub unreadable: &'a [String],
 }
@@ -19,20 +19,20 @@ pub struct ExperimentChecks<'a> {
 pub fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n".to_owned();
     for experiment in experiments {
-        let failed = experiment.verdicts.iter().filter(|verdict| !verdict.holds).count();
+        let failed = experiment.check_results.iter().filter(|result| !result.passed).count();
         let errors = experiment.unreadable.len();
         let name = escaped(experiment.name);
-        let tests = experiment.verdicts.len() + errors;
+        let tests = experiment.check_results.len() + errors;
         // Writing to a String can't fail.
         let _ = writeln!(
             text,
             "  <testsuite name=\"{name}\" tests=\"{tests}\" failures=\"{failed}\" errors=\"{errors}\">"
         );
-        for verdict in experiment.verdicts {
-            let subject = escaped(&verdict.subject);
-            let finding = escaped(&verdict.finding);
+        for result in experiment.check_results {
+            let subject = escaped(&result.subject);
+            let finding = escaped(&result.finding);
             let _ = write!(text, "    <testcase classname=\"{name}\" name=\"{subject}\"");
-            let _ = if verdict.holds {
+            let _ = if result.passed {
                 writeln!(text, "><system-out>{finding}</system-out></testcase>")
             } else {
                 writeln!(text, "><failure message=\"{finding}\"/></testcase>")
@@ -55,9 +55,9 @@ pub fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
 pub fn github(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = String::new();
     for experiment in experiments {
-        for verdict in experiment.verdicts.iter().filter(|verdict| !verdict.holds) {
-            let title = property(&format!("{}: {}", experiment.name, verdict.subject));
-            let _ = writeln!(text, "::error title={title}::{}", data(&verdict.finding));
+        for result in experiment.check_results.iter().filter(|result| !result.passed) {
+            let title = property(&format!("{}: {}", experiment.name, result.subject));
+            let _ = writeln!(text, "::error title={title}::{}", data(&result.finding));
         }
         for why in experiment.unreadable {
             let title = property(&format!("{}: unreadable", experiment.name));

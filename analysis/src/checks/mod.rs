@@ -4,17 +4,17 @@ pub mod baseline;
 pub mod ci_formats;
 
 use crate::input::coordinates;
-use crate::metric::{Metric, Place};
+use crate::metric::{Metric, MetricScope};
 use kinetoscope_manifest::{Bound, Check};
 use std::collections::BTreeSet;
 
 /// What became of a check, or of a comparison with a baseline, at one place.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct CheckResult {
     /// Whether it holds.
-    pub holds: bool,
+    pub passed: bool,
     /// Whose judgment it is.
-    pub judge: Judge,
+    pub kind: CheckKind,
     /// The metric, and where.
     pub subject: String,
     /// What was measured, what was expected, and the tolerance.
@@ -23,14 +23,14 @@ pub struct Verdict {
 
 /// Whose judgment a verdict is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Judge {
+pub enum CheckKind {
     /// A check of the manifest or of a file.
     Check,
     /// An earlier analysis.
     Baseline,
 }
 
-impl Verdict {
+impl CheckResult {
     /// One line.
     #[must_use]
     pub fn text(&self) -> String {
@@ -41,21 +41,21 @@ impl Verdict {
 /// Judges a check at every place that it is about: fits and means over replicates where there are any, else each run. A check
 /// that finds no metric fails.
 #[must_use]
-pub fn judge(check: &Check, metrics: &[Metric]) -> Vec<Verdict> {
+pub fn evaluate(check: &Check, metrics: &[Metric]) -> Vec<CheckResult> {
     let named: Vec<&Metric> =
         metrics.iter().filter(|metric| metric.name() == check.metric).collect();
     let selected: Vec<&Metric> =
         named.iter().copied().filter(|metric| check.selects(metric.coordinates())).collect();
     let means: BTreeSet<String> = selected
         .iter()
-        .filter(|metric| matches!(metric.place, Place::Sweep(_)))
+        .filter(|metric| matches!(metric.scope, MetricScope::Sweep(_)))
         .map(|metric| coordinates::text(metric.coordinates()))
         .collect();
     let judged: Vec<&Metric> = selected
         .into_iter()
-        .filter(|metric| match &metric.place {
-            Place::Sweep(_) => true,
-            Place::Run(run) => {
+        .filter(|metric| match &metric.scope {
+            MetricScope::Sweep(_) => true,
+            MetricScope::Run(run) => {
                 let whole = run.outcome == "complete" || run.outcome.starts_with("fault");
                 whole && !means.contains(&coordinates::text(&run.coordinates))
             }
@@ -67,7 +67,7 @@ pub fn judge(check: &Check, metrics: &[Metric]) -> Vec<Verdict> {
     judged.into_iter().map(|metric| compare(check, metric)).collect()
 }
 
-fn missing(check: &Check, named: &[&Metric], metrics: &[Metric]) -> Verdict {
+fn missing(check: &Check, named: &[&Metric], metrics: &[Metric]) -> CheckResult {
     let place = check.at.iter().map(|(key, value)| format!("{key} = {value}"));
     let place = place.collect::<Vec<_>>().join(", ");
     let why = if !named.is_empty() {
@@ -85,25 +85,30 @@ fn missing(check: &Check, named: &[&Metric], metrics: &[Metric]) -> Verdict {
             None => "there is no such metric; metrics.csv lists all that there are".to_owned(),
         }
     };
-    Verdict { holds: false, judge: Judge::Check, subject: check.metric.clone(), finding: why }
+    CheckResult {
+        passed: false,
+        kind: CheckKind::Check,
+        subject: check.metric.clone(),
+        finding: why,
+    }
 }
 
-fn compare(check: &Check, metric: &Metric) -> Verdict {
+fn compare(check: &Check, metric: &Metric) -> CheckResult {
     let measured = metric.value;
     let expected_or_theory = |expected: Option<f64>| expected.or(metric.theory);
-    let (holds, expectation) = match check.bound {
+    let (passed, expectation) = match check.bound {
         Bound::Near { expected, tolerance } => within(measured, expected_or_theory(expected), tolerance),
         Bound::NearRelative { expected, relative_tolerance } => {
             let expected = expected_or_theory(expected);
             let tolerance = expected.map_or(0.0, |expected| relative_tolerance * expected.abs());
-            let (holds, text) = within(measured, expected, tolerance);
-            (holds, format!("{text} ({relative_tolerance} of it)"))
+            let (passed, text) = within(measured, expected, tolerance);
+            (passed, format!("{text} ({relative_tolerance} of it)"))
         }
         Bound::WithinStandardErrors { expected, standard_errors } => match metric.standard_error {
             Some(error) => {
-                let (holds, text) =
+                let (passed, text) =
                     within(measured, expected_or_theory(expected), standard_errors * error);
-                (holds, format!("{text} ({standard_errors} standard errors)"))
+                (passed, format!("{text} ({standard_errors} standard errors)"))
             }
             None => (false, "a standard error, which this metric does not have: record more frames or replicates".to_owned()),
         },
@@ -121,7 +126,7 @@ fn compare(check: &Check, metric: &Metric) -> Verdict {
     };
     let measured = in_unit(measured, metric);
     let finding = format!("measured {measured}, expected {expectation}");
-    Verdict { holds, judge: Judge::Check, subject: subject(metric), finding }
+    CheckResult { passed, kind: CheckKind::Check, subject: subject(metric), finding }
 }
 
 /// Seven digits and the unit.
@@ -141,8 +146,8 @@ fn within(measured: f64, expected: Option<f64>, tolerance: f64) -> (bool, String
     match expected {
         Some(expected) => {
             // Not a number is within nothing.
-            let holds = (measured - expected).abs() <= tolerance;
-            (holds, format!("{} ± {}", digits(expected), digits(tolerance)))
+            let passed = (measured - expected).abs() <= tolerance;
+            (passed, format!("{} ± {}", digits(expected), digits(tolerance)))
         }
         None => {
             (false, "theory's value, which this metric does not have: give `expected`".to_owned())
@@ -166,7 +171,7 @@ fn digits(value: f64) -> String {
 
 fn place_text(metric: &Metric) -> String {
     let mut place = coordinates::text(metric.coordinates());
-    if let Place::Run(run) = &metric.place
+    if let MetricScope::Run(run) = &metric.scope
         && run.replicate > 0
     {
         let separator = if place.is_empty() { "" } else { ", " };
@@ -178,7 +183,7 @@ fn place_text(metric: &Metric) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metric::SweepPlace;
+    use crate::metric::SweepScope;
     use crate::metric::definition::Definition;
 
     const SLOPE: &Definition =
@@ -192,15 +197,19 @@ mod tests {
             theory,
             rounding: 0.0,
             source: String::new(),
-            place: Place::Sweep(SweepPlace { along: None, coordinates: Vec::new(), replicates: 1 }),
+            scope: MetricScope::Sweep(SweepScope {
+                along: None,
+                coordinates: Vec::new(),
+                replicates: 1,
+            }),
         }
     }
 
     fn holds(bound: Bound, metric: &Metric) -> bool {
         let check = Check { metric: "slope".to_owned(), at: Vec::new(), bound };
-        let verdicts = judge(&check, std::slice::from_ref(metric));
-        assert_eq!(verdicts.len(), 1);
-        verdicts[0].holds
+        let check_results = evaluate(&check, std::slice::from_ref(metric));
+        assert_eq!(check_results.len(), 1);
+        check_results[0].passed
     }
 
     #[test]
@@ -235,7 +244,9 @@ mod tests {
             at: Vec::new(),
             bound: Bound::Range { minimum: None, maximum: Some(1.0) },
         };
-        let verdicts = judge(&check, &[bare]);
-        assert!(!verdicts[0].holds && verdicts[0].finding.contains("did you mean slope"));
+        let check_results = evaluate(&check, &[bare]);
+        assert!(
+            !check_results[0].passed && check_results[0].finding.contains("did you mean slope")
+        );
     }
 }

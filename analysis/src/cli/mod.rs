@@ -2,14 +2,14 @@
 
 use crate::checks::baseline::Baseline;
 use crate::checks::ci_formats;
-use crate::export::{self, Form};
+use crate::export::{self, ExportFormat};
 use crate::input;
-use crate::input::{BadPath, Source};
+use crate::input::{InvalidPath, RecordingFolder};
 use crate::report::files;
-use crate::report::table::{Terminal, Tone};
-use crate::report::{self, Report, Wishes, analyze};
-use crate::run::cache::Memory;
-use crate::thumbnail::{PictureForm, ThumbnailError, Wish, thumbnail};
+use crate::report::table::{Style, Terminal};
+use crate::report::{self, AnalysisOptions, AnalysisReport, analyze};
+use crate::run::cache::AnalysisCache;
+use crate::thumbnail::{ThumbnailError, ThumbnailFormat, ThumbnailOptions, thumbnail};
 use crate::write_file::{self, WriteError};
 use clap::Parser;
 use kinetoscope_manifest::{Check, parse_checks};
@@ -43,7 +43,7 @@ struct Arguments {
     pictures_at: Vec<f64>,
     /// Write the frames in forms of other programs as well, into the folder `export` of the results
     #[arg(long, value_name = "FORM,…", value_delimiter = ',')]
-    export: Vec<Form>,
+    export: Vec<ExportFormat>,
     /// Write the metrics of all runs as one Parquet table as well, in folders `export/metrics/KEY=VALUE/` named by the
     /// sweep's coordinates (in a program built with `--features parquet`)
     #[arg(long)]
@@ -94,7 +94,7 @@ struct PictureArguments {
 /// How the command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Exit {
+pub enum AnalysisExit {
     /// Done; all checks hold.
     Done = 0,
     /// Bad arguments or checks file.
@@ -102,7 +102,7 @@ pub enum Exit {
     /// A check failed, or its metric is missing.
     CheckFailed = 3,
     /// Some input is unreadable; the rest was analyzed.
-    Unreadable = 5,
+    UnreadableRecording = 5,
     /// The output can't be written; the same command may succeed later.
     Retry = 75,
 }
@@ -112,13 +112,13 @@ const PLAIN_WIDTH: usize = 100;
 
 /// Reads the command line, analyzes and reports.
 #[must_use]
-pub fn main() -> Exit {
+pub fn main() -> AnalysisExit {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
             // Where even the message can't be printed, the exit code still says it.
             let _ = error.print();
-            return if error.use_stderr() { Exit::Usage } else { Exit::Done };
+            return if error.use_stderr() { AnalysisExit::Usage } else { AnalysisExit::Done };
         }
     };
     match run(&arguments) {
@@ -130,16 +130,16 @@ pub fn main() -> Exit {
     }
 }
 
-fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
+fn run(arguments: &Arguments) -> Result<AnalysisExit, (AnalysisExit, String)> {
     if arguments.metrics {
         print(&report::metrics_reference());
-        return Ok(Exit::Done);
+        return Ok(AnalysisExit::Done);
     }
     if let Some(file) = &arguments.picture.thumbnail {
         return draw(&arguments.picture, file, &arguments.paths);
     }
-    let usage = |message| (Exit::Usage, message);
-    let wants_parquet = arguments.table || arguments.export.contains(&Form::Parquet);
+    let usage = |message| (AnalysisExit::Usage, message);
+    let wants_parquet = arguments.table || arguments.export.contains(&ExportFormat::Parquet);
     if wants_parquet && cfg!(not(feature = "parquet")) {
         return Err(usage(export::NEEDS_PARQUET.to_owned()));
     }
@@ -158,24 +158,24 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
         )));
     }
     if arguments.remember {
-        return Ok(remember(sources, arguments));
+        return Ok(fill_caches(sources, arguments));
     }
     let terminal = terminal();
     let several = sources.len() > 1;
-    let mut reports: Vec<(PathBuf, Report)> = Vec::new();
+    let mut reports: Vec<(PathBuf, AnalysisReport)> = Vec::new();
     for mut source in sources {
         let folder = match &arguments.output {
             Some(output) if several => output.join(&source.name),
             Some(output) => output.clone(),
             None => source.folder.clone(),
         };
-        let wishes = Wishes {
+        let options = AnalysisOptions {
             checks: checks.clone(),
-            pictures_at: arguments.pictures_at.clone(),
-            memory: Memory::beside(&folder),
+            snapshots_at: arguments.pictures_at.clone(),
+            cache: AnalysisCache::in_folder(&folder),
             fresh: arguments.fresh,
         };
-        let mut report = analyze(&mut source, &wishes);
+        let mut report = analyze(&mut source, &options);
         if let Some(at) = baselines.iter().position(|old| old.experiment == report.name) {
             report.compare(&baselines.remove(at));
         }
@@ -183,7 +183,7 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
         export_all(&source, &arguments.export, &folder, terminal)?;
         #[cfg(feature = "parquet")]
         if arguments.table {
-            let failed = |export::ExportError(why)| (Exit::Retry, why);
+            let failed = |export::ExportError(why)| (AnalysisExit::Retry, why);
             write_table(&report, &folder, terminal).map_err(failed)?;
         }
         reports.push((folder, report));
@@ -192,30 +192,31 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
         let name = &unused.experiment;
         return Err(usage(format!("the baseline is of {name}, which is not among the recordings")));
     }
-    write(arguments, &reports, terminal).map_err(|error| (Exit::Retry, error.to_string()))?;
+    write(arguments, &reports, terminal)
+        .map_err(|error| (AnalysisExit::Retry, error.to_string()))?;
     Ok(conclude(&reports, terminal))
 }
 
 /// Finds the recordings behind the paths.
-fn sources(paths: &[PathBuf]) -> Result<Vec<Source>, (Exit, String)> {
-    input::sources(paths).map_err(|BadPath { why, is_retryable }| {
-        (if is_retryable { Exit::Retry } else { Exit::Usage }, why)
+fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, (AnalysisExit, String)> {
+    input::sources(paths).map_err(|InvalidPath { why, is_retryable }| {
+        (if is_retryable { AnalysisExit::Retry } else { AnalysisExit::Usage }, why)
     })
 }
 
 /// Analyses and remembers; what could not be read is named.
-fn remember(sources: Vec<Source>, arguments: &Arguments) -> Exit {
-    let mut exit = Exit::Done;
+fn fill_caches(sources: Vec<RecordingFolder>, arguments: &Arguments) -> AnalysisExit {
+    let mut exit = AnalysisExit::Done;
     for mut source in sources {
-        let wishes = Wishes {
+        let options = AnalysisOptions {
             checks: Vec::new(),
-            pictures_at: arguments.pictures_at.clone(),
-            memory: Memory::beside(&source.folder),
+            snapshots_at: arguments.pictures_at.clone(),
+            cache: AnalysisCache::in_folder(&source.folder),
             fresh: arguments.fresh,
         };
-        for why in report::remember(&mut source, &wishes) {
+        for why in report::fill_cache(&mut source, &options) {
             eprintln!("{why}");
-            exit = Exit::Unreadable;
+            exit = AnalysisExit::UnreadableRecording;
         }
     }
     exit
@@ -226,38 +227,38 @@ fn draw(
     picture: &PictureArguments,
     file: &Path,
     paths: &[PathBuf],
-) -> Result<Exit, (Exit, String)> {
-    let usage = |message: &str| (Exit::Usage, message.to_owned());
-    let form = PictureForm::of(file, picture.thumbnail_frames).map_err(usage)?;
+) -> Result<AnalysisExit, (AnalysisExit, String)> {
+    let usage = |message: &str| (AnalysisExit::Usage, message.to_owned());
+    let form = ThumbnailFormat::of(file, picture.thumbnail_frames).map_err(usage)?;
     let sources = sources(paths)?;
-    let recordings: Vec<(&Source, &PathBuf)> = sources
+    let recordings: Vec<(&RecordingFolder, &PathBuf)> = sources
         .iter()
         .flat_map(|source| source.files.iter().map(move |path| (source, path)))
         .collect();
     let [(source, path)] = recordings.as_slice() else {
         return Err(usage("a thumbnail is of one recording: name its file"));
     };
-    let unread = |error: ReadError| (Exit::Unreadable, error.to_string());
+    let unread = |error: ReadError| (AnalysisExit::UnreadableRecording, error.to_string());
     let recording = source.recording(path).map_err(unread)?;
-    let wish = Wish { form, width: picture.thumbnail_width };
-    let unreadable = |error: ThumbnailError| (Exit::Unreadable, error.to_string());
+    let wish = ThumbnailOptions { form, width: picture.thumbnail_width };
+    let unreadable = |error: ThumbnailError| (AnalysisExit::UnreadableRecording, error.to_string());
     let drawn = thumbnail(&recording, wish).map_err(unreadable)?;
     let size = drawn.len().div_ceil(1000);
-    write_file::replace(file, drawn).map_err(|error| (Exit::Retry, error.to_string()))?;
+    write_file::replace(file, drawn).map_err(|error| (AnalysisExit::Retry, error.to_string()))?;
     print(&format!("written: {} ({size} kB)\n", file.display()));
-    Ok(Exit::Done)
+    Ok(AnalysisExit::Done)
 }
 
 /// Exports the recordings in all forms that were asked for.
 fn export_all(
-    source: &Source,
-    forms: &[Form],
+    source: &RecordingFolder,
+    forms: &[ExportFormat],
     folder: &Path,
     terminal: Terminal,
-) -> Result<(), (Exit, String)> {
+) -> Result<(), (AnalysisExit, String)> {
     let folder = folder.join("export");
     for form in forms {
-        let failed = |export::ExportError(why)| (Exit::Retry, why);
+        let failed = |export::ExportError(why)| (AnalysisExit::Retry, why);
         let count = export::export(source, *form, &folder).map_err(failed)?;
         let plural = if count == 1 { "recording" } else { "recordings" };
         let line = format!("exported: {count} {plural} to {}", folder.display());
@@ -269,7 +270,7 @@ fn export_all(
 /// Writes all files, and says which.
 fn write(
     arguments: &Arguments,
-    reports: &[(PathBuf, Report)],
+    reports: &[(PathBuf, AnalysisReport)],
     terminal: Terminal,
 ) -> Result<(), WriteError> {
     for (folder, report) in reports.iter().filter(|(_, report)| !report.runs.is_empty()) {
@@ -294,7 +295,7 @@ fn write(
 /// Writes the metrics of all runs as one table, and says where.
 #[cfg(feature = "parquet")]
 fn write_table(
-    report: &Report,
+    report: &AnalysisReport,
     folder: &Path,
     terminal: Terminal,
 ) -> Result<(), export::ExportError> {
@@ -306,20 +307,20 @@ fn write_table(
 }
 
 /// The gravest of what happened, and a last word on it.
-fn conclude(reports: &[(PathBuf, Report)], terminal: Terminal) -> Exit {
-    let verdicts = || reports.iter().flat_map(|(_, report)| &report.verdicts);
-    let failed = verdicts().filter(|verdict| !verdict.holds).count();
+fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> AnalysisExit {
+    let check_results = || reports.iter().flat_map(|(_, report)| &report.check_results);
+    let failed = check_results().filter(|result| !result.passed).count();
     let unreadable: usize = reports.iter().map(|(_, report)| report.unreadable.len()).sum();
     if unreadable > 0 {
         let line = format!("{unreadable} unreadable: see above");
-        eprintln!("{}", terminal.paint(Tone::Bad, &line));
+        eprintln!("{}", terminal.paint(Style::Bad, &line));
     }
     if failed > 0 {
-        let line = format!("{failed} of {} checks failed", verdicts().count());
-        eprintln!("{}", terminal.paint(Tone::Bad, &line));
-        return Exit::CheckFailed;
+        let line = format!("{failed} of {} checks failed", check_results().count());
+        eprintln!("{}", terminal.paint(Style::Bad, &line));
+        return AnalysisExit::CheckFailed;
     }
-    if unreadable > 0 { Exit::Unreadable } else { Exit::Done }
+    if unreadable > 0 { AnalysisExit::UnreadableRecording } else { AnalysisExit::Done }
 }
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {

@@ -1,12 +1,12 @@
 //! The documents' own form: `x y r` a line, a file a frame, and a script for gnuplot that plays them.
 
-use super::{ExportError, Exporter, Subject};
+use super::{ExportError, ExportedRun, Exporter};
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 pub(super) struct Gnuplot {
-    subject: Subject,
+    run: ExportedRun,
     folder: PathBuf,
     frames: u64,
     /// Lower left and upper right corner of what was seen, where there are no walls.
@@ -14,8 +14,8 @@ pub(super) struct Gnuplot {
 }
 
 impl Gnuplot {
-    pub(super) fn new(subject: Subject, folder: PathBuf) -> Self {
-        Self { subject, folder, frames: 0, seen: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]] }
+    pub(super) fn new(run: ExportedRun, folder: PathBuf) -> Self {
+        Self { run, folder, frames: 0, seen: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]] }
     }
 
     fn write(&self, name: &str, text: &str) -> Result<(), ExportError> {
@@ -24,8 +24,8 @@ impl Gnuplot {
     }
 
     fn script(&self) -> String {
-        let [low, high] = self.subject.extent.bounds.unwrap_or(self.seen);
-        let points = self.subject.extent.radius == 0.0 && self.subject.index("radius").is_none();
+        let [low, high] = self.run.extent.bounds.unwrap_or(self.seen);
+        let points = self.run.extent.radius == 0.0 && self.run.index("radius").is_none();
         let style =
             if points { "using 1:2 with points pointtype 7" } else { "using 1:2:3 with circles" };
         let last = self.frames.saturating_sub(1);
@@ -45,16 +45,16 @@ impl Gnuplot {
 }
 
 impl Exporter for Gnuplot {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
         let Some(state) = frame.state() else { return Ok(()) };
-        let (Some(x), Some(y)) = (self.subject.index("x"), self.subject.index("y")) else {
+        let (Some(x), Some(y)) = (self.run.index("x"), self.run.index("y")) else {
             return Ok(());
         };
-        let radius = self.subject.index("radius");
+        let radius = self.run.index("radius");
         let mut text = String::new();
         for particle in 0..state.rows() {
             let row = state.row(particle);
-            let radius = radius.map_or(self.subject.extent.radius, |column| row[column]);
+            let radius = radius.map_or(self.run.extent.radius, |column| row[column]);
             // Writing to a String can't fail.
             let _ = writeln!(text, "{:?} {:?} {radius:?}", row[x], row[y]);
             for (axis, place) in [row[x], row[y]].into_iter().enumerate() {

@@ -8,7 +8,7 @@ pub mod sweep_table;
 mod tables;
 mod xyz;
 
-use crate::input::Source;
+use crate::input::RecordingFolder;
 use crate::input::recording;
 use crate::models::contract::Extent;
 use crate::models::registry;
@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 /// A form that recordings are exported in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Form {
+pub enum ExportFormat {
     /// A table a topic: a line a particle and frame, or a line a frame
     Csv,
     /// The same tables as Parquet, in a program built with `--features parquet`
@@ -28,7 +28,7 @@ pub enum Form {
     Xyz,
 }
 
-impl Form {
+impl ExportFormat {
     /// Files a frame stay out of the way of tables.
     const fn folder(self) -> &'static str {
         match self {
@@ -58,19 +58,19 @@ impl ExportError {
 /// What a form does with the frames of one recording.
 trait Exporter {
     /// Takes in the next frame.
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError>;
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), ExportError>;
 
     /// Writes what is still open.
     fn finish(&mut self) -> Result<(), ExportError>;
 }
 
 /// The run that is exported.
-struct Subject {
+struct ExportedRun {
     extent: Extent,
     columns: Vec<String>,
 }
 
-impl Subject {
+impl ExportedRun {
     fn index(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column == name)
     }
@@ -81,7 +81,11 @@ impl Subject {
 /// # Errors
 /// A file that can't be written, or Parquet in a program without it. A recording that can't be read is passed
 /// over: the analysis has named it.
-pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, ExportError> {
+pub fn export(
+    source: &RecordingFolder,
+    form: ExportFormat,
+    folder: &Path,
+) -> Result<usize, ExportError> {
     let mut exported = 0;
     for path in &source.files {
         let Ok(recording) = source.recording(path) else { continue };
@@ -90,15 +94,15 @@ pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, Expor
         let stem = path.file_stem().unwrap_or_default();
         let folder = folder.join(stem).join(form.folder());
         std::fs::create_dir_all(&folder).map_err(|error| ExportError::at(&folder, error))?;
-        let subject = Subject {
+        let run = ExportedRun {
             extent: registry::extent(&run.manifest.model),
             columns: recording.state_columns().to_vec(),
         };
-        let mut exporter = exporter(form, subject, folder)?;
+        let mut exporter = exporter(form, run, folder)?;
         let Ok(frames) = recording.frames() else { continue };
         // Where a recording is torn, what is intact is exported.
         for frame in frames.map_while(Result::ok) {
-            exporter.see(&frame)?;
+            exporter.write_frame(&frame)?;
         }
         exporter.finish()?;
         exported += 1;
@@ -107,17 +111,17 @@ pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, Expor
 }
 
 fn exporter(
-    form: Form,
-    subject: Subject,
+    form: ExportFormat,
+    run: ExportedRun,
     folder: PathBuf,
 ) -> Result<Box<dyn Exporter>, ExportError> {
     Ok(match form {
-        Form::Csv => Box::new(tables::Tables::new(subject, folder, tables::csv_file)),
-        Form::Gnuplot => Box::new(gnuplot::Gnuplot::new(subject, folder)),
-        Form::Xyz => Box::new(xyz::Xyz::new(subject, folder)),
+        ExportFormat::Csv => Box::new(tables::Tables::new(run, folder, tables::csv_file)),
+        ExportFormat::Gnuplot => Box::new(gnuplot::Gnuplot::new(run, folder)),
+        ExportFormat::Xyz => Box::new(xyz::Xyz::new(run, folder)),
         #[cfg(feature = "parquet")]
-        Form::Parquet => Box::new(tables::Tables::new(subject, folder, parquet::parquet_file)),
+        ExportFormat::Parquet => Box::new(tables::Tables::new(run, folder, parquet::parquet_file)),
         #[cfg(not(feature = "parquet"))]
-        Form::Parquet => return Err(ExportError(NEEDS_PARQUET.to_owned())),
+        ExportFormat::Parquet => return Err(ExportError(NEEDS_PARQUET.to_owned())),
     })
 }

@@ -3,7 +3,7 @@
 
 use super::ExportError;
 use crate::input::coordinates;
-use crate::metric::{Metric, Place, RunPlace};
+use crate::metric::{Metric, MetricScope, RunScope};
 use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
@@ -20,7 +20,7 @@ use std::sync::Arc;
 const MOST_FOLDERS: usize = 1000;
 
 /// A metric of a run, and where the run is.
-type Row<'a> = (&'a Metric, &'a RunPlace);
+type Row<'a> = (&'a Metric, &'a RunScope);
 
 /// Values of one column, one a row.
 enum Column {
@@ -60,9 +60,9 @@ pub fn write(metrics: &[Metric], folder: &Path) -> Result<usize, ExportError> {
 }
 
 fn row(metric: &Metric) -> Option<Row<'_>> {
-    match &metric.place {
-        Place::Run(place) => Some((metric, place)),
-        Place::Sweep(_) => None,
+    match &metric.scope {
+        MetricScope::Run(place) => Some((metric, place)),
+        MetricScope::Sweep(_) => None,
     }
 }
 
@@ -97,7 +97,7 @@ fn all_keys(rows: &[Row<'_>]) -> Vec<String> {
     keys
 }
 
-fn folders(run: &RunPlace, keys: &[String]) -> PathBuf {
+fn folders(run: &RunScope, keys: &[String]) -> PathBuf {
     let places = run.coordinates.iter().filter(|place| keys.contains(&place.key));
     places.map(|place| format!("{}={}", column_name(&place.key), escaped(&place.value))).collect()
 }
@@ -122,7 +122,7 @@ fn escaped(value: &str) -> String {
 
 /// The columns of some rows; coordinates that are no folders come first.
 fn columns<'a>(rows: &[Row<'a>], folders: &[String]) -> Vec<(String, Column)> {
-    let text = |of: fn(&'a Metric, &'a RunPlace) -> &'a str| {
+    let text = |of: fn(&'a Metric, &'a RunScope) -> &'a str| {
         Column::Text(rows.iter().map(|(metric, run)| of(metric, run).to_owned()).collect())
     };
     let mut columns = Vec::new();

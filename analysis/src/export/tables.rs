@@ -1,6 +1,6 @@
 //! A table a topic, with the frame and its time in the first columns.
 
-use super::{ExportError, Exporter, Subject};
+use super::{ExportError, ExportedRun, Exporter};
 use kinetoscope_recording::channels;
 use kinetoscope_recording::fields::{FieldValue, read_fields};
 use kinetoscope_recording::reader::RecordedFrame;
@@ -23,15 +23,15 @@ pub(super) type Begin = fn(&Path, &[String]) -> Result<Box<dyn TableFile>, Expor
 
 /// All tables of a recording.
 pub(super) struct Tables {
-    subject: Subject,
+    run: ExportedRun,
     folder: PathBuf,
     begin: Begin,
     open: BTreeMap<String, Box<dyn TableFile>>,
 }
 
 impl Tables {
-    pub(super) fn new(subject: Subject, folder: PathBuf, begin: Begin) -> Self {
-        Self { subject, folder, begin, open: BTreeMap::new() }
+    pub(super) fn new(run: ExportedRun, folder: PathBuf, begin: Begin) -> Self {
+        Self { run, folder, begin, open: BTreeMap::new() }
     }
 
     fn table(
@@ -49,11 +49,11 @@ impl Tables {
 }
 
 impl Exporter for Tables {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
         let (index, time) = (frame.clock.frame, frame.clock.time);
         if let Some(state) = frame.state() {
             let mut columns = vec!["particle".to_owned()];
-            columns.extend_from_slice(&self.subject.columns);
+            columns.extend_from_slice(&self.run.columns);
             let table = self.table(channels::STATE, &columns)?;
             let mut values = vec![0.0; columns.len()];
             for particle in 0..state.rows() {

@@ -1,25 +1,25 @@
 //! Extended XYZ, which OVITO draws and ASE reads: every column of the state, the box, and the time.
 
-use super::{ExportError, Exporter, Subject};
+use super::{ExportError, ExportedRun, Exporter};
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
 pub(super) struct Xyz {
-    subject: Subject,
+    run: ExportedRun,
     path: PathBuf,
     file: Option<BufWriter<File>>,
 }
 
 impl Xyz {
-    pub(super) fn new(subject: Subject, folder: PathBuf) -> Self {
-        Self { subject, path: folder.join("state.xyz"), file: None }
+    pub(super) fn new(run: ExportedRun, folder: PathBuf) -> Self {
+        Self { run, path: folder.join("state.xyz"), file: None }
     }
 
     /// The second line of a frame: box, columns, time.
     fn comment(&self, frame: u64, time: f64) -> String {
-        let lattice = self.subject.extent.bounds.map_or_else(String::new, |[low, high]| {
+        let lattice = self.run.extent.bounds.map_or_else(String::new, |[low, high]| {
             // The plane gets a thickness: readers refuse a box without a volume.
             let [width, height] = [0, 1].map(|axis| high[axis] - low[axis]);
             let depth = width.min(height);
@@ -39,7 +39,7 @@ impl Xyz {
     /// The columns that have no place of their own.
     fn others(&self) -> impl Iterator<Item = (usize, &String)> {
         let known = ["x", "y", "z", "vx", "vy", "vz", "radius"];
-        let columns = self.subject.columns.iter().enumerate();
+        let columns = self.run.columns.iter().enumerate();
         columns.filter(move |(_, name)| !known.contains(&name.as_str()))
     }
 
@@ -47,8 +47,8 @@ impl Xyz {
         let Some(state) = frame.state() else { return Ok(()) };
         writeln!(file, "{}", state.rows())?;
         writeln!(file, "{}", self.comment(frame.clock.frame, frame.clock.time))?;
-        let places = ["x", "y", "z", "vx", "vy", "vz"].map(|name| self.subject.index(name));
-        let radius = self.subject.index("radius");
+        let places = ["x", "y", "z", "vx", "vy", "vz"].map(|name| self.run.index(name));
+        let radius = self.run.index("radius");
         for particle in 0..state.rows() {
             let row = state.row(particle);
             // No element: OVITO takes any name as a type.
@@ -56,7 +56,7 @@ impl Xyz {
             for place in places {
                 write!(file, " {:?}", place.map_or(0.0, |column| row[column]))?;
             }
-            write!(file, " {:?}", radius.map_or(self.subject.extent.radius, |column| row[column]))?;
+            write!(file, " {:?}", radius.map_or(self.run.extent.radius, |column| row[column]))?;
             for (column, _) in self.others() {
                 write!(file, " {:?}", row[column])?;
             }
@@ -67,7 +67,7 @@ impl Xyz {
 }
 
 impl Exporter for Xyz {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
         let failed = |error| ExportError::at(&self.path, error);
         let mut file = match self.file.take() {
             Some(file) => file,

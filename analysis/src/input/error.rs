@@ -5,14 +5,14 @@ use std::path::Path;
 
 /// A path that names nothing to analyze, with the user's next step.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BadPath {
+pub struct InvalidPath {
     /// Why.
     pub why: String,
     /// Whether the same command may succeed later.
     pub is_retryable: bool,
 }
 
-impl BadPath {
+impl InvalidPath {
     pub(super) fn wrong(why: String) -> Self {
         Self { why, is_retryable: false }
     }
@@ -25,7 +25,7 @@ impl BadPath {
     }
 }
 
-impl From<StoreError> for BadPath {
+impl From<StoreError> for InvalidPath {
     fn from(error: StoreError) -> Self {
         Self { why: error.to_string(), is_retryable: error.is_retryable }
     }

@@ -5,9 +5,9 @@ mod error;
 mod object_storage;
 pub mod recording;
 
-pub use error::BadPath;
+pub use error::InvalidPath;
 
-use crate::input::recording::{OpenRun, Unreadable, is_partial};
+use crate::input::recording::{OpenRun, UnreadableRecording, is_partial};
 use kinetoscope_manifest::{Coordinate, ExperimentRecord};
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_recording::error::ReadError;
@@ -23,7 +23,7 @@ pub const SIDE_CAR: &str = "experiment.toml";
 
 /// Recordings that are analyzed together: those of one folder.
 #[derive(Debug)]
-pub struct Source {
+pub struct RecordingFolder {
     /// Where the folder is.
     storage: Arc<dyn Storage>,
     /// The folder, or the address of one.
@@ -48,8 +48,8 @@ pub struct Source {
 ///
 /// # Errors
 /// The first path that leads to no recording.
-pub fn sources(paths: &[PathBuf]) -> Result<Vec<Source>, BadPath> {
-    let mut found: Vec<Source> = Vec::new();
+pub fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, InvalidPath> {
+    let mut found: Vec<RecordingFolder> = Vec::new();
     let mut named: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
     for path in paths {
         let is_remote = Address::is_one(path);
@@ -57,19 +57,19 @@ pub fn sources(paths: &[PathBuf]) -> Result<Vec<Source>, BadPath> {
         if is_remote && !file_name(path).ends_with(".mcap") {
             search_remote(path, &mut found)?;
             if found.len() == before {
-                return Err(BadPath::empty(path));
+                return Err(InvalidPath::empty(path));
             }
         } else if path.is_dir() {
             search(path, &mut found)?;
             if found.len() == before {
-                return Err(BadPath::empty(path));
+                return Err(InvalidPath::empty(path));
             }
         } else if is_remote || path.is_file() {
             let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty());
             let folder = folder.unwrap_or(Path::new(".")).to_path_buf();
             named.entry(folder).or_default().push(path.clone());
         } else {
-            return Err(BadPath::wrong(format!("{} does not exist", path.display())));
+            return Err(InvalidPath::wrong(format!("{} does not exist", path.display())));
         }
     }
     for (folder, mut files) in named {
@@ -88,7 +88,7 @@ pub fn sources(paths: &[PathBuf]) -> Result<Vec<Source>, BadPath> {
 }
 
 /// Adds the recordings below an address.
-fn search_remote(address: &Path, found: &mut Vec<Source>) -> Result<(), BadPath> {
+fn search_remote(address: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
     let store = object_storage::open(address)?;
     for (folder, files) in object_storage::folders(&store)? {
         if !found.iter().any(|source| source.folder == folder) {
@@ -99,8 +99,9 @@ fn search_remote(address: &Path, found: &mut Vec<Source>) -> Result<(), BadPath>
 }
 
 /// Adds the folder's recordings and those of its sub-folders.
-fn search(folder: &Path, found: &mut Vec<Source>) -> Result<(), BadPath> {
-    let unlisted = |error| BadPath::wrong(format!("{} can't be listed: {error}", folder.display()));
+fn search(folder: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
+    let unlisted =
+        |error| InvalidPath::wrong(format!("{} can't be listed: {error}", folder.display()));
     let entries = std::fs::read_dir(folder).map_err(unlisted)?;
     let mut paths: Vec<PathBuf> = entries
         .map(|entry| entry.map(|entry| entry.path()))
@@ -121,11 +122,16 @@ fn search(folder: &Path, found: &mut Vec<Source>) -> Result<(), BadPath> {
     Ok(())
 }
 
-fn source(storage: Arc<dyn Storage>, folder: PathBuf, files: Vec<PathBuf>, whole: bool) -> Source {
+fn source(
+    storage: Arc<dyn Storage>,
+    folder: PathBuf,
+    files: Vec<PathBuf>,
+    whole: bool,
+) -> RecordingFolder {
     let remote = Address::is_one(&folder).then(|| folder.clone());
     let name = remote.or_else(|| std::fs::canonicalize(&folder).ok());
     let name = name.as_deref().map_or_else(|| "recordings".to_owned(), file_name);
-    let mut source = Source {
+    let mut source = RecordingFolder {
         storage,
         folder,
         name,
@@ -140,7 +146,7 @@ fn source(storage: Arc<dyn Storage>, folder: PathBuf, files: Vec<PathBuf>, whole
     source
 }
 
-impl Source {
+impl RecordingFolder {
     /// Whether it lies on object storage.
     #[must_use]
     pub fn is_remote(&self) -> bool {
@@ -228,7 +234,7 @@ impl Source {
         for path in &self.files {
             match self.recording(path).map_err(recording::unreadable).and_then(recording::opened) {
                 Ok(run) => opened.push((file_name(path), run)),
-                Err(Unreadable(why)) => self.unreadable.push(why),
+                Err(UnreadableRecording(why)) => self.unreadable.push(why),
             }
         }
         let Some(record) = &self.record else {

@@ -1,6 +1,6 @@
 //! Recordings on object storage: found by their names, read there by ranges, and never kept here.
 
-use crate::input::error::BadPath;
+use crate::input::error::InvalidPath;
 use crate::input::recording::is_partial;
 use kinetoscope_object_storage::Store;
 use kinetoscope_object_storage::address::Address;
@@ -15,7 +15,7 @@ pub(crate) type Folders = BTreeMap<PathBuf, Vec<PathBuf>>;
 ///
 /// # Errors
 /// An address that makes no sense, or a program that was built without object storage.
-pub(crate) fn open(path: &Path) -> Result<Arc<Store>, BadPath> {
+pub(crate) fn open(path: &Path) -> Result<Arc<Store>, InvalidPath> {
     let address = Address::parse(&path.to_string_lossy())?;
     Ok(Arc::new(Store::open(&address)?))
 }
@@ -24,7 +24,7 @@ pub(crate) fn open(path: &Path) -> Result<Arc<Store>, BadPath> {
 ///
 /// # Errors
 /// A store that does not answer.
-pub(crate) fn folders(store: &Store) -> Result<Folders, BadPath> {
+pub(crate) fn folders(store: &Store) -> Result<Folders, InvalidPath> {
     let place = PathBuf::from(store.address().to_string());
     let mut folders = Folders::new();
     for object in store.objects()? {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// A recording that told nothing.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unreadable(pub String);
+pub struct UnreadableRecording(pub String);
 
 /// A recording that is open, with its manifest read.
 pub struct OpenRun {
@@ -34,25 +34,25 @@ impl OpenRun {
 ///
 /// # Errors
 /// A file that is no recording of ours, or whose manifest does not read.
-pub fn open(path: &Path) -> Result<OpenRun, Unreadable> {
+pub fn open(path: &Path) -> Result<OpenRun, UnreadableRecording> {
     opened(Recording::open(path).map_err(unreadable)?)
 }
 
 /// What an error of the reader says.
-pub(crate) fn unreadable(error: ReadError) -> Unreadable {
-    Unreadable(error.to_string())
+pub(crate) fn unreadable(error: ReadError) -> UnreadableRecording {
+    UnreadableRecording(error.to_string())
 }
 
 /// Reads the manifest of an open recording.
 ///
 /// # Errors
 /// A manifest that does not read.
-pub fn opened(recording: Recording) -> Result<OpenRun, Unreadable> {
+pub fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
     let canonical = recording.manifest().to_owned();
     let path = recording.path();
     let manifest = parse_run(&canonical).map_err(|diagnostics| {
         let path = path.display();
-        Unreadable(format!(
+        UnreadableRecording(format!(
             "{path}: its manifest is not one that this version reads; no frame was read\n{diagnostics}"
         ))
     })?;

@@ -31,7 +31,7 @@ pub struct Metric {
     /// How it was found, and the law behind theory's value.
     pub source: String,
     /// Which run, or which part of the sweep.
-    pub place: Place,
+    pub scope: MetricScope,
 }
 
 /// How far a number is from theory.
@@ -88,16 +88,16 @@ impl Metric {
 /// What a metric is about.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Place {
+pub enum MetricScope {
     /// One run.
-    Run(RunPlace),
+    Run(RunScope),
     /// A point of the sweep, or a fit along one of its axes.
-    Sweep(SweepPlace),
+    Sweep(SweepScope),
 }
 
 /// One run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RunPlace {
+pub struct RunScope {
     /// The recording's file name.
     pub file: String,
     /// Where it lies in the sweep.
@@ -111,7 +111,7 @@ pub struct RunPlace {
 
 /// A part of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SweepPlace {
+pub struct SweepScope {
     /// The key that a fit runs along; none for the mean over a point's replicates.
     pub along: Option<String>,
     /// The coordinates that are the same for all runs of this part.
@@ -134,9 +134,9 @@ impl Metric {
     /// The coordinates of its run or part of the sweep.
     #[must_use]
     pub fn coordinates(&self) -> &[Coordinate] {
-        match &self.place {
-            Place::Run(run) => &run.coordinates,
-            Place::Sweep(sweep) => &sweep.coordinates,
+        match &self.scope {
+            MetricScope::Run(run) => &run.coordinates,
+            MetricScope::Sweep(sweep) => &sweep.coordinates,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Which plots a run has: one file a model.
 
 use crate::models::snapshots::NamedSnapshot;
-use crate::plot::{Axis, Chart, Curve, Picture, Plot, Point, Style, short_number, thinned};
+use crate::plot::{Axis, Chart, Curve, CurveStyle, Picture, Plot, Point, short_number, thinned};
 use serde::{Deserialize, Serialize};
 
 /// The plots of one run.
@@ -10,12 +10,12 @@ pub struct Figures {
     /// Drawn for each run on its own.
     pub plots: Vec<Plot>,
     /// Curves that are drawn for several runs side by side.
-    pub comparisons: Vec<Comparison>,
+    pub comparisons: Vec<SharedCurve>,
 }
 
 /// A run's curve in a chart that it shares with other runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Comparison {
+pub struct SharedCurve {
     /// The chart's file name without its ending.
     pub stem: String,
     /// What is shown.
@@ -34,7 +34,7 @@ pub(crate) const MOST_POINTS: usize = 1500;
 /// A curve without errors, thinned to what shows.
 pub(crate) fn curve(
     name: impl Into<String>,
-    style: Style,
+    style: CurveStyle,
     color: usize,
     points: impl IntoIterator<Item = (f64, f64)>,
 ) -> Curve {

@@ -1,6 +1,6 @@
 //! The particles at chosen times, as far as they are drawn.
 
-use crate::plot::{Body, MOST_BODIES};
+use crate::plot::{DrawnParticle, MOST_BODIES};
 use kinetoscope_recording::reader::StateTable;
 
 /// The particles of a frame.
@@ -11,7 +11,7 @@ pub struct Snapshot {
     /// Number of particles.
     pub particles: usize,
     /// Those that are drawn, the first [`MOST_BODIES`].
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<DrawnParticle>,
 }
 
 impl Snapshot {
@@ -25,7 +25,7 @@ impl Snapshot {
         let column = index("radius");
         let body = |particle: usize| {
             let row = state.row(particle);
-            Body {
+            DrawnParticle {
                 center: [row[x], row[y]],
                 radius: column.map_or(radius, |column| Some(row[column])),
                 speed: velocity.map_or(0.0, |(vx, vy)| row[vx].hypot(row[vy])),
@@ -66,7 +66,7 @@ impl Snapshots {
     }
 
     /// Keeps the next frame's state, and makes a picture of it where its time has come.
-    pub fn see(&mut self, time: f64, state: StateTable, radius: Option<f64>) {
+    pub fn add_frame(&mut self, time: f64, state: StateTable, radius: Option<f64>) {
         let before = self.waiting.len();
         while self.waiting.last().is_some_and(|wanted| *wanted <= time) {
             self.waiting.pop();

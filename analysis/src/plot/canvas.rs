@@ -9,7 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 pub(super) const FINENESS: i32 = 8;
 
 /// A sheet while it is drawn on, in fine pixels.
-pub(super) type Sheet<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 pub(super) const INK: RGBColor = RGBColor(38, 38, 38);
 pub(super) const PALE: RGBColor = RGBColor(222, 222, 222);
@@ -58,7 +58,7 @@ pub(super) fn text_width(text: &str, size: i32) -> i32 {
 /// Draws on a white sheet of this size in shown pixels and returns the document.
 pub(super) fn draw<F>(width: i32, height: i32, content: F) -> Result<String, DrawingError>
 where
-    F: FnOnce(&Sheet<'_>) -> Result<(), DrawingError>,
+    F: FnOnce(&Canvas<'_>) -> Result<(), DrawingError>,
 {
     let size = (fine(width).unsigned_abs(), fine(height).unsigned_abs());
     let mut document = String::new();

@@ -3,7 +3,7 @@
 use super::DrawingError;
 use super::axis::{Axis, Layout};
 use super::canvas::{
-    INK, PALE, Sheet, curve_color, draw, failure, fine, stroke, text_style, text_width,
+    Canvas, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
 };
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -30,7 +30,7 @@ impl Point {
 
 /// How a curve is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Style {
+pub enum CurveStyle {
     /// A line through the points.
     Line,
     /// A dashed line through the points: theory.
@@ -45,7 +45,7 @@ pub struct Curve {
     /// What the legend says.
     pub name: String,
     /// How it is drawn.
-    pub style: Style,
+    pub style: CurveStyle,
     /// Number of its color: curves that belong together share one.
     pub color: usize,
     /// The points, in the order of the line.
@@ -187,7 +187,7 @@ fn legend_rows(curves: &[Curve]) -> Vec<Vec<(i32, &Curve)>> {
 }
 
 fn draw_legend_row(
-    sheet: &Sheet<'_>,
+    sheet: &Canvas<'_>,
     top: i32,
     entries: &[(i32, &Curve)],
 ) -> Result<(), DrawingError> {
@@ -196,8 +196,8 @@ fn draw_legend_row(
         let color = curve_color(curve.color);
         let ends = [(fine(*left), middle), (fine(left + LEGEND_SAMPLE), middle)];
         match curve.style {
-            Style::Line => sheet.draw(&PathElement::new(ends, stroke(color, 4))),
-            Style::Theory => {
+            CurveStyle::Line => sheet.draw(&PathElement::new(ends, stroke(color, 4))),
+            CurveStyle::Theory => {
                 let [from, to] = ends;
                 let dashes =
                     (from.0..to.0).step_by(fine(11).unsigned_abs() as usize).map(|start| {
@@ -206,7 +206,7 @@ fn draw_legend_row(
                     });
                 dashes.into_iter().try_for_each(|dash| sheet.draw(&dash))
             }
-            Style::Data => {
+            CurveStyle::Data => {
                 let center = (fine(left + LEGEND_SAMPLE / 2), middle);
                 sheet.draw(&Circle::new(center, fine(4), color.filled()))
             }
@@ -220,7 +220,7 @@ fn draw_legend_row(
 }
 
 fn draw_plot(
-    area: &Sheet<'_>,
+    area: &Canvas<'_>,
     x: &Layout,
     y: &Layout,
     curves: &[Curve],
@@ -248,14 +248,14 @@ fn draw_plot(
         let places: Vec<(f64, f64)> =
             curve.points.iter().map(|point| (x.place(point.x), y.place(point.y))).collect();
         match curve.style {
-            Style::Line => {
+            CurveStyle::Line => {
                 chart.draw_series(LineSeries::new(places, stroke(color, 3))).map_err(failure)?;
             }
-            Style::Theory => {
+            CurveStyle::Theory => {
                 let dashes = DashedLineSeries::new(places, fine(7), fine(4), stroke(color, 3));
                 chart.draw_series(dashes).map_err(failure)?;
             }
-            Style::Data => {
+            CurveStyle::Data => {
                 chart
                     .draw_series(
                         places.iter().map(|place| Circle::new(*place, fine(4), color.filled())),

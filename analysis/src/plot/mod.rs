@@ -6,8 +6,8 @@ mod chart;
 mod picture;
 
 pub use axis::{Axis, Scale, short_number, three_digits};
-pub use chart::{Chart, Curve, Point, Style, thinned};
-pub use picture::{Body, Container, InnerWall, MOST_BODIES, Picture};
+pub use chart::{Chart, Curve, CurveStyle, Point, thinned};
+pub use picture::{Container, DrawnParticle, InnerWall, MOST_BODIES, Picture};
 
 use serde::{Deserialize, Serialize};
 

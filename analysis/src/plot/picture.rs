@@ -2,14 +2,14 @@
 
 use super::DrawingError;
 use super::axis::{short_number, three_digits};
-use super::canvas::{INK, Sheet, draw, failure, fine, stroke, text_style};
+use super::canvas::{Canvas, INK, draw, failure, fine, stroke, text_style};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use serde::{Deserialize, Serialize};
 
 /// A particle as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Body {
+pub struct DrawnParticle {
     /// Center, in the picture's length unit.
     pub center: [f64; 2],
     /// Radius; `None` for a point, drawn as a dot.
@@ -54,7 +54,7 @@ pub struct Picture {
     /// Walls within it; what of them lies outside is not drawn.
     pub inner_walls: Vec<InnerWall>,
     /// The particles, the first of them where they are too many to draw.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<DrawnParticle>,
 }
 
 /// More particles than this are not drawn: the file would be too large for a viewer.
@@ -158,9 +158,9 @@ impl Picture {
     }
 
     /// The bodies that have a place on the sheet, and how many are too far outside, or nowhere.
-    fn seen(&self, view: &View) -> (Vec<&Body>, usize) {
+    fn seen(&self, view: &View) -> (Vec<&DrawnParticle>, usize) {
         let [least, most] = [0.0, f64::from(fine(WIDTH - BAR_ROOM))];
-        let on_sheet = |body: &&Body| {
+        let on_sheet = |body: &&DrawnParticle| {
             let reach = body.radius.unwrap_or(0.0) * view.scale;
             let across = (body.center[0] - view.low[0]) * view.scale + view.left;
             let up = (body.center[1] - view.low[1]) * view.scale;
@@ -170,7 +170,7 @@ impl Picture {
                 && up - reach >= -room
                 && up + reach <= view.height * view.scale + room
         };
-        let seen: Vec<&Body> = self.bodies.iter().filter(on_sheet).collect();
+        let seen: Vec<&DrawnParticle> = self.bodies.iter().filter(on_sheet).collect();
         let outside = self.bodies.len() - seen.len();
         (seen, outside)
     }
@@ -193,7 +193,7 @@ impl Picture {
         }
     }
 
-    fn draw_container(&self, sheet: &Sheet<'_>, view: &View) -> Result<(), DrawingError> {
+    fn draw_container(&self, sheet: &Canvas<'_>, view: &View) -> Result<(), DrawingError> {
         let line = stroke(INK, 3);
         match self.container {
             Container::Rectangle(low, high) => {
@@ -244,7 +244,7 @@ impl Picture {
 
     fn draw_color_bar(
         &self,
-        sheet: &Sheet<'_>,
+        sheet: &Canvas<'_>,
         height: i32,
         fastest: f64,
     ) -> Result<(), DrawingError> {

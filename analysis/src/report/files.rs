@@ -1,6 +1,6 @@
 //! Every file that an analysis leaves behind.
 
-use crate::report::{Report, html, metric_files};
+use crate::report::{AnalysisReport, html, metric_files};
 use crate::write_file::{WriteError, create_folder, replace};
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// The first file that can't be written.
-pub fn write(report: &Report, folder: &Path) -> Result<usize, WriteError> {
+pub fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, WriteError> {
     create_folder(folder)?;
     let failed = |name: &str, why: String| WriteError::new(folder.join(name), why);
     let json = metric_files::to_json(&report.name, report.model(), &report.metrics)

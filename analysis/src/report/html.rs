@@ -1,11 +1,11 @@
 //! `report.html`: one file that needs nothing else, for a wide screen, a phone and paper, light or dark.
 
-use crate::checks::Judge;
+use crate::checks::CheckKind;
 use crate::checks::ci_formats::escaped;
 use crate::input::coordinates::label;
 use crate::metric::Metric;
-use crate::report::Report;
-use crate::report::table::{apart, six_digits, with_error};
+use crate::report::AnalysisReport;
+use crate::report::table::{deviation_text, six_digits, with_error};
 use kinetoscope_manifest::{Coordinate, TimingTable};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -14,7 +14,7 @@ const STYLE: &str = include_str!("report.css");
 
 /// The page. `plots` are titles and SVG documents, in order.
 #[must_use]
-pub fn page(report: &Report, plots: &[(&str, String)]) -> String {
+pub fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String {
     let name = escaped(&report.name);
     let mut text = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -33,11 +33,11 @@ pub fn page(report: &Report, plots: &[(&str, String)]) -> String {
     text + "</main>\n</body>\n</html>\n"
 }
 
-fn heading(report: &Report) -> String {
+fn heading(report: &AnalysisReport) -> String {
     let runs = report.runs.len();
     let runs = if runs == 1 { "1 run".to_owned() } else { format!("{runs} runs") };
-    let failed = report.verdicts.iter().filter(|verdict| !verdict.holds).count();
-    let (tone, verdict) = match (report.verdicts.len(), failed) {
+    let failed = report.check_results.iter().filter(|verdict| !verdict.passed).count();
+    let (tone, verdict) = match (report.check_results.len(), failed) {
         (0, _) => ("", "no checks".to_owned()),
         (1, 0) => ("good", "the check holds".to_owned()),
         (all, 0) => ("good", format!("all {all} checks hold")),
@@ -52,7 +52,7 @@ fn heading(report: &Report) -> String {
 }
 
 /// Notes, and what could not be read.
-fn remarks(report: &Report) -> String {
+fn remarks(report: &AnalysisReport) -> String {
     let mut text = String::new();
     for (title, tone, lines) in
         [("Unreadable", "bad", &report.unreadable), ("Notes", "", &report.notes)]
@@ -69,10 +69,13 @@ fn remarks(report: &Report) -> String {
     text
 }
 
-fn verdicts(report: &Report) -> String {
+fn verdicts(report: &AnalysisReport) -> String {
     let mut text = String::new();
-    for (judge, title) in [(Judge::Check, "Checks"), (Judge::Baseline, "Against the baseline")] {
-        let of: Vec<_> = report.verdicts.iter().filter(|verdict| verdict.judge == judge).collect();
+    for (judge, title) in
+        [(CheckKind::Check, "Checks"), (CheckKind::Baseline, "Against the baseline")]
+    {
+        let of: Vec<_> =
+            report.check_results.iter().filter(|verdict| verdict.kind == judge).collect();
         if of.is_empty() {
             continue;
         }
@@ -81,7 +84,7 @@ fn verdicts(report: &Report) -> String {
             "<section>\n<h2>{title}</h2>\n<table class=\"verdicts\">\n<thead><tr><th></th><th>metric</th><th>finding</th></tr></thead>\n<tbody>"
         );
         for verdict in of {
-            let (tone, word) = if verdict.holds { ("good", "ok") } else { ("bad", "failed") };
+            let (tone, word) = if verdict.passed { ("good", "ok") } else { ("bad", "failed") };
             let _ = writeln!(
                 text,
                 "<tr><td><strong class=\"{tone}\">{word}</strong></td><td>{}</td><td>{}</td></tr>",
@@ -107,7 +110,7 @@ fn figures(plots: &[(&str, String)]) -> String {
     text + "</div>\n</section>\n"
 }
 
-fn numbers(report: &Report) -> String {
+fn numbers(report: &AnalysisReport) -> String {
     let mut text = "<section>\n<h2>Numbers</h2>\n\
         <p>Digits in brackets are one standard error, in units of the last digits. σ is the deviation from theory in standard errors.</p>\n"
         .to_owned();
@@ -193,12 +196,12 @@ fn number(metric: &Metric) -> String {
         labeled("", &with_error(metric.value, metric.standard_error)),
         labeled("", unit),
         labeled("theory", &theory),
-        labeled("apart", &apart(metric)),
+        labeled("apart", &deviation_text(metric)),
     )
 }
 
 /// How each metric of this report is found, and the laws behind theory's values.
-fn definitions(report: &Report) -> String {
+fn definitions(report: &AnalysisReport) -> String {
     let mut text = "<section>\n<h2>Definitions</h2>\n<dl>\n".to_owned();
     let mut told = BTreeSet::new();
     let all = report.metrics.iter().map(|metric| metric.definition);
@@ -220,7 +223,7 @@ fn definitions(report: &Report) -> String {
     text + "</dl>\n</section>\n"
 }
 
-fn manifest(report: &Report) -> String {
+fn manifest(report: &AnalysisReport) -> String {
     let Some(run) = report.runs.first() else { return String::new() };
     let title = if report.runs.len() == 1 { "Manifest" } else { "Manifest of the first run" };
     format!(

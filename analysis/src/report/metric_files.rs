@@ -1,7 +1,7 @@
 //! `metrics.json` and `metrics.csv`.
 
 use crate::input::coordinates;
-use crate::metric::{Metric, Place, SCHEMA};
+use crate::metric::{Metric, MetricScope, SCHEMA};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -24,7 +24,7 @@ struct Entry<'a> {
     deviation_in_standard_errors: Option<f64>,
     source: &'a str,
     #[serde(flatten)]
-    place: &'a Place,
+    scope: &'a MetricScope,
 }
 
 impl<'a> Entry<'a> {
@@ -37,7 +37,7 @@ impl<'a> Entry<'a> {
             theory: metric.theory,
             deviation_in_standard_errors: metric.deviation_in_standard_errors(),
             source: &metric.source,
-            place: &metric.place,
+            scope: &metric.scope,
         }
     }
 }
@@ -77,12 +77,12 @@ pub fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
     for metric in metrics {
         let places = coordinates::text(metric.coordinates());
-        let (scope, along, replicate, replicates, file, outcome) = match &metric.place {
-            Place::Run(run) => {
+        let (scope, along, replicate, replicates, file, outcome) = match &metric.scope {
+            MetricScope::Run(run) => {
                 let replicate = run.replicate.to_string();
                 ("run", "", replicate, String::new(), run.file.as_str(), run.outcome.as_str())
             }
-            Place::Sweep(sweep) => {
+            MetricScope::Sweep(sweep) => {
                 let along = sweep.along.as_deref().unwrap_or("");
                 ("sweep", along, String::new(), sweep.replicates.to_string(), "", "")
             }

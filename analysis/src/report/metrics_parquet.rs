@@ -1,7 +1,7 @@
 //! `metrics.parquet`: the columns of `metrics.csv`, numbers as doubles that may be null.
 
 use crate::input::coordinates;
-use crate::metric::{Metric, Place};
+use crate::metric::{Metric, MetricScope};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use parquet::errors::ParquetError;
@@ -62,13 +62,13 @@ fn columns(metrics: &[Metric]) -> Vec<(&'static str, Column)> {
     };
     let numbers =
         |of: &dyn Fn(&Metric) -> Option<f64>| Column::Numbers(metrics.iter().map(of).collect());
-    let of_run = |metric: &Metric| match &metric.place {
-        Place::Run(run) => Some(run.clone()),
-        Place::Sweep(_) => None,
+    let of_run = |metric: &Metric| match &metric.scope {
+        MetricScope::Run(run) => Some(run.clone()),
+        MetricScope::Sweep(_) => None,
     };
-    let of_sweep = |metric: &Metric| match &metric.place {
-        Place::Run(_) => None,
-        Place::Sweep(sweep) => Some(sweep.clone()),
+    let of_sweep = |metric: &Metric| match &metric.scope {
+        MetricScope::Run(_) => None,
+        MetricScope::Sweep(sweep) => Some(sweep.clone()),
     };
     vec![
         ("name", text(&|metric| metric.name().to_owned())),

@@ -12,16 +12,16 @@ pub use metrics_reference::metrics_reference;
 
 use crate::checks::baseline::Baseline;
 use crate::checks::ci_formats::ExperimentChecks;
-use crate::checks::{Judge, Verdict, judge};
-use crate::input::Source;
+use crate::checks::{CheckKind, CheckResult, evaluate};
+use crate::input::RecordingFolder;
 use crate::input::coordinates;
-use crate::input::recording::{OpenRun, Unreadable};
-use crate::metric::{Metric, Place};
+use crate::input::recording::{OpenRun, UnreadableRecording};
+use crate::metric::{Metric, MetricScope};
 use crate::models::figures::Figures;
 use crate::plot::Plot;
-use crate::report::table::{Terminal, Tone, six_digits, table};
-use crate::run::cache::Memory;
-use crate::run::{self, Ending, RunAnalysis};
+use crate::report::table::{Style, Terminal, six_digits, table};
+use crate::run::cache::AnalysisCache;
+use crate::run::{self, RunAnalysis, RunStatus};
 use crate::sweep;
 use kinetoscope_manifest::{Check, Coordinate, ExperimentRecord, TimingTable};
 use std::fmt::Write as _;
@@ -31,7 +31,7 @@ use std::thread::{self, available_parallelism};
 
 /// All that was found in one experiment.
 #[derive(Debug)]
-pub struct Report {
+pub struct AnalysisReport {
     /// Its name.
     pub name: String,
     /// What it is about, in the user's words; may be empty.
@@ -41,7 +41,7 @@ pub struct Report {
     /// All numbers: fits, means over replicates, runs.
     pub metrics: Vec<Metric>,
     /// What became of the checks.
-    pub verdicts: Vec<Verdict>,
+    pub check_results: Vec<CheckResult>,
     /// The plots, each with a file name of its own.
     pub plots: Vec<(String, Plot)>,
     /// What the user should know.
@@ -59,47 +59,54 @@ const MOST_POINTS_SHOWN: usize = 6;
 
 /// How recordings are to be analyzed.
 #[derive(Clone, Debug, Default)]
-pub struct Wishes {
+pub struct AnalysisOptions {
     /// Checks beside the experiment's own.
     pub checks: Vec<Check>,
     /// Times of pictures beside those of start and end, in the model's unit.
-    pub pictures_at: Vec<f64>,
+    pub snapshots_at: Vec<f64>,
     /// Where analyses are remembered.
-    pub memory: Option<Memory>,
+    pub cache: Option<AnalysisCache>,
     /// Whether all recordings are read, also those that are remembered.
     pub fresh: bool,
 }
 
 /// One recording to be analyzed.
-struct Task {
+struct AnalysisTask {
     run: OpenRun,
     coordinates: Vec<Coordinate>,
     with_figures: bool,
 }
 
-impl Task {
-    /// From memory where the recording is unchanged, else by reading it.
-    fn analyze(&self, wishes: &Wishes, threads: NonZeroUsize) -> Result<RunAnalysis, Unreadable> {
+impl AnalysisTask {
+    /// From cache where the recording is unchanged, else by reading it.
+    fn analyze(
+        &self,
+        options: &AnalysisOptions,
+        threads: NonZeroUsize,
+    ) -> Result<RunAnalysis, UnreadableRecording> {
         let Self { run, coordinates, with_figures } = self;
-        let (figures, pictures_at) = (*with_figures, &wishes.pictures_at);
-        let recalled = wishes
-            .memory
+        let (figures, snapshots_at) = (*with_figures, &options.snapshots_at);
+        let cached = options
+            .cache
             .as_ref()
-            .filter(|_| !wishes.fresh)
-            .and_then(|memory| memory.recall(run, coordinates, figures, pictures_at));
-        if let Some(found) = recalled {
+            .filter(|_| !options.fresh)
+            .and_then(|cache| cache.load(run, coordinates, figures, snapshots_at));
+        if let Some(found) = cached {
             return Ok(found);
         }
-        let found = run::analyze(run, coordinates.clone(), figures, pictures_at, threads)?;
-        if let Some(memory) = &wishes.memory {
-            memory.keep(run, &found, figures, pictures_at);
+        let found = run::analyze(run, coordinates.clone(), figures, snapshots_at, threads)?;
+        if let Some(cache) = &options.cache {
+            cache.store(run, &found, figures, snapshots_at);
         }
         Ok(found)
     }
 }
 
 /// Analyses all, as many side by side as there are cores; results in the order of the tasks.
-fn analyse_all(tasks: &[Task], wishes: &Wishes) -> Vec<Result<RunAnalysis, Unreadable>> {
+fn analyze_all(
+    tasks: &[AnalysisTask],
+    options: &AnalysisOptions,
+) -> Vec<Result<RunAnalysis, UnreadableRecording>> {
     let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let workers = tasks.len().min(cores.get());
     let threads = NonZeroUsize::new(cores.get() / workers.max(1)).unwrap_or(NonZeroUsize::MIN);
@@ -109,7 +116,7 @@ fn analyse_all(tasks: &[Task], wishes: &Wishes) -> Vec<Result<RunAnalysis, Unrea
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let Some(task) = tasks.get(index) else { return found };
-            found.push((index, task.analyze(wishes, threads)));
+            found.push((index, task.analyze(options, threads)));
         }
     };
     let mut found: Vec<_> = thread::scope(|scope| {
@@ -130,18 +137,18 @@ fn analyse_all(tasks: &[Task], wishes: &Wishes) -> Vec<Result<RunAnalysis, Unrea
 /// Analyses the recordings of one folder and remembers what was found, with plots where the analysis of the whole experiment will
 /// draw them. Returns what could not be read, and why.
 #[must_use]
-pub fn remember(source: &mut Source, wishes: &Wishes) -> Vec<String> {
+pub fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<String> {
     let drawn = source.record.as_ref().map(drawn_files);
-    let tasks: Vec<Task> = source
+    let tasks: Vec<AnalysisTask> = source
         .open()
         .into_iter()
         .map(|(run, coordinates)| {
             let with_figures = drawn.as_ref().is_none_or(|drawn| drawn.contains(&run.file));
-            Task { run, coordinates, with_figures }
+            AnalysisTask { run, coordinates, with_figures }
         })
         .collect();
-    let results = analyse_all(&tasks, wishes).into_iter();
-    let unread = results.filter_map(|result| result.err().map(|Unreadable(why)| why));
+    let results = analyze_all(&tasks, options).into_iter();
+    let unread = results.filter_map(|result| result.err().map(|UnreadableRecording(why)| why));
     source.unreadable.drain(..).chain(unread).collect()
 }
 
@@ -161,33 +168,33 @@ fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
 
 /// Analyses the recordings of one folder.
 #[must_use]
-pub fn analyze(source: &mut Source, wishes: &Wishes) -> Report {
+pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
     let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
-    let tasks: Vec<Task> = source
+    let tasks: Vec<AnalysisTask> = source
         .open()
         .into_iter()
         .map(|(run, coordinates)| {
-            // One run a point is drawn, and no more points than a chart can hold: plots are the largest part of memory.
+            // One run a point is drawn, and no more points than a chart can hold: plots are the largest part of cache.
             let with_figures =
                 drawn.len() < sweep::figures::MOST_CURVES && !drawn.contains(&coordinates);
             if with_figures {
                 drawn.push(coordinates.clone());
             }
-            Task { run, coordinates, with_figures }
+            AnalysisTask { run, coordinates, with_figures }
         })
         .collect();
     let mut runs: Vec<RunAnalysis> = Vec::new();
     let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
-    for result in analyse_all(&tasks, wishes) {
+    for result in analyze_all(&tasks, options) {
         match result {
             Ok(run) => runs.push(run),
-            Err(Unreadable(why)) => unreadable.push(why),
+            Err(UnreadableRecording(why)) => unreadable.push(why),
         }
     }
     for run in &runs {
         match &run.ending {
-            Ending::Complete => {}
-            Ending::Damaged(why) => unreadable.push(why.clone()),
+            RunStatus::Complete => {}
+            RunStatus::Damaged(why) => unreadable.push(why.clone()),
             other => notes.push(format!(
                 "{}: {} after {} frames, t = {}; not part of means and fits",
                 run.file,
@@ -207,16 +214,16 @@ pub fn analyze(source: &mut Source, wishes: &Wishes) -> Report {
     // A part of an experiment is not held to the checks of the whole.
     let own = source.record.as_ref().filter(|_| source.whole);
     let own = own.map_or(&[][..], |record| &record.checks);
-    let verdicts =
-        own.iter().chain(&wishes.checks).flat_map(|check| judge(check, &metrics)).collect();
+    let check_results =
+        own.iter().chain(&options.checks).flat_map(|check| evaluate(check, &metrics)).collect();
     let record = source.record.as_ref();
     let description = record.map_or_else(String::new, |record| record.description.clone());
-    Report {
+    AnalysisReport {
         name: source.name.clone(),
         description,
         runs,
         metrics,
-        verdicts,
+        check_results,
         plots,
         notes,
         unreadable,
@@ -225,7 +232,7 @@ pub fn analyze(source: &mut Source, wishes: &Wishes) -> Report {
 }
 
 /// The timing table beside the recordings; where it does not read, a note says so.
-fn timing_beside(source: &Source, notes: &mut Vec<String>) -> Option<TimingTable> {
+fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<TimingTable> {
     let path = source.folder.join(TimingTable::FILE);
     let text = match std::fs::read_to_string(&path) {
         Ok(text) => text,
@@ -293,7 +300,7 @@ fn plots(
     all
 }
 
-impl Report {
+impl AnalysisReport {
     /// Name of the model; empty where no run could be read.
     pub(crate) fn model(&self) -> &str {
         self.runs.first().map_or("", |run| run.model().name())
@@ -302,21 +309,21 @@ impl Report {
     /// The checks and their results, for the formats of CI systems.
     #[must_use]
     pub fn checks(&self) -> ExperimentChecks<'_> {
-        let Self { name, verdicts, unreadable, .. } = self;
-        ExperimentChecks { name, verdicts, unreadable }
+        let Self { name, check_results, unreadable, .. } = self;
+        ExperimentChecks { name, check_results, unreadable }
     }
 
     /// Judges the metrics by those of an earlier analysis as well.
     pub fn compare(&mut self, baseline: &Baseline) {
-        let (verdicts, notes) = baseline.judge(&self.metrics);
-        self.verdicts.extend(verdicts);
+        let (check_results, notes) = baseline.compare_all(&self.metrics);
+        self.check_results.extend(check_results);
         self.notes.extend(notes);
     }
 
     /// Whether all checks hold.
     #[must_use]
     pub fn holds(&self) -> bool {
-        self.verdicts.iter().all(|verdict| verdict.holds)
+        self.check_results.iter().all(|result| result.passed)
     }
 
     /// What the terminal shows.
@@ -329,7 +336,7 @@ impl Report {
             runs => format!("{}, {runs} runs", self.model()),
         };
         let heading = format!("{} ({runs})", self.name);
-        let _ = writeln!(text, "{}", terminal.paint(Tone::Heading, &heading));
+        let _ = writeln!(text, "{}", terminal.paint(Style::Heading, &heading));
         if !self.description.is_empty() {
             let _ = writeln!(text, "{}", terminal.wrapped(&self.description, 0));
         }
@@ -338,7 +345,7 @@ impl Report {
         }
         for why in &self.unreadable {
             let line = terminal.wrapped(&format!("unreadable: {why}"), 2);
-            let _ = writeln!(text, "{}", terminal.paint(Tone::Bad, &line));
+            let _ = writeln!(text, "{}", terminal.paint(Style::Bad, &line));
         }
         for (title, metrics) in self.sections() {
             let _ = writeln!(text, "\n{}", terminal.wrapped(&title, 2));
@@ -346,32 +353,32 @@ impl Report {
                 let _ = writeln!(text, "{}", table(&metrics, terminal));
             }
         }
-        for (judge, title) in [(Judge::Check, "checks"), (Judge::Baseline, "against the baseline")]
+        for (kind, title) in
+            [(CheckKind::Check, "checks"), (CheckKind::Baseline, "against the baseline")]
         {
-            text += &self.verdict_text(judge, title, terminal);
+            text += &self.check_text(kind, title, terminal);
         }
         text
     }
 
     /// The verdicts of one judge. Of a long list those that hold are counted only.
-    fn verdict_text(&self, judge: Judge, title: &str, terminal: Terminal) -> String {
-        let verdicts = || self.verdicts.iter().filter(|verdict| verdict.judge == judge);
-        if verdicts().next().is_none() {
+    fn check_text(&self, kind: CheckKind, title: &str, terminal: Terminal) -> String {
+        let results = || self.check_results.iter().filter(|result| result.kind == kind);
+        if results().next().is_none() {
             return String::new();
         }
         let mut text = format!("\n{title}\n");
         let inside = Terminal { width: terminal.width - 2, ..terminal };
-        let counted = judge == Judge::Baseline;
-        for verdict in verdicts().filter(|verdict| !(counted && verdict.holds)) {
-            let (tone, word) =
-                if verdict.holds { (Tone::Good, "ok") } else { (Tone::Bad, "FAILED") };
-            let line = inside.wrapped(&format!("{word} {}", verdict.text()), 4);
-            let _ = writeln!(text, "  {}", line.replacen(word, &terminal.paint(tone, word), 1));
+        let counted = kind == CheckKind::Baseline;
+        for result in results().filter(|result| !(counted && result.passed)) {
+            let (style, word) =
+                if result.passed { (Style::Good, "ok") } else { (Style::Bad, "FAILED") };
+            let line = inside.wrapped(&format!("{word} {}", result.text()), 4);
+            let _ = writeln!(text, "  {}", line.replacen(word, &terminal.paint(style, word), 1));
         }
         if counted {
-            let held = verdicts().filter(|verdict| verdict.holds).count();
-            let _ =
-                writeln!(text, "  {held} of {} metrics are where they were", verdicts().count());
+            let held = results().filter(|result| result.passed).count();
+            let _ = writeln!(text, "  {held} of {} metrics are where they were", results().count());
         }
         text
     }
@@ -382,7 +389,7 @@ impl Report {
         let fits: Vec<&Metric> = self
             .metrics
             .iter()
-            .filter(|metric| matches!(&metric.place, Place::Sweep(place) if place.along.is_some()))
+            .filter(|metric| matches!(&metric.scope, MetricScope::Sweep(scope) if scope.along.is_some()))
             .collect();
         let places = fits.iter().map(|metric| (metric.coordinates().to_vec(), *metric));
         for (place, fits) in coordinates::grouped(places) {
@@ -403,13 +410,13 @@ impl Report {
                 .iter()
                 .filter(here)
                 .filter(
-                    |metric| matches!(&metric.place, Place::Sweep(place) if place.along.is_none()),
+                    |metric| matches!(&metric.scope, MetricScope::Sweep(scope) if scope.along.is_none()),
                 )
                 .collect();
             let name = coordinates::text(place);
             if means.is_empty() {
                 for run in runs {
-                    let of_run = |metric: &&Metric| matches!(&metric.place, Place::Run(place) if place.file == run.file);
+                    let of_run = |metric: &&Metric| matches!(&metric.scope, MetricScope::Run(scope) if scope.file == run.file);
                     let metrics = self.metrics.iter().filter(of_run).collect();
                     sections.push((run_title(run, &name), metrics));
                 }

@@ -14,7 +14,7 @@ pub struct Terminal {
 
 /// What a text is, for its color.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tone {
+pub enum Style {
     /// A heading.
     Heading,
     /// Something that holds.
@@ -28,15 +28,15 @@ pub enum Tone {
 impl Terminal {
     /// The text in its color, where colors may be used.
     #[must_use]
-    pub fn paint(&self, tone: Tone, text: &str) -> String {
+    pub fn paint(&self, style: Style, text: &str) -> String {
         if !self.colors {
             return text.to_owned();
         }
-        let code = match tone {
-            Tone::Heading => "1",
-            Tone::Good => "32",
-            Tone::Bad => "1;31",
-            Tone::Faint => "2",
+        let code = match style {
+            Style::Heading => "1",
+            Style::Good => "32",
+            Style::Bad => "1;31",
+            Style::Faint => "2",
         };
         format!("\x1b[{code}m{text}\x1b[0m")
     }
@@ -139,8 +139,8 @@ pub fn table(metrics: &[&Metric], terminal: Terminal) -> String {
     };
     let wide = 2 + widths.iter().sum::<usize>() + 6 <= terminal.width;
     let mut lines = Vec::new();
-    let mut add = |cells: &[String; 4], tone: Option<Tone>| {
-        let paint = |text: String| tone.map_or(text.clone(), |tone| terminal.paint(tone, &text));
+    let mut add = |cells: &[String; 4], style: Option<Style>| {
+        let paint = |text: String| style.map_or(text.clone(), |style| terminal.paint(style, &text));
         let numbers = |first: usize| {
             let cells = (first..4).map(|index| pad(&cells[index], widths[index]));
             cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
@@ -152,7 +152,7 @@ pub fn table(metrics: &[&Metric], terminal: Terminal) -> String {
             lines.push(format!("      {}", paint(numbers(1))));
         }
     };
-    add(&header, Some(Tone::Faint));
+    add(&header, Some(Style::Faint));
     rows.iter().for_each(|row| add(row, None));
     lines.join("\n")
 }
@@ -164,13 +164,13 @@ fn row(metric: &Metric) -> [String; 4] {
     };
     let value = format!("{}{unit}", with_error(metric.value, metric.standard_error));
     let theory = metric.theory.map_or_else(String::new, six_digits);
-    [metric.name().to_owned(), value, theory, apart(metric)]
+    [metric.name().to_owned(), value, theory, deviation_text(metric)]
 }
 
 /// Deviation from theory, in standard errors where these are known and tell something, else in percent or as a factor;
 /// "rounding" where it is no more.
 #[must_use]
-pub fn apart(metric: &Metric) -> String {
+pub fn deviation_text(metric: &Metric) -> String {
     let theory = metric.theory.unwrap_or(0.0);
     let deviation = metric.value - theory;
     match metric.deviation() {
@@ -195,7 +195,7 @@ pub fn apart(metric: &Metric) -> String {
 mod tests {
     use super::*;
     use crate::metric::definition::Definition;
-    use crate::metric::{Place, SweepPlace};
+    use crate::metric::{MetricScope, SweepScope};
 
     #[test]
     fn numbers_carry_their_error_in_the_last_digits() {
@@ -211,8 +211,8 @@ mod tests {
 
     #[test]
     fn sixty_columns_are_enough() {
-        let place =
-            Place::Sweep(SweepPlace { along: None, coordinates: Vec::new(), replicates: 2 });
+        let scope =
+            MetricScope::Sweep(SweepScope { along: None, coordinates: Vec::new(), replicates: 2 });
         let metric = Metric {
             definition: &Definition {
                 name: "pressure_vs_temperature.mean_speed_formula.intercept",
@@ -226,7 +226,7 @@ mod tests {
             standard_error: Some(2.3e-24),
             theory: Some(0.0),
             source: String::new(),
-            place,
+            scope,
         };
         let text = table(&[&metric], Terminal { width: 60, colors: false });
         for line in text.lines() {

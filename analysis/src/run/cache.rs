@@ -5,7 +5,7 @@ use crate::input::recording::OpenRun;
 use crate::metric::{Definition, Measurement};
 use crate::models::figures::Figures;
 use crate::models::registry::metrics_of;
-use crate::run::{Ending, RunAnalysis};
+use crate::run::{RunAnalysis, RunStatus};
 use crate::statistics::Estimate;
 use crate::write_file;
 use kinetoscope_manifest::Coordinate;
@@ -16,25 +16,25 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// Folder of the remembered analyses, beside the results. It can be deleted at any time.
 pub const FOLDER: &str = ".analyzed";
 
-/// What must be the same for an analysis to be taken from memory.
+/// What must be the same for an analysis to be taken from cache.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Identity {
+struct CacheKey {
     /// Size and time of change of this program: another one may derive other numbers.
-    program: Stamp,
+    program: FileStamp,
     /// Of the recording.
-    recording: Stamp,
+    recording: FileStamp,
     content_key: String,
-    pictures_at: Vec<f64>,
+    snapshots_at: Vec<f64>,
 }
 
 /// Size of a file, and when it was last changed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-struct Stamp {
+struct FileStamp {
     bytes: u64,
     changed_ns: u128,
 }
 
-impl Stamp {
+impl FileStamp {
     fn new(bytes: u64, changed: SystemTime) -> Option<Self> {
         let changed_ns = changed.duration_since(UNIX_EPOCH).ok()?.as_nanos();
         Some(Self { bytes, changed_ns })
@@ -42,42 +42,42 @@ impl Stamp {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Remembered {
-    identity: Identity,
+struct CachedAnalysis {
+    identity: CacheKey,
     frames: u64,
     end_time: f64,
     time_unit: String,
     /// What went wrong with the physics; none of a run that reached its end.
     fault: Option<String>,
-    measurements: Vec<Number>,
+    measurements: Vec<CachedMeasurement>,
     /// None where they were not asked for.
     figures: Option<Figures>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct Number {
+struct CachedMeasurement {
     name: String,
     value: f64,
     standard_error: Option<f64>,
     theory: Option<f64>,
-    /// Place of the law among those of the definition.
+    /// MetricScope of the law among those of the definition.
     law: Option<usize>,
 }
 
-/// The memory of one folder of results.
+/// The cache of one folder of results.
 #[derive(Clone, Debug)]
-pub struct Memory {
+pub struct AnalysisCache {
     folder: PathBuf,
-    program: Stamp,
+    program: FileStamp,
 }
 
-impl Memory {
-    /// The memory beside the results in `output`; `None` where this program can't tell itself from another one.
+impl AnalysisCache {
+    /// The cache beside the results in `output`; `None` where this program can't tell itself from another one.
     #[must_use]
-    pub fn beside(output: &Path) -> Option<Self> {
+    pub fn in_folder(output: &Path) -> Option<Self> {
         let program = std::env::current_exe().ok()?;
         let program = std::fs::metadata(program).ok()?;
-        let program = Stamp::new(program.len(), program.modified().ok()?)?;
+        let program = FileStamp::new(program.len(), program.modified().ok()?)?;
         Some(Self { folder: output.join(FOLDER), program })
     }
 
@@ -85,62 +85,62 @@ impl Memory {
         self.folder.join(format!("{file}.numbers"))
     }
 
-    fn identity(&self, run: &OpenRun, pictures_at: &[f64]) -> Option<Identity> {
-        Some(Identity {
+    fn identity(&self, run: &OpenRun, snapshots_at: &[f64]) -> Option<CacheKey> {
+        Some(CacheKey {
             program: self.program.clone(),
-            recording: Stamp::new(run.recording().bytes(), run.recording().changed()?)?,
+            recording: FileStamp::new(run.recording().bytes(), run.recording().changed()?)?,
             content_key: run.content_key.clone(),
-            pictures_at: pictures_at.to_vec(),
+            snapshots_at: snapshots_at.to_vec(),
         })
     }
 
     /// The analysis of an unchanged recording; `None` where it must be read.
     #[must_use]
-    pub fn recall(
+    pub fn load(
         &self,
         run: &OpenRun,
         coordinates: &[Coordinate],
         with_figures: bool,
-        pictures_at: &[f64],
+        snapshots_at: &[f64],
     ) -> Option<RunAnalysis> {
-        let identity = self.identity(run, pictures_at)?;
+        let identity = self.identity(run, snapshots_at)?;
         let bytes = std::fs::read(self.path(&run.file)).ok()?;
-        let remembered: Remembered = postcard::from_bytes(&bytes).ok()?;
-        if remembered.identity != identity || with_figures && remembered.figures.is_none() {
+        let cached: CachedAnalysis = postcard::from_bytes(&bytes).ok()?;
+        if cached.identity != identity || with_figures && cached.figures.is_none() {
             return None;
         }
-        let numbers = remembered.measurements.into_iter();
+        let numbers = cached.measurements.into_iter();
         let model = run.manifest.model.name();
         Some(RunAnalysis {
             file: run.file.clone(),
             coordinates: coordinates.to_vec(),
             manifest: run.manifest.clone(),
-            frames: remembered.frames,
-            end_time: remembered.end_time,
-            time_unit: remembered.time_unit,
-            ending: remembered.fault.map_or(Ending::Complete, Ending::Fault),
+            frames: cached.frames,
+            end_time: cached.end_time,
+            time_unit: cached.time_unit,
+            ending: cached.fault.map_or(RunStatus::Complete, RunStatus::Fault),
             measurements: numbers
                 .map(|number| measurement(model, &number))
                 .collect::<Option<_>>()?,
-            figures: remembered.figures.filter(|_| with_figures).unwrap_or_default(),
+            figures: cached.figures.filter(|_| with_figures).unwrap_or_default(),
         })
     }
 
     /// Remembers the analysis of a finished run. Where that can't be written, the next analysis reads the recording.
-    pub fn keep(
+    pub fn store(
         &self,
         run: &OpenRun,
         found: &RunAnalysis,
         with_figures: bool,
-        pictures_at: &[f64],
+        snapshots_at: &[f64],
     ) {
         let fault = match &found.ending {
-            Ending::Complete => None,
-            Ending::Fault(what) => Some(what.clone()),
-            Ending::Unfinished | Ending::Damaged(_) => return,
+            RunStatus::Complete => None,
+            RunStatus::Fault(what) => Some(what.clone()),
+            RunStatus::Unfinished | RunStatus::Damaged(_) => return,
         };
-        let Some(identity) = self.identity(run, pictures_at) else { return };
-        let remembered = Remembered {
+        let Some(identity) = self.identity(run, snapshots_at) else { return };
+        let cached = CachedAnalysis {
             identity,
             frames: found.frames,
             end_time: found.end_time,
@@ -149,7 +149,7 @@ impl Memory {
             measurements: found.measurements.iter().map(number).collect(),
             figures: with_figures.then(|| found.figures.clone()),
         };
-        if let Ok(bytes) = postcard::to_stdvec(&remembered) {
+        if let Ok(bytes) = postcard::to_stdvec(&cached) {
             let path = self.path(&run.file);
             drop(
                 write_file::create_folder(&self.folder)
@@ -159,9 +159,9 @@ impl Memory {
     }
 }
 
-fn number(measurement: &Measurement) -> Number {
+fn number(measurement: &Measurement) -> CachedMeasurement {
     let laws = measurement.definition.laws;
-    Number {
+    CachedMeasurement {
         name: measurement.name().to_owned(),
         value: measurement.estimate.value,
         standard_error: measurement.estimate.standard_error,
@@ -170,7 +170,7 @@ fn number(measurement: &Measurement) -> Number {
     }
 }
 
-fn measurement(model: &str, number: &Number) -> Option<Measurement> {
+fn measurement(model: &str, number: &CachedMeasurement) -> Option<Measurement> {
     let named = |definition: &&&Definition| definition.name == number.name;
     let definition = metrics_of(model).iter().find(named)?;
     let law = number.law.and_then(|law| definition.laws.get(law)).copied();

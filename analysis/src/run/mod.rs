@@ -2,8 +2,8 @@
 
 pub mod cache;
 
-use crate::input::recording::{OpenRun, Unreadable, is_partial};
-use crate::metric::{Measurement, Metric, Place, RunPlace};
+use crate::input::recording::{OpenRun, UnreadableRecording, is_partial};
+use crate::metric::{Measurement, Metric, MetricScope, RunScope};
 use crate::models::figures::Figures;
 use crate::models::registry;
 use kinetoscope_manifest::model::ModelConfig;
@@ -14,7 +14,7 @@ use std::num::NonZeroUsize;
 
 /// How a run, or its file, ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum RunStatus {
     /// It reached its end.
     Complete,
     /// Physics went wrong, in words.
@@ -25,7 +25,7 @@ pub enum Ending {
     Damaged(String),
 }
 
-impl Ending {
+impl RunStatus {
     /// In a few words.
     #[must_use]
     pub fn text(&self) -> String {
@@ -54,7 +54,7 @@ pub struct RunAnalysis {
     /// "s", "d", or "" for dimensionless time.
     pub time_unit: String,
     /// How it ended.
-    pub ending: Ending,
+    pub ending: RunStatus,
     /// The numbers.
     pub measurements: Vec<Measurement>,
     /// The plots, where they were asked for.
@@ -83,7 +83,7 @@ impl RunAnalysis {
             theory: measurement.theory,
             rounding: measurement.definition.rounding,
             source: measurement.source(),
-            place: Place::Run(RunPlace {
+            scope: MetricScope::Run(RunScope {
                 file: self.file.clone(),
                 coordinates: self.coordinates.clone(),
                 replicate: self.manifest.replicate,
@@ -95,7 +95,7 @@ impl RunAnalysis {
     /// Whether the numbers are those of the whole run, as means and fits need them.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.ending == Ending::Complete
+        self.ending == RunStatus::Complete
     }
 }
 
@@ -108,16 +108,18 @@ pub fn analyze(
     run: &OpenRun,
     coordinates: Vec<Coordinate>,
     with_figures: bool,
-    pictures_at: &[f64],
+    snapshots_at: &[f64],
     threads: NonZeroUsize,
-) -> Result<RunAnalysis, Unreadable> {
-    let mut observer = registry::observer(&run.manifest.model, pictures_at).ok_or_else(|| {
+) -> Result<RunAnalysis, UnreadableRecording> {
+    let mut observer = registry::observer(&run.manifest.model, snapshots_at).ok_or_else(|| {
         let model = run.manifest.model.name();
-        Unreadable(format!("the model {model} has no analysis"))
+        UnreadableRecording(format!("the model {model} has no analysis"))
     })?;
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
-    for frame in
-        run.recording().frames_on(threads).map_err(|error| Unreadable(error.to_string()))?
+    for frame in run
+        .recording()
+        .frames_on(threads)
+        .map_err(|error| UnreadableRecording(error.to_string()))?
     {
         let seen = frame.and_then(|frame| {
             let time = frame.clock.time;
@@ -135,16 +137,16 @@ pub fn analyze(
         }
     }
     let ending = match (&failure, &run.recording().provenance().outcome) {
-        (Some(error), _) if frames == 0 => return Err(Unreadable(error.to_string())),
-        (Some(error), _) if is_under_way(&run.file, error) => Ending::Unfinished,
-        (Some(error), _) => Ending::Damaged(error.to_string()),
-        (None, Some(Outcome::Complete)) => Ending::Complete,
-        (None, Some(Outcome::Fault(what))) => Ending::Fault(what.clone()),
-        (None, Some(Outcome::Interrupted) | None) => Ending::Unfinished,
+        (Some(error), _) if frames == 0 => return Err(UnreadableRecording(error.to_string())),
+        (Some(error), _) if is_under_way(&run.file, error) => RunStatus::Unfinished,
+        (Some(error), _) => RunStatus::Damaged(error.to_string()),
+        (None, Some(Outcome::Complete)) => RunStatus::Complete,
+        (None, Some(Outcome::Fault(what))) => RunStatus::Fault(what.clone()),
+        (None, Some(Outcome::Interrupted) | None) => RunStatus::Unfinished,
     };
     if frames == 0 {
         let path = run.recording().path().display();
-        return Err(Unreadable(format!("{path} holds no frame")));
+        return Err(UnreadableRecording(format!("{path} holds no frame")));
     }
     Ok(RunAnalysis {
         coordinates,

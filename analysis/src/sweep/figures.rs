@@ -2,9 +2,9 @@
 
 use crate::input::coordinates::{self, grouped, last_part, without};
 use crate::models::contract::{ModelAnalysis, Ordinate, TradeOff};
-use crate::models::figures::Comparison;
+use crate::models::figures::SharedCurve;
 use crate::models::registry::MODELS;
-use crate::plot::{Axis, Chart, Curve, Plot, Point, Scale, Style};
+use crate::plot::{Axis, Chart, Curve, CurveStyle, Plot, Point, Scale};
 use crate::run::RunAnalysis;
 use crate::statistics::{mean, mean_of_independent};
 use crate::sweep::SweepPoint;
@@ -61,7 +61,7 @@ fn trade_off_plot(points: &[SweepPoint<'_>], trade_off: &TradeOff) -> Option<Plo
         if points.len() > 1 {
             curves.push(Curve {
                 name: coordinates::label(others),
-                style: Style::Data,
+                style: CurveStyle::Data,
                 color,
                 points,
             });
@@ -149,13 +149,14 @@ fn order_line(
     label: &str,
     color: usize,
 ) -> Option<Curve> {
-    let last = curves.last().filter(|last| last.style == Style::Data && last.color == color)?;
+    let last =
+        curves.last().filter(|last| last.style == CurveStyle::Data && last.color == color)?;
     let order = (ordinate.order?.order)(group.first()?.runs.first()?.model())?;
     let (first, end) = (last.points.first()?, last.points.last()?);
     let at = |x: f64| Point::bare(x, first.y * (x / first.x).powf(order));
     let name = format!("order {order}");
     let name = if label.is_empty() { name } else { format!("{label}: {name}") };
-    Some(Curve { name, style: Style::Theory, color, points: vec![at(first.x), at(end.x)] })
+    Some(Curve { name, style: CurveStyle::Theory, color, points: vec![at(first.x), at(end.x)] })
 }
 
 /// Whether there is nothing to see: no points, or all the same up to rounding.
@@ -197,10 +198,15 @@ fn curves_of(
     };
     let mut curves = Vec::new();
     if !data.is_empty() {
-        curves.push(Curve { name: name(names[0]), style: Style::Data, color, points: data });
+        curves.push(Curve { name: name(names[0]), style: CurveStyle::Data, color, points: data });
     }
     if theory.len() > 1 {
-        curves.push(Curve { name: name(names[1]), style: Style::Theory, color, points: theory });
+        curves.push(Curve {
+            name: name(names[1]),
+            style: CurveStyle::Theory,
+            color,
+            points: theory,
+        });
     }
     curves
 }
@@ -245,7 +251,7 @@ pub fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
     let mut plots = Vec::new();
     let Some(first) = runs.first().filter(|_| runs.len() > 1) else { return plots };
     for shared in &first.figures.comparisons {
-        let of = |run: &RunAnalysis| -> Option<Comparison> {
+        let of = |run: &RunAnalysis| -> Option<SharedCurve> {
             run.figures.comparisons.iter().find(|other| other.stem == shared.stem).cloned()
         };
         let curves: Vec<Curve> = runs
@@ -255,7 +261,7 @@ pub fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
             .filter_map(|(color, run)| {
                 let points = of(run)?.points;
                 let name = coordinates::label(&run.coordinates);
-                Some(Curve { name, style: Style::Line, color, points })
+                Some(Curve { name, style: CurveStyle::Line, color, points })
             })
             .collect();
         let mut y = shared.y.clone();

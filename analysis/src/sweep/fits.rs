@@ -4,7 +4,7 @@
 //! replicate is fitted on its own and the error is that of the mean over replicates; for one replicate it is unknown.
 
 use crate::input::coordinates::{self, grouped, without};
-use crate::metric::{Definition, Metric, Place, SweepPlace};
+use crate::metric::{Definition, Metric, MetricScope, SweepScope};
 use crate::models::contract::{Fit, FitShape};
 use crate::models::registry::MODELS;
 use crate::statistics::{least_squares_line, mean_of_independent, power_law_exponent, saturation};
@@ -183,7 +183,7 @@ impl Fit {
             theory,
             rounding: definition.rounding,
             source: format!("{}, a replicate at a time{law}", definition.how),
-            place: Place::Sweep(SweepPlace {
+            scope: MetricScope::Sweep(SweepScope {
                 along: Some(self.along.to_owned()),
                 coordinates: others.to_vec(),
                 replicates: values.len(),

@@ -4,7 +4,7 @@ pub mod figures;
 pub mod fits;
 
 use crate::input::coordinates::grouped;
-use crate::metric::{Metric, Place, SweepPlace};
+use crate::metric::{Metric, MetricScope, SweepScope};
 use crate::run::RunAnalysis;
 use crate::statistics::{mean, mean_of_independent};
 use kinetoscope_manifest::Coordinate;
@@ -50,7 +50,7 @@ pub fn replicate_means(points: &[SweepPoint<'_>]) -> Vec<Metric> {
                 theory: theories.and_then(|theories| mean(&theories)),
                 rounding: first.definition.rounding,
                 source: format!("mean over replicates of {}", first.source()),
-                place: Place::Sweep(SweepPlace {
+                scope: MetricScope::Sweep(SweepScope {
                     along: None,
                     coordinates: point.coordinates.clone(),
                     replicates: point.runs.len(),

@@ -11,7 +11,7 @@ use kinetoscope_recording::drawing::{Shape, read_shapes};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use raster::Raster;
-use sheet::Sheet;
+use sheet::PageLayout;
 use std::num::NonZeroU32;
 use std::path::Path;
 
@@ -23,7 +23,7 @@ type Drawing = [Vec<Shape>; LAYERS.len()];
 
 /// The form of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PictureForm {
+pub enum ThumbnailFormat {
     /// The last frame as lines and discs, to any scale.
     Svg,
     /// Pixels.
@@ -34,7 +34,7 @@ pub enum PictureForm {
     },
 }
 
-impl PictureForm {
+impl ThumbnailFormat {
     /// By the end of a file's name, and for so many frames.
     ///
     /// # Errors
@@ -52,9 +52,9 @@ impl PictureForm {
 
 /// What a picture shall be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Wish {
+pub struct ThumbnailOptions {
     /// Its form.
-    pub form: PictureForm,
+    pub form: ThumbnailFormat,
     /// Width, px.
     pub width: NonZeroU32,
 }
@@ -89,7 +89,7 @@ impl std::error::Error for ThumbnailError {}
 ///
 /// # Errors
 /// A recording that is not whole, or that has no drawing.
-pub fn thumbnail(recording: &Recording, wish: Wish) -> Result<Vec<u8>, ThumbnailError> {
+pub fn thumbnail(recording: &Recording, wish: ThumbnailOptions) -> Result<Vec<u8>, ThumbnailError> {
     let playback_rate = recording.provenance().playback_rate;
     let mut frames = 0;
     for frame in recording.frames()? {
@@ -97,19 +97,19 @@ pub fn thumbnail(recording: &Recording, wish: Wish) -> Result<Vec<u8>, Thumbnail
         frames += 1;
     }
     let wanted = match wish.form {
-        PictureForm::Svg => NonZeroU32::MIN,
-        PictureForm::Png { frames } => frames,
+        ThumbnailFormat::Svg => NonZeroU32::MIN,
+        ThumbnailFormat::Png { frames } => frames,
     };
     let drawings = drawings(recording, &chosen(frames, u64::from(wanted.get())))?;
     let undrawn =
         || ThumbnailError::Undrawn("the recording has no drawing: record \"discs\" too".to_owned());
-    let sheet = Sheet::new(&drawings, wish.width.get()).ok_or_else(undrawn)?;
+    let sheet = PageLayout::new(&drawings, wish.width.get()).ok_or_else(undrawn)?;
     match wish.form {
-        PictureForm::Svg => {
+        ThumbnailFormat::Svg => {
             let last = drawings.last().ok_or_else(undrawn)?;
             Ok(svg::document(&sheet, last).into_bytes())
         }
-        PictureForm::Png { .. } => {
+        ThumbnailFormat::Png { .. } => {
             let rasters: Vec<Raster> =
                 drawings.iter().map(|drawing| Raster::of(&sheet, drawing)).collect();
             let seconds = frames as f64 / playback_rate / rasters.len() as f64;

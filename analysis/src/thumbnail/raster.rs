@@ -2,7 +2,7 @@
 
 use super::Drawing;
 use super::glyphs;
-use super::sheet::Sheet;
+use super::sheet::PageLayout;
 use kinetoscope_recording::drawing::{Rgb, Shape};
 
 /// Dark gray, for text.
@@ -21,7 +21,7 @@ pub(super) struct Raster {
 
 impl Raster {
     /// Draws on white.
-    pub(super) fn of(sheet: &Sheet, drawing: &Drawing) -> Self {
+    pub(super) fn of(sheet: &PageLayout, drawing: &Drawing) -> Self {
         let (width, height) = (sheet.width, sheet.height);
         let pixels = vec![[0xff; 3]; width as usize * height as usize];
         let mut raster = Self { width, height, pixels };
@@ -31,7 +31,7 @@ impl Raster {
         raster
     }
 
-    fn draw(&mut self, sheet: &Sheet, shape: &Shape) {
+    fn draw(&mut self, sheet: &PageLayout, shape: &Shape) {
         match shape {
             Shape::Disc { center, radius, color } => {
                 let (center, radius) = (sheet.place(*center), sheet.length(*radius));
@@ -131,7 +131,7 @@ mod tests {
         let black = [0; 3];
         let disc = Shape::Disc { center: [0.43, 0.52], radius: 0.2, color: black };
         let drawing = [Vec::new(), vec![container], vec![disc], Vec::new()];
-        let sheet = Sheet::new(std::slice::from_ref(&drawing), 106).unwrap();
+        let sheet = PageLayout::new(std::slice::from_ref(&drawing), 106).unwrap();
         let raster = Raster::of(&sheet, &drawing);
         let covered: f64 =
             raster.pixels.iter().map(|pixel| 1.0 - f64::from(pixel[0]) / 255.0).sum();

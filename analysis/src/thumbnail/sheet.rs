@@ -16,7 +16,7 @@ const PANEL_WIDTH: f64 = 800.0;
 
 /// The sheet of paper of a picture, or of all pictures of an animation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sheet {
+pub(super) struct PageLayout {
     /// Width, px.
     pub(super) width: u32,
     /// Height, px.
@@ -27,7 +27,7 @@ pub(super) struct Sheet {
     top: f64,
 }
 
-impl Sheet {
+impl PageLayout {
     /// A sheet for the walls and the color bar; where no wall is a line, for all that these drawings show. `None` where
     /// nothing is drawn.
     pub(super) fn new(drawings: &[Drawing], width: u32) -> Option<Self> {

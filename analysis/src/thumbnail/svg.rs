@@ -1,12 +1,12 @@
 //! A drawing as an SVG document.
 
 use super::Drawing;
-use super::sheet::Sheet;
+use super::sheet::PageLayout;
 use kinetoscope_recording::drawing::{Rgb, Shape};
 use std::fmt::Write;
 
 /// Draws on white.
-pub(super) fn document(sheet: &Sheet, drawing: &Drawing) -> String {
+pub(super) fn document(sheet: &PageLayout, drawing: &Drawing) -> String {
     let (width, height) = (sheet.width, sheet.height);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
@@ -18,7 +18,7 @@ pub(super) fn document(sheet: &Sheet, drawing: &Drawing) -> String {
     svg + "</svg>\n"
 }
 
-fn write_shape(svg: &mut String, sheet: &Sheet, shape: &Shape) -> std::fmt::Result {
+fn write_shape(svg: &mut String, sheet: &PageLayout, shape: &Shape) -> std::fmt::Result {
     match shape {
         Shape::Disc { center, radius, color } => {
             let ([x, y], radius) = (sheet.place(*center), sheet.length(*radius));

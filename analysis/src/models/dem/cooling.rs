@@ -10,7 +10,7 @@ pub(super) struct Cooling {
 }
 
 impl Cooling {
-    pub(super) fn see(&mut self, time: f64, temperature: f64) {
+    pub(super) fn add_frame(&mut self, time: f64, temperature: f64) {
         self.temperature.add((time, temperature));
     }
 
@@ -47,7 +47,7 @@ mod tests {
         let mut cooling = Cooling::default();
         for frame in 0..50 {
             let time = 0.02 * f64::from(frame);
-            cooling.see(time, 4e-3 / ((1.0 + 3.0 * time) * (1.0 + 3.0 * time)));
+            cooling.add_frame(time, 4e-3 / ((1.0 + 3.0 * time) * (1.0 + 3.0 * time)));
         }
         assert!((cooling.rate_per_s().unwrap() - 3.0).abs() < 1e-12);
     }

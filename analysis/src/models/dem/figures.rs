@@ -1,11 +1,11 @@
 //! Plots of a DEM run: the energy ledger over time and the discs at the end.
 
-use super::observe::{DemRun, Ledger};
+use super::observe::{DemRun, EnergyBalance};
 use super::stress::StressLayer;
 use crate::models::contract::PlottedObserver;
-use crate::models::figures::{Comparison, Figures, chart, curve, pictures};
+use crate::models::figures::{Figures, SharedCurve, chart, curve, pictures};
 use crate::plot::{
-    Axis, Container, Curve, InnerWall, Picture, Plot, Point, Style, short_number, thinned,
+    Axis, Container, Curve, CurveStyle, InnerWall, Picture, Plot, Point, short_number, thinned,
 };
 use crate::statistics::Estimate;
 use kinetoscope_manifest::model::{DemWall, DemWallShape, DiscRadius};
@@ -16,8 +16,8 @@ impl PlottedObserver for DemRun {
     fn figures(&self) -> Figures {
         let run = self;
         let mut figures = Figures::default();
-        if let Some(first) = run.ledger.first() {
-            figures.plots.push(ledger(run));
+        if let Some(first) = run.energy_balance.first() {
+            figures.plots.push(energy_balance(run));
             let start = first.total_j().abs();
             if start > 0.0 {
                 figures.plots.push(residual(run, start));
@@ -31,52 +31,60 @@ impl PlottedObserver for DemRun {
     }
 }
 
-fn ledger(run: &DemRun) -> Plot {
-    let first = run.ledger.first().map_or(0.0, |entry| entry.balance_j());
-    let series =
-        |of: fn(&Ledger) -> f64| run.ledger.iter().map(move |entry| (entry.time_s, of(entry)));
-    let residual = run.ledger.iter().map(|entry| (entry.time_s, entry.balance_j() - first));
+fn energy_balance(run: &DemRun) -> Plot {
+    let first = run.energy_balance.first().map_or(0.0, |entry| entry.balance_j());
+    let series = |of: fn(&EnergyBalance) -> f64| {
+        run.energy_balance.iter().map(move |entry| (entry.time_s, of(entry)))
+    };
+    let residual = run.energy_balance.iter().map(|entry| (entry.time_s, entry.balance_j() - first));
     let curves = vec![
-        curve("kinetic", Style::Line, 0, series(|entry| entry.kinetic_j)),
-        curve("gravitational", Style::Line, 1, series(|entry| entry.gravitational_j)),
-        curve("elastic", Style::Line, 2, series(|entry| entry.elastic_j)),
-        curve("dissipated", Style::Line, 3, series(|entry| entry.dissipated_j)),
-        curve("sum at the start", Style::Theory, 6, series(|_| 0.0).map(|(time, _)| (time, first))),
-        curve("residual", Style::Line, 5, residual),
+        curve("kinetic", CurveStyle::Line, 0, series(|entry| entry.kinetic_j)),
+        curve("gravitational", CurveStyle::Line, 1, series(|entry| entry.gravitational_j)),
+        curve("elastic", CurveStyle::Line, 2, series(|entry| entry.elastic_j)),
+        curve("dissipated", CurveStyle::Line, 3, series(|entry| entry.dissipated_j)),
+        curve(
+            "sum at the start",
+            CurveStyle::Theory,
+            6,
+            series(|_| 0.0).map(|(time, _)| (time, first)),
+        ),
+        curve("residual", CurveStyle::Line, 5, residual),
     ];
     let (x, y) = (Axis::linear("time", "s"), Axis::linear("energy", "J"));
     chart("energy_ledger", "Energy ledger", x, y, curves)
 }
 
 fn residual(run: &DemRun, start: f64) -> Plot {
-    let first = run.ledger.first().map_or(0.0, |entry| entry.balance_j());
-    let drift = run.ledger.iter().map(|entry| (entry.time_s, (entry.balance_j() - first) / start));
-    let ends = [run.ledger.first(), run.ledger.last()];
+    let first = run.energy_balance.first().map_or(0.0, |entry| entry.balance_j());
+    let drift =
+        run.energy_balance.iter().map(|entry| (entry.time_s, (entry.balance_j() - first) / start));
+    let ends = [run.energy_balance.first(), run.energy_balance.last()];
     let theory = ends.into_iter().flatten().map(|entry| (entry.time_s, 0.0));
     let curves = vec![
-        curve("residual of the ledger", Style::Line, 0, drift),
-        curve("conservation of energy", Style::Theory, 6, theory),
+        curve("residual of the ledger", CurveStyle::Line, 0, drift),
+        curve("conservation of energy", CurveStyle::Theory, 6, theory),
     ];
     let y = Axis::linear("residual / energy at the start", "");
     let title = "Energy that the integrator gains or loses";
     chart("energy_drift", title, Axis::linear("time", "s"), y, curves)
 }
 
-fn comparisons(run: &DemRun, start: f64) -> Vec<Comparison> {
-    let first = run.ledger.first().map_or(0.0, |entry| entry.balance_j());
-    let points = |of: &dyn Fn(&Ledger) -> f64| {
-        let points = run.ledger.iter().map(|entry| Point::bare(entry.time_s, of(entry) / start));
+fn comparisons(run: &DemRun, start: f64) -> Vec<SharedCurve> {
+    let first = run.energy_balance.first().map_or(0.0, |entry| entry.balance_j());
+    let points = |of: &dyn Fn(&EnergyBalance) -> f64| {
+        let points =
+            run.energy_balance.iter().map(|entry| Point::bare(entry.time_s, of(entry) / start));
         thinned(points.collect(), crate::models::figures::MOST_POINTS)
     };
     vec![
-        Comparison {
+        SharedCurve {
             stem: "energy_total_by_run".to_owned(),
             title: "Mechanical energy".to_owned(),
             x: Axis::linear("time", "s"),
             y: Axis::linear("energy / energy at the start", ""),
             points: points(&|entry| entry.total_j()),
         },
-        Comparison {
+        SharedCurve {
             stem: "energy_residual_by_run".to_owned(),
             title: "Size of the ledger's residual".to_owned(),
             x: Axis::linear("time", "s"),
@@ -113,10 +121,10 @@ fn packing_by_height(run: &DemRun) -> Option<Plot> {
         .iter()
         .enumerate()
         .map(|(slab, area)| ((slab as f64 + 0.5) * thickness, area / slab_area));
-    let measured = curve("slabs of a mean diameter", Style::Data, 0, profile);
+    let measured = curve("slabs of a mean diameter", CurveStyle::Data, 0, profile);
     let hexagonal = PI / 12.0_f64.sqrt();
     let level = [(0.0, hexagonal), (top, hexagonal)];
-    let closest = curve("hexagonal packing of equal discs, 0.9069", Style::Theory, 1, level);
+    let closest = curve("hexagonal packing of equal discs, 0.9069", CurveStyle::Theory, 1, level);
     let (x, y) = (Axis::linear("height over the floor", "m"), Axis::linear("packing fraction", ""));
     let title = "Packing fraction by height at the end";
     Some(chart("packing_by_height", title, x, y, vec![measured, closest]))
@@ -135,7 +143,7 @@ fn stress_by_height(run: &DemRun) -> Option<Plot> {
     };
     let data = |name: &str, color: usize, of: fn(&StressLayer) -> Estimate| Curve {
         name: name.to_owned(),
-        style: Style::Data,
+        style: CurveStyle::Data,
         color,
         points: points(of),
     };
@@ -148,8 +156,8 @@ fn stress_by_height(run: &DemRun) -> Option<Plot> {
     let curves = vec![
         data("vertical", 0, |layer| layer.vertical),
         data("horizontal", 1, |layer| layer.horizontal),
-        curve("weight of the discs above / width", Style::Theory, 6, above),
-        curve("rho g (h - y), an even bed", Style::Theory, 3, even),
+        curve("weight of the discs above / width", CurveStyle::Theory, 6, above),
+        curve("rho g (h - y), an even bed", CurveStyle::Theory, 3, even),
     ];
     let (x, y) = (Axis::linear("height over the floor", "m"), Axis::linear("stress", "N/m"));
     let title = "Stress by height, mean over the last tenth of the run";

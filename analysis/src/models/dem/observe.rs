@@ -7,7 +7,7 @@ use super::metrics as metric;
 use super::outflow::Outflow;
 use super::rebounds::Rebounds;
 use super::special_walls;
-use super::stress::{self, Grain, Stress};
+use super::stress::{self, DiscState, StressProfile};
 use crate::metric::Measurement;
 use crate::models::contract::Observer;
 use crate::models::relative_change;
@@ -23,7 +23,7 @@ use std::f64::consts::PI;
 
 /// The ledger at one instant, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ledger {
+pub struct EnergyBalance {
     /// Simulated time, s.
     pub time_s: f64,
     /// Kinetic energy.
@@ -44,7 +44,7 @@ pub struct Ledger {
     pub entered_j: f64,
 }
 
-impl Ledger {
+impl EnergyBalance {
     /// Mechanical energy.
     #[must_use]
     pub fn total_j(&self) -> f64 {
@@ -62,9 +62,9 @@ impl Ledger {
 #[derive(Clone, Debug)]
 pub struct DemRun {
     pub(crate) config: DemConfig,
-    pub(crate) ledger: Series<Ledger>,
+    pub(crate) energy_balance: Series<EnergyBalance>,
     pub(crate) snapshots: Snapshots,
-    largest_residual_j: f64,
+    max_residual_j: f64,
     last_motion_s: f64,
     rebounds: Option<Rebounds>,
     outflow: Outflow,
@@ -73,12 +73,12 @@ pub struct DemRun {
     piston: Series<(f64, f64)>,
     reach_at_start_m: Option<f64>,
     /// None where the box does not hold the bed, or forces of contacts were not recorded.
-    pub(crate) stress: Option<Stress>,
+    pub(crate) stress: Option<StressProfile>,
     contacts: Option<DemContacts>,
     discs_removed: Option<u64>,
     largest_overlap_over_radius: f64,
     granular_temperature: Option<f64>,
-    largest_kinetic_disagreement_j: Option<f64>,
+    max_kinetic_disagreement_j: Option<f64>,
 }
 
 /// Discs have settled when their kinetic energy stays below this share of the mechanical energy at the start.
@@ -94,29 +94,29 @@ impl DemRun {
         let sag = config.mass_kg.get() * -along / config.stiffness_n_per_m.get();
         Self {
             rebounds: drop.then(|| Rebounds::new(-along, sag)),
-            stress: Stress::new(&config),
+            stress: StressProfile::new(&config),
             config,
             snapshots,
-            ledger: Series::default(),
+            energy_balance: Series::default(),
             outflow: Outflow::default(),
             cooling: Cooling::default(),
             piston: Series::default(),
             reach_at_start_m: None,
-            largest_residual_j: 0.0,
+            max_residual_j: 0.0,
             last_motion_s: 0.0,
             contacts: None,
             discs_removed: None,
             largest_overlap_over_radius: 0.0,
             granular_temperature: None,
-            largest_kinetic_disagreement_j: None,
+            max_kinetic_disagreement_j: None,
         }
     }
 
-    fn see_ledger(&mut self, entry: Ledger) {
-        self.ledger.add(entry);
-        let Some(first) = self.ledger.first() else { return };
+    fn add_energy_balance(&mut self, entry: EnergyBalance) {
+        self.energy_balance.add(entry);
+        let Some(first) = self.energy_balance.first() else { return };
         let residual = (entry.balance_j() - first.balance_j()).abs();
-        self.largest_residual_j = max_or_nan(self.largest_residual_j, residual);
+        self.max_residual_j = max_or_nan(self.max_residual_j, residual);
         if entry.kinetic_j > SETTLED_SHARE * first.total_j().abs() {
             self.last_motion_s = entry.time_s;
         }
@@ -137,14 +137,16 @@ impl DemRun {
         self.config.mass_kg.get() * ratio * ratio
     }
 
-    fn see_state(&mut self, time: f64, state: &StateTable, ledger: Option<&Ledger>) {
+    fn add_state(&mut self, time: f64, state: &StateTable, energy_balance: Option<&EnergyBalance>) {
         let index = |name: &str| state.columns().iter().position(|column| column == name);
         let (radius, equal) = (index("radius"), self.equal_radius());
         if radius.is_none() && equal.is_none() {
             return;
         }
         let radius_of = |row: &[f64]| radius.map_or(equal.unwrap_or(0.0), |column| row[column]);
-        if let (Some(ledger), Some(vx), Some(vy)) = (ledger, index("vx"), index("vy")) {
+        if let (Some(energy_balance), Some(vx), Some(vy)) =
+            (energy_balance, index("vx"), index("vy"))
+        {
             let spin = index("spin");
             // A disc turns with m r^2 / 2.
             let mass = index("mass");
@@ -159,19 +161,22 @@ impl DemRun {
                 })
                 .sum();
             let kinetic = doubled / 2.0;
-            let apart = (kinetic - ledger.kinetic_j).abs();
-            let largest = self.largest_kinetic_disagreement_j.get_or_insert(0.0);
+            let apart = (kinetic - energy_balance.kinetic_j).abs();
+            let largest = self.max_kinetic_disagreement_j.get_or_insert(0.0);
             *largest = max_or_nan(*largest, apart);
         }
         if let (Some(rebounds), Some(y), Some(vy)) =
             (&mut self.rebounds, state.value(0, "y"), state.value(0, "vy"))
         {
-            rebounds.see(time, y - radius_of(state.row(0)), vy);
+            rebounds.add_frame(time, y - radius_of(state.row(0)), vy);
         }
     }
 
-    fn ledger_measurements(&self, found: &mut Vec<Measurement>) {
-        let (Some(first), Some(last)) = (self.ledger.first(), self.ledger.last()) else { return };
+    fn energy_measurements(&self, found: &mut Vec<Measurement>) {
+        let (Some(first), Some(last)) = (self.energy_balance.first(), self.energy_balance.last())
+        else {
+            return;
+        };
         found.extend([
             Measurement::new(metric::KINETIC, last.kinetic_j),
             Measurement::new(metric::GRAVITATIONAL, last.gravitational_j),
@@ -195,13 +200,13 @@ impl DemRun {
             return;
         }
         let change = relative_change(last.total_j(), start);
-        let largest = self.largest_residual_j / start.abs();
+        let largest = self.max_residual_j / start.abs();
         found.extend([
             Measurement::new(metric::TOTAL_CHANGE, change),
             Measurement::new(metric::RESIDUAL, residual / start.abs()).against(0.0),
             Measurement::new(metric::LARGEST_RESIDUAL, largest).against(0.0),
         ]);
-        if let Some(apart) = self.largest_kinetic_disagreement_j {
+        if let Some(apart) = self.max_kinetic_disagreement_j {
             found.push(Measurement::new(metric::KINETIC_DISAGREEMENT, apart / start.abs()));
         }
     }
@@ -244,7 +249,7 @@ impl DemRun {
         }
     }
 
-    fn see_stress(&mut self, time_s: f64, state: &StateTable, forces: &DemContactForces) {
+    fn add_stress(&mut self, time_s: f64, state: &StateTable, forces: &DemContactForces) {
         let index = |name: &str| state.columns().iter().position(|column| column == name);
         let Some([x, y, vx, vy]) = all(["x", "y", "vx", "vy"].map(index)) else { return };
         let Some(floor) = stress::floor_m(&self.config, time_s) else { return };
@@ -253,10 +258,10 @@ impl DemRun {
         let grains = (0..state.rows()).filter_map(|disc| {
             let row = state.row(disc);
             let mass = mass.map(|column| row[column]).or(equal)?;
-            Some(Grain { position: [row[x], row[y]], velocity: [row[vx], row[vy]], mass })
+            Some(DiscState { position: [row[x], row[y]], velocity: [row[vx], row[vy]], mass })
         });
         if let Some(stress) = &mut self.stress {
-            stress.see(time_s, floor, grains, forces);
+            stress.add_frame(time_s, floor, grains, forces);
         }
     }
 
@@ -344,7 +349,9 @@ impl DemRun {
 
     /// Whether the discs move so little that what they weigh is carried: the kinetic energy is far below the elastic.
     fn has_settled(&self) -> bool {
-        self.ledger.last().is_some_and(|last| last.kinetic_j < SETTLED_SHARE * last.elastic_j)
+        self.energy_balance
+            .last()
+            .is_some_and(|last| last.kinetic_j < SETTLED_SHARE * last.elastic_j)
     }
 
     /// x, y, radius (m) and mass (kg) of all discs in the last frame.
@@ -368,7 +375,7 @@ impl DemRun {
 impl Observer for DemRun {
     fn observe(&mut self, mut frame: RecordedFrame) -> Result<(), ReadError> {
         let time_s = frame.clock.time;
-        let ledger = frame.get::<DemEnergy>()?.map(|energy| Ledger {
+        let energy_balance = frame.get::<DemEnergy>()?.map(|energy| EnergyBalance {
             time_s,
             kinetic_j: energy.kinetic_j,
             gravitational_j: energy.gravitational_j,
@@ -379,14 +386,14 @@ impl Observer for DemRun {
             removed_j: energy.removed_j,
             entered_j: energy.entered_j,
         });
-        ledger.into_iter().for_each(|entry| self.see_ledger(entry));
+        energy_balance.into_iter().for_each(|entry| self.add_energy_balance(entry));
         if let Some(contacts) = frame.get::<DemContacts>()? {
             self.largest_overlap_over_radius =
                 max_or_nan(self.largest_overlap_over_radius, contacts.largest_overlap_over_radius);
             self.contacts = Some(contacts);
         }
         if let Some(walls) = frame.get::<DemWalls>()? {
-            self.outflow.see(time_s, walls.discs_removed);
+            self.outflow.add_frame(time_s, walls.discs_removed);
             if let Some(number) = special_walls::piston(&self.config)
                 && let Some(&force) = walls.mean_force_y_n.get(number)
             {
@@ -395,16 +402,16 @@ impl Observer for DemRun {
             self.discs_removed = Some(walls.discs_removed);
         }
         if let Some(temperature) = frame.get::<DemTemperature>()? {
-            self.cooling.see(time_s, temperature.granular_temperature_m2_per_s2);
+            self.cooling.add_frame(time_s, temperature.granular_temperature_m2_per_s2);
             self.granular_temperature = Some(temperature.granular_temperature_m2_per_s2);
         }
         let forces = frame.get::<DemContactForces>()?;
         if let Some(state) = frame.take_state() {
             if let Some(forces) = forces {
-                self.see_stress(time_s, &state, &forces);
+                self.add_stress(time_s, &state, &forces);
             }
-            self.see_state(time_s, &state, ledger.as_ref());
-            self.snapshots.see(time_s, state, self.equal_radius());
+            self.add_state(time_s, &state, energy_balance.as_ref());
+            self.snapshots.add_frame(time_s, state, self.equal_radius());
             if self.reach_at_start_m.is_none() {
                 let width = self.config.width_m.get();
                 let discs = self.discs_at_end();
@@ -416,7 +423,7 @@ impl Observer for DemRun {
 
     fn measurements(&self) -> Vec<Measurement> {
         let mut found = Vec::new();
-        self.ledger_measurements(&mut found);
+        self.energy_measurements(&mut found);
         if let Some(rebounds) = self.rebounds.as_ref().filter(|rebounds| rebounds.count() > 0) {
             let theory = law::wall_restitution(&self.config);
             found.extend(

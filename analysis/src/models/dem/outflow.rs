@@ -14,7 +14,7 @@ pub(super) struct Outflow {
 const STEADY_SHARE: [f64; 2] = [0.1, 0.6];
 
 impl Outflow {
-    pub(super) fn see(&mut self, time: f64, removed: u64) {
+    pub(super) fn add_frame(&mut self, time: f64, removed: u64) {
         self.removed.add((time, removed));
     }
 
@@ -40,7 +40,7 @@ mod tests {
         for frame in 0..=100 {
             let time = 0.01 * f64::from(frame);
             let removed = if time < 0.1 { 0.0 } else { 1000.0 * (time - 0.1) };
-            outflow.see(time, if removed < 800.0 { removed.round() as u64 } else { 800 });
+            outflow.add_frame(time, if removed < 800.0 { removed.round() as u64 } else { 800 });
         }
         let rate = outflow.rate_per_s().unwrap();
         assert!((rate - 1000.0).abs() < 1.0, "{rate}");

@@ -32,7 +32,7 @@ impl Rebounds {
     }
 
     /// The next frame: time (s), height of the lowest point over the floor (m), vertical velocity (m/s).
-    pub(super) fn see(&mut self, time: f64, gap: f64, velocity: f64) {
+    pub(super) fn add_frame(&mut self, time: f64, gap: f64, velocity: f64) {
         if gap < 0.0 {
             return;
         }
@@ -96,7 +96,7 @@ mod tests {
             let since = time - start;
             let gap = height + speed * since - gravity * since * since / 2.0;
             if speed < 1e3 {
-                rebounds.see(time, gap, speed - gravity * since);
+                rebounds.add_frame(time, gap, speed - gravity * since);
             }
         }
         let restitution = rebounds.restitution().unwrap();
@@ -112,8 +112,8 @@ mod tests {
     #[test]
     fn rebounds_between_frames_are_not_guessed() {
         let mut rebounds = Rebounds::new(10.0, 1e-9);
-        rebounds.see(0.0, 0.1, 0.0);
-        rebounds.see(10.0, 0.001, 0.1);
+        rebounds.add_frame(0.0, 0.1, 0.0);
+        rebounds.add_frame(10.0, 0.001, 0.1);
         assert!(rebounds.restitution().is_none());
     }
 }

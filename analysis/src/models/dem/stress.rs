@@ -22,7 +22,7 @@ const COUNTS_FROM: f64 = 0.9;
 
 /// A disc as it counts for the stress, SI.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Grain {
+pub(super) struct DiscState {
     pub(super) position: [f64; 2],
     pub(super) velocity: [f64; 2],
     pub(super) mass: f64,
@@ -43,21 +43,21 @@ pub(crate) struct StressLayer {
 
 /// The stress in layers of a mean diameter, over the last tenth of a run.
 #[derive(Clone, Debug)]
-pub(crate) struct Stress {
+pub(crate) struct StressProfile {
     width: f64,
     thickness: f64,
     /// Downward acceleration of gravity, m/s^2.
     gravity: f64,
     since_s: f64,
     layers: Vec<LayerMeans>,
-    horizontal_over_vertical: Scatter,
+    horizontal_over_vertical: FrameMean,
 }
 
 #[derive(Clone, Debug, Default)]
 struct LayerMeans {
-    vertical: Scatter,
-    horizontal: Scatter,
-    weight: Scatter,
+    vertical: FrameMean,
+    horizontal: FrameMean,
+    weight: FrameMean,
 }
 
 /// What one frame adds to a layer: sums of f l in N m, kinetic sums, and weight.
@@ -75,13 +75,13 @@ struct LayerSums {
 /// Mean of a value over frames, with the frames' standard deviation as its error: what still swings in a bed swings as a whole and for
 /// long, so that frames are no independent samples.
 #[derive(Clone, Copy, Debug, Default)]
-struct Scatter {
+struct FrameMean {
     frames: f64,
     mean: f64,
     squares: f64,
 }
 
-impl Scatter {
+impl FrameMean {
     /// Adds a frame (Welford 1962).
     fn add(&mut self, value: f64) {
         self.frames += 1.0;
@@ -97,7 +97,7 @@ impl Scatter {
     }
 }
 
-impl Stress {
+impl StressProfile {
     /// Nothing seen yet; `None` of a scene whose box is not what holds the bed up.
     pub(super) fn new(config: &DemConfig) -> Option<Self> {
         let gravity = -config.gravity_m_per_s2[1].get();
@@ -112,16 +112,16 @@ impl Stress {
             gravity,
             since_s: COUNTS_FROM * config.duration_s.get(),
             layers: vec![LayerMeans::default(); count],
-            horizontal_over_vertical: Scatter::default(),
+            horizontal_over_vertical: FrameMean::default(),
         })
     }
 
     /// Takes in a frame, of which only the last tenth of the run counts.
-    pub(super) fn see(
+    pub(super) fn add_frame(
         &mut self,
         time_s: f64,
         floor: f64,
-        grains: impl Iterator<Item = Grain>,
+        grains: impl Iterator<Item = DiscState>,
         forces: &DemContactForces,
     ) {
         if time_s < self.since_s {
@@ -134,7 +134,7 @@ impl Stress {
         for contact in 0..forces.from_x_m.len() {
             self.add_contact(&mut sums, floor, forces, contact);
         }
-        self.add_frame(&sums);
+        self.add_sums(&sums);
     }
 
     /// The layer at a height over the floor; what lies outside counts to the outermost.
@@ -142,7 +142,7 @@ impl Stress {
         ((height / self.thickness).max(0.0) as usize).min(self.layers.len() - 1)
     }
 
-    fn add_grain(&self, sums: &mut [LayerSums], floor: f64, grain: &Grain) {
+    fn add_grain(&self, sums: &mut [LayerSums], floor: f64, grain: &DiscState) {
         let height = grain.position[1] - floor;
         let layer = self.layer_at(height);
         let sum = &mut sums[layer];
@@ -180,7 +180,7 @@ impl Stress {
         }
     }
 
-    fn add_frame(&mut self, sums: &[LayerSums]) {
+    fn add_sums(&mut self, sums: &[LayerSums]) {
         let area = self.width * self.thickness;
         let (mut above, mut whole) = (0.0, [0.0; 2]);
         for (means, sum) in self.layers.iter_mut().zip(sums).rev() {

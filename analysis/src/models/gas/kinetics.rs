@@ -31,7 +31,7 @@ pub struct Kinetics {
 
 /// The run's part of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
+pub struct Inputs<'a> {
     pub(crate) config: &'a GasConfig,
     pub(crate) time_s: f64,
     /// Of the last frame.
@@ -47,26 +47,26 @@ pub struct Seen<'a> {
 impl Kinetics {
     /// The numbers of a run.
     #[must_use]
-    pub fn measurements(&self, seen: &Seen<'_>) -> Vec<Measurement> {
+    pub fn measurements(&self, inputs: &Inputs<'_>) -> Vec<Measurement> {
         let mut found = Vec::new();
-        self.maxwell(seen, &mut found);
-        self.least_h(seen, &mut found);
-        self.rates(seen, &mut found);
-        self.places(seen, &mut found);
-        found.extend(pressure_drift(seen));
+        self.maxwell(inputs, &mut found);
+        self.least_h(inputs, &mut found);
+        self.rates(inputs, &mut found);
+        self.places(inputs, &mut found);
+        found.extend(pressure_drift(inputs));
         found
     }
 
     /// Whether each disc has collided so often that its speed has forgotten the start.
-    fn has_forgotten(&self, seen: &Seen<'_>) -> bool {
-        let particles = f64::from(seen.config.particles.get());
+    fn has_forgotten(&self, inputs: &Inputs<'_>) -> bool {
+        let particles = f64::from(inputs.config.particles.get());
         let pairs = self.pairs.last().map_or(0.0, |(_, pairs, _)| *pairs);
-        seen.config.keeps_energy() && 2.0 * pairs / particles >= COLLISIONS_TO_FORGET
+        inputs.config.keeps_energy() && 2.0 * pairs / particles >= COLLISIONS_TO_FORGET
     }
 
-    fn maxwell(&self, seen: &Seen<'_>, found: &mut Vec<Measurement>) {
-        let Some(squares) = seen.state.and_then(squares_of) else { return };
-        if seen.config.opening_width_m.is_some() || ideal::has_several_masses(seen.config) {
+    fn maxwell(&self, inputs: &Inputs<'_>, found: &mut Vec<Measurement>) {
+        let Some(squares) = inputs.state.and_then(squares_of) else { return };
+        if inputs.config.opening_width_m.is_some() || ideal::has_several_masses(inputs.config) {
             return;
         }
         let speeds: Vec<f64> = squares.iter().map(|square| square.sqrt()).collect();
@@ -82,7 +82,7 @@ impl Kinetics {
         let particles = squares.len() as f64;
         // Exponential energies at a fixed total: the variances of x^2 and of sqrt(x) less what their covariance with x explains.
         let mean_error = (1.0 - 5.0 * std::f64::consts::PI / 16.0).sqrt() / particles.sqrt();
-        let relaxed = self.has_forgotten(seen);
+        let relaxed = self.has_forgotten(inputs);
         let against = |definition, value, error: f64, theory: f64| {
             let estimate = Estimate { value, standard_error: relaxed.then_some(error) };
             Measurement::new(definition, estimate).against(relaxed.then_some(theory))
@@ -103,20 +103,20 @@ impl Kinetics {
         ]);
     }
 
-    fn least_h(&self, seen: &Seen<'_>, found: &mut Vec<Measurement>) {
+    fn least_h(&self, inputs: &Inputs<'_>, found: &mut Vec<Measurement>) {
         let (Some((_, first)), Some((_, last))) = (self.excess_h.first(), self.excess_h.last())
         else {
             return;
         };
-        let particles = f64::from(seen.config.particles.get());
+        let particles = f64::from(inputs.config.particles.get());
         let freedom = self.bins.saturating_sub(2) as f64;
-        let relaxed = self.has_forgotten(seen);
+        let relaxed = self.has_forgotten(inputs);
         let scatter = relaxed.then(|| (2.0 * freedom).sqrt() / (2.0 * particles));
         let theory = relaxed.then(|| freedom / (2.0 * particles));
         let of = |value: f64| Estimate { value, standard_error: scatter };
         found.push(Measurement::new(metric::EXCESS_H, of(*last)).against(theory));
         found.push(Measurement::new(metric::EXCESS_H_AT_START, *first));
-        if let Some(square) = seen.mean_square.filter(|square| *square > 0.0) {
+        if let Some(square) = inputs.mean_square.filter(|square| *square > 0.0) {
             let least = law::least_h(square);
             let theory = theory.map(|excess| least + excess);
             found.push(Measurement::new(metric::H_FUNCTION, of(least + last)).against(theory));
@@ -124,21 +124,22 @@ impl Kinetics {
     }
 
     /// Of discs alone.
-    fn rates(&self, seen: &Seen<'_>, found: &mut Vec<Measurement>) {
-        let (Some(_), Some((time, pairs, virial))) = (seen.config.disc_radius_m, self.pairs.last())
+    fn rates(&self, inputs: &Inputs<'_>, found: &mut Vec<Measurement>) {
+        let (Some(_), Some((time, pairs, virial))) =
+            (inputs.config.disc_radius_m, self.pairs.last())
         else {
             return;
         };
-        let particles = f64::from(seen.config.particles.get());
-        let square = seen.mean_square.filter(|_| seen.config.keeps_energy());
-        let theory = square.and_then(|square| law::collisions(seen.config, square));
+        let particles = f64::from(inputs.config.particles.get());
+        let square = inputs.mean_square.filter(|_| inputs.config.keeps_energy());
+        let theory = square.and_then(|square| law::collisions(inputs.config, square));
         let half = self.pairs.iter().find(|(at, ..)| 2.0 * at >= *time);
         if let Some((from, before, _)) = half.filter(|(from, ..)| from < time) {
             let count = pairs - before;
             let a_disc = 2.0 / (particles * (time - from));
             let estimate =
                 Estimate { value: count * a_disc, standard_error: Some(count.sqrt() * a_disc) };
-            let relaxed = theory.filter(|_| self.has_forgotten(seen));
+            let relaxed = theory.filter(|_| self.has_forgotten(inputs));
             found.push(
                 Measurement::new(metric::PAIR_RATE, estimate)
                     .against(relaxed.map(|theory| theory.rate_per_s)),
@@ -146,7 +147,7 @@ impl Kinetics {
         }
         if let Some(energy) = self
             .energy_j
-            .filter(|energy| *energy > 0.0 && *time > 0.0 && seen.config.keeps_energy())
+            .filter(|energy| *energy > 0.0 && *time > 0.0 && inputs.config.keeps_energy())
         {
             let excess = virial / (2.0 * energy * time);
             // Speeds of approach at collisions follow x exp(-x^2/2): <x^2>/<x>^2 = 4/pi.
@@ -160,22 +161,22 @@ impl Kinetics {
     }
 
     /// Where points are. Discs leave one another room, of which this theory knows nothing.
-    fn places(&self, seen: &Seen<'_>, found: &mut Vec<Measurement>) {
-        let places = seen.config.place_distribution;
-        let points = seen.config.disc_radius_m.is_none() && seen.keeps_particles;
-        let crossings = seen.mean_square.map_or(0.0, f64::sqrt) * seen.time_s
-            / (2.0 * seen.config.radius_m.get());
+    fn places(&self, inputs: &Inputs<'_>, found: &mut Vec<Measurement>) {
+        let places = inputs.config.place_distribution;
+        let points = inputs.config.disc_radius_m.is_none() && inputs.keeps_particles;
+        let crossings = inputs.mean_square.map_or(0.0, f64::sqrt) * inputs.time_s
+            / (2.0 * inputs.config.radius_m.get());
         let start = law::share_inside_at_start(places);
         let later = law::share_inside_later(places);
         let later = (start == later || crossings > CROSSINGS_TO_FORGET).then_some(later);
-        let last = seen.state.and_then(|state| share_inside_half(state, seen.config));
+        let last = inputs.state.and_then(|state| share_inside_half(state, inputs.config));
         for (definition, share, theory) in [
             (metric::INSIDE_HALF, last, later),
             (metric::INSIDE_HALF_AT_START, self.inside_half_at_start, Some(start)),
         ] {
             let Some(value) = share else { continue };
             let theory = theory.filter(|_| points);
-            let particles = f64::from(seen.config.particles.get());
+            let particles = f64::from(inputs.config.particles.get());
             let error = theory.map(|share| (share * (1.0 - share) / particles).sqrt());
             let estimate = Estimate { value, standard_error: error };
             found.push(Measurement::new(definition, estimate).against(theory));
@@ -185,19 +186,19 @@ impl Kinetics {
 
 /// Pressure of the second half of the run over that of the first. The momentum that is under way at the middle counts against one half
 /// and for the other: three times the variance of one half alone.
-fn pressure_drift(seen: &Seen<'_>) -> Option<Measurement> {
-    let (time, since_start) = *seen.pressures.last()?;
+fn pressure_drift(inputs: &Inputs<'_>) -> Option<Measurement> {
+    let (time, since_start) = *inputs.pressures.last()?;
     let (middle, first) =
-        *seen.pressures.iter().find(|(at, _)| 2.0 * at >= time).filter(|(at, _)| *at < time)?;
+        *inputs.pressures.iter().find(|(at, _)| 2.0 * at >= time).filter(|(at, _)| *at < time)?;
     if first == 0.0 {
         return None;
     }
     let second = (since_start * time - first * middle) / (time - middle);
-    let square = seen.mean_square.filter(|square| seen.keeps_particles && *square > 0.0);
-    let is_stationary = law::share_inside_later(seen.config.place_distribution)
-        == law::share_inside_at_start(seen.config.place_distribution);
+    let square = inputs.mean_square.filter(|square| inputs.keeps_particles && *square > 0.0);
+    let is_stationary = law::share_inside_later(inputs.config.place_distribution)
+        == law::share_inside_at_start(inputs.config.place_distribution);
     let error = square.map(|square| {
-        3.0_f64.sqrt() * ideal::pressure_error_relative(seen.config, square.sqrt(), time / 2.0)
+        3.0_f64.sqrt() * ideal::pressure_error_relative(inputs.config, square.sqrt(), time / 2.0)
     });
     let estimate = Estimate { value: second / first, standard_error: error };
     let theory = (is_stationary && error.is_some()).then_some(1.0);

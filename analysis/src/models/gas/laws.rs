@@ -185,7 +185,7 @@ pub fn temperature_of_k(config: &GasConfig, mean_square_m2_per_s2: f64) -> f64 {
 
 /// Hits of the wall a second by all particles, 2 N <v> / (pi R).
 #[must_use]
-pub fn hit_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> f64 {
+pub fn wall_collision_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> f64 {
     2.0 * f64::from(config.particles.get()) * mean_speed_m_per_s / (PI * config.radius_m.get())
 }
 

@@ -1,6 +1,6 @@
 //! What is seen of a gas run: pressure of the wall, moments of the speeds, hits.
 
-use super::kinetics::{Kinetics, Seen, share_inside_half};
+use super::kinetics::{Inputs, Kinetics, share_inside_half};
 use super::kinetics_laws as kinetics;
 use super::laws as law;
 use super::metrics as metric;
@@ -20,7 +20,7 @@ use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 
 /// Moments of the speeds at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Speeds {
+struct SpeedMeans {
     mean_m_per_s: f64,
     mean_square_m2_per_s2: f64,
     /// |<v>|, m/s.
@@ -38,15 +38,15 @@ pub struct GasRun {
     pub(crate) histogram: Option<GasSpeeds>,
     pub(crate) snapshots: Snapshots,
     /// As the messages have them.
-    told_speeds: Option<Speeds>,
+    recorded_speeds: Option<SpeedMeans>,
     /// Each particle's own rate of hits at the start, 1/s.
-    hit_rates: Vec<f64>,
-    hits: Option<u64>,
+    wall_collision_rates: Vec<f64>,
+    wall_collisions: Option<u64>,
     first_invariants: Option<GasInvariants>,
     invariants: Option<GasInvariants>,
-    largest_speed_change: f64,
-    largest_angular_momentum_change: f64,
-    most_outside: u64,
+    max_speed_change: f64,
+    max_angular_momentum_change: f64,
+    max_outside: u64,
     ledger: Option<GasLedger>,
     pub(crate) kinetics: Kinetics,
     first_mean_speed_m_per_s: Option<f64>,
@@ -63,14 +63,14 @@ impl GasRun {
             pressure: None,
             histogram: None,
             snapshots,
-            told_speeds: None,
-            hit_rates: Vec::new(),
-            hits: None,
+            recorded_speeds: None,
+            wall_collision_rates: Vec::new(),
+            wall_collisions: None,
             first_invariants: None,
             invariants: None,
-            largest_speed_change: 0.0,
-            largest_angular_momentum_change: 0.0,
-            most_outside: 0,
+            max_speed_change: 0.0,
+            max_angular_momentum_change: 0.0,
+            max_outside: 0,
             ledger: None,
             kinetics: Kinetics::default(),
             first_mean_speed_m_per_s: None,
@@ -83,19 +83,19 @@ impl GasRun {
     }
 
     /// Of the last frame: from the state where it was recorded and all its particles are still in the container.
-    fn speeds(&self) -> Option<Speeds> {
+    fn speeds(&self) -> Option<SpeedMeans> {
         let seen = self.snapshots.last().filter(|_| self.config.opening_width_m.is_none());
-        seen.and_then(speeds_of).or(self.told_speeds)
+        seen.and_then(speeds_of).or(self.recorded_speeds)
     }
 
-    fn see_invariants(&mut self, invariants: GasInvariants) {
-        self.largest_speed_change =
-            max_or_nan(self.largest_speed_change, invariants.largest_speed_change_relative);
-        self.largest_angular_momentum_change = max_or_nan(
-            self.largest_angular_momentum_change,
+    fn add_invariants(&mut self, invariants: GasInvariants) {
+        self.max_speed_change =
+            max_or_nan(self.max_speed_change, invariants.largest_speed_change_relative);
+        self.max_angular_momentum_change = max_or_nan(
+            self.max_angular_momentum_change,
             invariants.largest_angular_momentum_change_relative,
         );
-        self.most_outside = self.most_outside.max(invariants.particles_outside);
+        self.max_outside = self.max_outside.max(invariants.particles_outside);
         self.first_invariants.get_or_insert_with(|| invariants.clone());
         self.invariants = Some(invariants);
     }
@@ -185,16 +185,16 @@ impl GasRun {
         ]);
     }
 
-    fn hit_measurement(&self) -> Option<Measurement> {
-        let hits = self.hits.filter(|_| self.time_s > 0.0)?;
-        let value = hits as f64 / self.time_s;
-        let standard_error = hit_rate_error(&self.hit_rates, self.time_s);
+    fn wall_collision_measurement(&self) -> Option<Measurement> {
+        let wall_collisions = self.wall_collisions.filter(|_| self.time_s > 0.0)?;
+        let value = wall_collisions as f64 / self.time_s;
+        let standard_error = wall_collision_rate_error(&self.wall_collision_rates, self.time_s);
         let stationary =
             self.keeps_particles() && self.config.place_distribution == PlaceDistribution::Area;
         let theory = self
             .speeds()
             .filter(|_| stationary)
-            .map(|speeds| law::hit_rate_per_s(&self.config, speeds.mean_m_per_s));
+            .map(|speeds| law::wall_collision_rate_per_s(&self.config, speeds.mean_m_per_s));
         let estimate = Estimate { value, standard_error };
         Some(Measurement::new(metric::HIT_RATE, estimate).against(theory))
     }
@@ -228,15 +228,15 @@ impl GasRun {
     fn invariant_measurements(&self, found: &mut Vec<Measurement>) {
         let (Some(first), Some(last)) = (&self.first_invariants, &self.invariants) else { return };
         let drift = relative_change(last.kinetic_j, first.kinetic_j);
-        let angular_momentum = self.largest_angular_momentum_change;
+        let angular_momentum = self.max_angular_momentum_change;
         found.extend([
             Measurement::new(metric::ENERGY_DRIFT, drift)
                 .against(self.keeps_energy().then_some(0.0)),
-            Measurement::new(metric::OUTSIDE, self.most_outside as f64).against(0.0),
+            Measurement::new(metric::OUTSIDE, self.max_outside as f64).against(0.0),
         ]);
         if self.config.disc_radius_m.is_none() {
             found.extend([
-                Measurement::new(metric::SPEED_CHANGE, self.largest_speed_change).against(0.0),
+                Measurement::new(metric::SPEED_CHANGE, self.max_speed_change).against(0.0),
                 Measurement::new(metric::ANGULAR_MOMENTUM_CHANGE, angular_momentum).against(0.0),
             ]);
         }
@@ -289,7 +289,7 @@ impl Observer for GasRun {
             self.pressure = Some(pressure);
         }
         if let Some(temperature) = frame.get::<GasTemperature>()? {
-            self.told_speeds = Some(Speeds {
+            self.recorded_speeds = Some(SpeedMeans {
                 mean_m_per_s: temperature.mean_speed_m_per_s,
                 mean_square_m2_per_s2: temperature.rms_speed_m_per_s
                     * temperature.rms_speed_m_per_s,
@@ -297,20 +297,20 @@ impl Observer for GasRun {
             });
         }
         if let Some(state) = frame.take_state() {
-            if self.hit_rates.is_empty() {
-                self.hit_rates = own_hit_rates(&state, &self.config);
+            if self.wall_collision_rates.is_empty() {
+                self.wall_collision_rates = own_wall_collision_rates(&state, &self.config);
             }
             if self.kinetics.inside_half_at_start.is_none() {
                 self.kinetics.inside_half_at_start = share_inside_half(&state, &self.config);
             }
-            self.snapshots.see(self.time_s, state, None);
+            self.snapshots.add_frame(self.time_s, state, None);
         }
         if let Some(speeds) = frame.get::<GasSpeeds>()? {
             self.kinetics.bins = speeds.density.len();
             self.histogram = Some(speeds);
         }
         if let Some(collisions) = frame.get::<GasCollisions>()? {
-            self.hits = Some(collisions.wall);
+            self.wall_collisions = Some(collisions.wall);
             let GasCollisions { pair, pair_virial_j_s, .. } = collisions;
             self.kinetics.pairs.add((self.time_s, pair as f64, pair_virial_j_s));
         }
@@ -324,7 +324,7 @@ impl Observer for GasRun {
         }
         if let Some(invariants) = frame.get::<GasInvariants>()? {
             self.kinetics.energy_j = Some(invariants.kinetic_j);
-            self.see_invariants(invariants);
+            self.add_invariants(invariants);
         }
         Ok(())
     }
@@ -333,11 +333,11 @@ impl Observer for GasRun {
         let mut found = Vec::new();
         self.pressure_measurements(&mut found);
         self.speed_measurements(&mut found);
-        found.extend(self.hit_measurement());
+        found.extend(self.wall_collision_measurement());
         self.histogram_measurements(&mut found);
         self.invariant_measurements(&mut found);
         self.ledger_measurements(&mut found);
-        found.extend(self.kinetics.measurements(&Seen {
+        found.extend(self.kinetics.measurements(&Inputs {
             config: &self.config,
             time_s: self.time_s,
             state: self.snapshots.last(),
@@ -350,12 +350,12 @@ impl Observer for GasRun {
 }
 
 /// Moments of the speeds of a state; `None` without velocities.
-fn speeds_of(state: &StateTable) -> Option<Speeds> {
+fn speeds_of(state: &StateTable) -> Option<SpeedMeans> {
     let (vx, vy): (Vec<f64>, Vec<f64>) =
         (state.column("vx")?.collect(), state.column("vy")?.collect());
     let squares: Vec<f64> = vx.iter().zip(&vy).map(|(x, y)| x * x + y * y).collect();
     let lengths: Vec<f64> = squares.iter().map(|square| square.sqrt()).collect();
-    Some(Speeds {
+    Some(SpeedMeans {
         mean_m_per_s: mean(&lengths)?,
         mean_square_m2_per_s2: mean(&squares)?,
         drift_m_per_s: mean(&vx)?.hypot(mean(&vy)?),
@@ -363,7 +363,7 @@ fn speeds_of(state: &StateTable) -> Option<Speeds> {
 }
 
 /// How often each particle meets the wall: speed over its chord 2 sqrt(R^2 - d^2), d its distance of closest approach.
-fn own_hit_rates(state: &StateTable, config: &GasConfig) -> Vec<f64> {
+fn own_wall_collision_rates(state: &StateTable, config: &GasConfig) -> Vec<f64> {
     let columns = ["x", "y", "vx", "vy"];
     let places = columns.map(|name| state.columns().iter().position(|column| column == name));
     let [Some(x), Some(y), Some(vx), Some(vy)] = places else { return Vec::new() };
@@ -381,7 +381,7 @@ fn own_hit_rates(state: &StateTable, config: &GasConfig) -> Vec<f64> {
 }
 
 /// Error of the rate of all hits: the scatter of the particles' frozen rates, and of the hit that each has begun.
-fn hit_rate_error(rates: &[f64], time_s: f64) -> Option<f64> {
+fn wall_collision_rate_error(rates: &[f64], time_s: f64) -> Option<f64> {
     let scatter = standard_deviation(rates)?;
     let begun: f64 = rates
         .iter()

@@ -14,7 +14,7 @@ use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 
 /// All bodies at one instant; sums over the total mass.
 #[derive(Clone, Debug)]
-pub(super) struct Instant {
+pub(super) struct SystemState {
     pub(super) time_days: f64,
     /// AU.
     pub(super) positions: Vec<[f64; 3]>,
@@ -31,10 +31,10 @@ pub(super) struct Instant {
 pub(super) struct BodiesRun {
     /// G m of each, AU^3/day^2.
     gravitational_parameters: Vec<f64>,
-    pub(super) instants: Series<Instant>,
-    largest_energy_error: f64,
+    pub(super) instants: Series<SystemState>,
+    max_energy_error: f64,
     /// Largest |L - L0| / sum of m |r| |v| at the start.
-    largest_turn: f64,
+    max_turn: f64,
     force_evaluations: Option<u64>,
 }
 
@@ -44,15 +44,15 @@ impl BodiesRun {
         Self {
             gravitational_parameters: bodies.map(|body| body.gm_au3_per_day2.get()).collect(),
             instants: Series::default(),
-            largest_energy_error: 0.0,
-            largest_turn: 0.0,
+            max_energy_error: 0.0,
+            max_turn: 0.0,
             force_evaluations: None,
         }
     }
 
-    fn instant(&self, time_days: f64, state: &StateTable) -> Option<Instant> {
+    fn instant(&self, time_days: f64, state: &StateTable) -> Option<SystemState> {
         let total: f64 = self.gravitational_parameters.iter().sum();
-        let mut instant = Instant {
+        let mut instant = SystemState {
             time_days,
             positions: Vec::new(),
             energy: 0.0,
@@ -77,14 +77,14 @@ impl BodiesRun {
         Some(instant)
     }
 
-    fn compare_with_the_start(&mut self, instant: &Instant) {
+    fn compare_with_the_start(&mut self, instant: &SystemState) {
         let Some(first) = self.instants.first() else { return };
         let error = relative_change(instant.energy, first.energy).abs();
-        self.largest_energy_error = max_or_nan(self.largest_energy_error, error);
+        self.max_energy_error = max_or_nan(self.max_energy_error, error);
         let change = std::array::from_fn(|axis| {
             instant.angular_momentum[axis] - first.angular_momentum[axis]
         });
-        self.largest_turn = max_or_nan(self.largest_turn, norm(change) / first.angular_scale);
+        self.max_turn = max_or_nan(self.max_turn, norm(change) / first.angular_scale);
     }
 }
 
@@ -113,8 +113,8 @@ impl Observer for BodiesRun {
             .map(|(start, end)| norm(std::array::from_fn(|axis| end[axis] - start[axis])));
         let mut found = vec![
             Measurement::new(metric::ENERGY_DRIFT, drift).against_law(0.0, law::ENERGY),
-            Measurement::new(metric::LARGEST_ENERGY_ERROR, self.largest_energy_error),
-            Measurement::new(metric::ANGULAR_MOMENTUM_CHANGE, self.largest_turn).against(0.0),
+            Measurement::new(metric::LARGEST_ENERGY_ERROR, self.max_energy_error),
+            Measurement::new(metric::ANGULAR_MOMENTUM_CHANGE, self.max_turn).against(0.0),
             Measurement::new(metric::RETURN_DISTANCE, missed.fold(0.0, max_or_nan)),
         ];
         found.extend(

@@ -4,7 +4,7 @@ use super::bodies::BodiesRun;
 use crate::models::contract::PlottedObserver;
 use crate::models::figures::{Figures, chart, curve};
 use crate::models::relative_change;
-use crate::plot::{Axis, Chart, Curve, Plot, Point, Style};
+use crate::plot::{Axis, Chart, Curve, CurveStyle, Plot, Point};
 
 impl PlottedObserver for BodiesRun {
     fn figures(&self) -> Figures {
@@ -16,7 +16,7 @@ impl PlottedObserver for BodiesRun {
             let positions = instants.map(|instant| instant.positions[body]);
             let points = positions.map(|position| Point::bare(position[0], position[1]));
             let name = format!("body {body}");
-            Curve { name, style: Style::Line, color: body, points: points.collect() }
+            Curve { name, style: CurveStyle::Line, color: body, points: points.collect() }
         });
         let path = Plot::Chart(Chart {
             stem: "path".to_owned(),
@@ -30,7 +30,7 @@ impl PlottedObserver for BodiesRun {
             .instants
             .iter()
             .map(|instant| (instant.time_days, relative_change(instant.energy, first.energy)));
-        let curves = vec![curve("measured", Style::Line, 0, drifts)];
+        let curves = vec![curve("measured", CurveStyle::Line, 0, drifts)];
         let (x, y) = (Axis::linear("time", "days"), Axis::linear("(E − E₀) / |E₀|", ""));
         let energy = chart("energy_drift", "Energy of all bodies", x, y, curves);
         Figures { plots: vec![path, energy], comparisons: Vec::new() }

@@ -1,16 +1,16 @@
 //! Plots of an orbit: the path about the Sun, energy and position error over time.
 
 use super::laws as law;
-use super::observe::{OrbitRun, Station};
+use super::observe::{OrbitPoint, OrbitRun};
 use crate::models::contract::PlottedObserver;
-use crate::models::figures::{Comparison, Figures, chart, curve};
-use crate::plot::{Axis, Chart, Curve, Plot, Point, Style, thinned};
+use crate::models::figures::{Figures, SharedCurve, chart, curve};
+use crate::plot::{Axis, Chart, Curve, CurveStyle, Plot, Point, thinned};
 use kinetoscope_manifest::model::OrbitIntegrator;
 
 impl PlottedObserver for OrbitRun {
     fn figures(&self) -> Figures {
         let run = self;
-        let Some(first) = run.stations.first() else { return Figures::default() };
+        let Some(first) = run.points.first() else { return Figures::default() };
         Figures {
             plots: vec![path(run), energy(run, first), position_error(run)],
             comparisons: comparisons(run, first),
@@ -24,29 +24,32 @@ fn time_axis() -> Axis {
 
 fn path(run: &OrbitRun) -> Plot {
     // Neighbors of a closed path are not at its extremes: it is thinned by taking every so many stations.
-    let stride = run.stations.len().div_ceil(6000);
-    let stations = run.stations.iter().step_by(stride.max(1));
-    let points =
-        stations.map(|station| Point::bare(station.position_au[0], station.position_au[1]));
-    let earth =
-        Curve { name: "Earth".to_owned(), style: Style::Line, color: 0, points: points.collect() };
+    let stride = run.points.len().div_ceil(6000);
+    let points = run.points.iter().step_by(stride.max(1));
+    let points = points.map(|point| Point::bare(point.position_au[0], point.position_au[1]));
+    let earth = Curve {
+        name: "Earth".to_owned(),
+        style: CurveStyle::Line,
+        color: 0,
+        points: points.collect(),
+    };
     Plot::Chart(Chart {
         stem: "path".to_owned(),
         title: "Path about the Sun".to_owned(),
         x: Axis::linear("x", "AU"),
         y: Axis::linear("y", "AU"),
         equal_aspect: true,
-        curves: vec![earth, curve("Sun", Style::Data, 5, [(0.0, 0.0)])],
+        curves: vec![earth, curve("Sun", CurveStyle::Data, 5, [(0.0, 0.0)])],
     })
 }
 
-fn drift(station: &Station, first: &Station) -> f64 {
-    (station.energy - first.energy) / first.energy.abs()
+fn drift(point: &OrbitPoint, first: &OrbitPoint) -> f64 {
+    (point.energy - first.energy) / first.energy.abs()
 }
 
-fn energy(run: &OrbitRun, first: &Station) -> Plot {
-    let measured = run.stations.iter().map(|station| (station.time_days, drift(station, first)));
-    let mut curves = vec![curve("measured", Style::Line, 0, measured)];
+fn energy(run: &OrbitRun, first: &OrbitPoint) -> Plot {
+    let measured = run.points.iter().map(|point| (point.time_days, drift(point, first)));
+    let mut curves = vec![curve("measured", CurveStyle::Line, 0, measured)];
     let step = run.config.time_step_days.get();
     let theory = |time: f64| match (run.config.integrator, &run.exact) {
         (OrbitIntegrator::ExplicitEuler, Some(orbit)) => law::euler_energy_drift(step, orbit, time),
@@ -56,39 +59,38 @@ fn energy(run: &OrbitRun, first: &Station) -> Plot {
         OrbitIntegrator::ExplicitEuler => "theory: 1 − (1 + 6 h n² t)^(−1/3)",
         _ => "exact",
     };
-    let line = run.stations.iter().map(|station| (station.time_days, theory(station.time_days)));
-    curves.push(curve(name, Style::Theory, 1, line));
+    let line = run.points.iter().map(|point| (point.time_days, theory(point.time_days)));
+    curves.push(curve(name, CurveStyle::Theory, 1, line));
     let y = Axis::linear("(E − E₀) / |E₀|", "");
     chart("energy_drift", "Energy of the orbit", time_axis(), y, curves)
 }
 
 fn position_error(run: &OrbitRun) -> Plot {
-    let measured =
-        run.stations.iter().map(|station| (station.time_days, station.position_error_au));
-    let curves = vec![curve("distance from the Kepler solution", Style::Line, 0, measured)];
+    let measured = run.points.iter().map(|point| (point.time_days, point.position_error_au));
+    let curves = vec![curve("distance from the Kepler solution", CurveStyle::Line, 0, measured)];
     let y = Axis::logarithmic("position error", "AU");
     chart("position_error", "Error of the position", time_axis(), y, curves)
 }
 
-fn comparisons(run: &OrbitRun, first: &Station) -> Vec<Comparison> {
-    let points = |of: &dyn Fn(&Station) -> f64| {
-        let points = run.stations.iter().map(|station| Point::bare(station.time_days, of(station)));
+fn comparisons(run: &OrbitRun, first: &OrbitPoint) -> Vec<SharedCurve> {
+    let points = |of: &dyn Fn(&OrbitPoint) -> f64| {
+        let points = run.points.iter().map(|point| Point::bare(point.time_days, of(point)));
         thinned(points.collect(), crate::models::figures::MOST_POINTS)
     };
     vec![
-        Comparison {
+        SharedCurve {
             stem: "energy_error_by_run".to_owned(),
             title: "Size of the energy error".to_owned(),
             x: time_axis(),
             y: Axis::logarithmic("|E − E₀| / |E₀|", ""),
-            points: points(&|station| drift(station, first).abs()),
+            points: points(&|point| drift(point, first).abs()),
         },
-        Comparison {
+        SharedCurve {
             stem: "position_error_by_run".to_owned(),
             title: "Distance from the exact position".to_owned(),
             x: time_axis(),
             y: Axis::logarithmic("position error", "AU"),
-            points: points(&|station| station.position_error_au),
+            points: points(&|point| point.position_error_au),
         },
     ]
 }

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 /// The planet at one instant, and how far it is from the exact solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Station {
+pub struct OrbitPoint {
     /// Simulated time, days.
     pub time_days: f64,
     /// Position, AU.
@@ -38,8 +38,8 @@ pub struct Station {
 pub struct OrbitRun {
     pub(crate) config: OrbitConfig,
     pub(crate) exact: Option<KeplerOrbit>,
-    pub(crate) stations: Series<Station>,
-    largest_energy_error: f64,
+    pub(crate) points: Series<OrbitPoint>,
+    max_energy_error: f64,
     radii: Option<[f64; 2]>,
     force_evaluations: Option<u64>,
     revolutions: Revolutions,
@@ -54,8 +54,8 @@ impl OrbitRun {
         Self {
             config,
             exact: None,
-            stations: Series::default(),
-            largest_energy_error: 0.0,
+            points: Series::default(),
+            max_energy_error: 0.0,
             radii: None,
             force_evaluations: None,
             revolutions: Revolutions::default(),
@@ -74,7 +74,7 @@ impl OrbitRun {
         dot(position, self.plane[1]).atan2(dot(position, self.plane[0]))
     }
 
-    fn station(&self, time_days: f64, position: [f64; 3], velocity: [f64; 3]) -> Station {
+    fn point(&self, time_days: f64, position: [f64; 3], velocity: [f64; 3]) -> OrbitPoint {
         let radius = norm(position);
         let angular_momentum = cross(position, velocity);
         let turned = cross(velocity, angular_momentum);
@@ -84,11 +84,11 @@ impl OrbitRun {
         });
         let phase_error_rad = exact.map_or(f64::NAN, |exact| {
             let apart = self.angle(position) - self.angle(exact);
-            let before = self.stations.last().map_or(0.0, |station| station.phase_error_rad);
+            let before = self.points.last().map_or(0.0, |point| point.phase_error_rad);
             // Between two frames the error changes by less than half a turn.
             apart + TAU * ((before - apart) / TAU).round()
         });
-        Station {
+        OrbitPoint {
             time_days,
             position_au: position,
             energy: dot(velocity, velocity) / 2.0 - GM_SUN_AU3_PER_DAY2 / radius,
@@ -101,7 +101,12 @@ impl OrbitRun {
         }
     }
 
-    fn energy_measurements(&self, first: &Station, last: &Station, found: &mut Vec<Measurement>) {
+    fn energy_measurements(
+        &self,
+        first: &OrbitPoint,
+        last: &OrbitPoint,
+        found: &mut Vec<Measurement>,
+    ) {
         let step = self.config.time_step_days.get();
         let integrator = self.config.integrator;
         let euler = integrator == OrbitIntegrator::ExplicitEuler;
@@ -127,7 +132,7 @@ impl OrbitRun {
             );
         }
         found.push(
-            Measurement::new(metric::LARGEST_ENERGY_ERROR, self.largest_energy_error)
+            Measurement::new(metric::LARGEST_ENERGY_ERROR, self.max_energy_error)
                 .against(self.symplectic_energy_error()),
         );
     }
@@ -135,7 +140,7 @@ impl OrbitRun {
     /// The first term of the energy error of the two lowest symplectic methods, over a revolution or more.
     fn symplectic_energy_error(&self) -> Option<f64> {
         let orbit = self.exact?;
-        let covered = self.stations.last()?.time_days >= orbit.period_days();
+        let covered = self.points.last()?.time_days >= orbit.period_days();
         let step = self.config.time_step_days.get() * orbit.mean_motion_rad_per_day;
         match self.config.integrator {
             OrbitIntegrator::SemiImplicitEuler if covered => {
@@ -147,7 +152,7 @@ impl OrbitRun {
         }
     }
 
-    fn angular_momentum_measurement(&self, first: &Station, last: &Station) -> Measurement {
+    fn angular_momentum_measurement(&self, first: &OrbitPoint, last: &OrbitPoint) -> Measurement {
         let drift = relative_change(norm(last.angular_momentum), norm(first.angular_momentum));
         let step = self.config.time_step_days.get();
         let found = Measurement::new(metric::ANGULAR_MOMENTUM_DRIFT, drift);
@@ -163,8 +168,8 @@ impl OrbitRun {
 
     fn eccentricity_measurements(
         &self,
-        first: &Station,
-        last: &Station,
+        first: &OrbitPoint,
+        last: &OrbitPoint,
         theory: Option<f64>,
         found: &mut Vec<Measurement>,
     ) {
@@ -209,7 +214,7 @@ struct Revolutions {
 
 impl Revolutions {
     /// `along` and `across`: components of the position in the plane of the start, AU.
-    fn see(&mut self, time_days: f64, along: f64, across: f64) {
+    fn add_frame(&mut self, time_days: f64, along: f64, across: f64) {
         if self.start_days.is_none() {
             // The start itself is no pass.
             self.start_days = Some(time_days);
@@ -242,16 +247,16 @@ impl Observer for OrbitRun {
         let Some((position, velocity)) = frame.state().and_then(|state| body(state, 0)) else {
             return Ok(());
         };
-        if self.stations.is_empty() {
+        if self.points.is_empty() {
             self.begin(position, velocity);
         }
-        let station = self.station(frame.clock.time, position, velocity);
-        self.stations.add(station);
+        let point = self.point(frame.clock.time, position, velocity);
+        self.points.add(point);
         let [along, across] = self.plane.map(|axis| dot(position, axis));
-        self.revolutions.see(frame.clock.time, along, across);
-        let start = self.stations.first().map_or(station.energy, |first| first.energy);
-        let error = relative_change(station.energy, start).abs();
-        self.largest_energy_error = max_or_nan(self.largest_energy_error, error);
+        self.revolutions.add_frame(frame.clock.time, along, across);
+        let start = self.points.first().map_or(point.energy, |first| first.energy);
+        let error = relative_change(point.energy, start).abs();
+        self.max_energy_error = max_or_nan(self.max_energy_error, error);
         let radius = norm(position);
         let [least, greatest] = self.radii.unwrap_or([radius; 2]);
         self.radii = Some([-max_or_nan(-least, -radius), max_or_nan(greatest, radius)]);
@@ -259,7 +264,7 @@ impl Observer for OrbitRun {
     }
 
     fn measurements(&self) -> Vec<Measurement> {
-        let (Some(first), Some(last)) = (self.stations.first(), self.stations.last()) else {
+        let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
             return Vec::new();
         };
         let mut found = Vec::new();

@@ -37,7 +37,7 @@ impl Displacement {
     }
 
     /// The next frame's state.
-    pub(super) fn see(&mut self, time: f64, state: &StateTable) {
+    pub(super) fn add_frame(&mut self, time: f64, state: &StateTable) {
         let index = |name: &str| state.columns().iter().position(|column| column == name);
         let places = ["x", "y", "vx", "vy"].map(index);
         let [Some(x), Some(y), Some(vx), Some(vy)] = places else { return };

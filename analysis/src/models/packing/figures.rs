@@ -1,11 +1,11 @@
 //! Plots of a packing run: temperature and a2 against collisions, discs at the end.
 
 use super::laws as law;
-use super::observe::{Moments, PackingRun};
+use super::observe::{PackingRun, VelocityMoments};
 use crate::models::contract::PlottedObserver;
-use crate::models::figures::{Comparison, Figures, chart, curve, pictures};
+use crate::models::figures::{Figures, SharedCurve, chart, curve, pictures};
 use crate::models::series::Series;
-use crate::plot::{Axis, Container, Picture, Plot, Point, Style, short_number, thinned};
+use crate::plot::{Axis, Container, CurveStyle, Picture, Plot, Point, short_number, thinned};
 
 impl PlottedObserver for PackingRun {
     fn figures(&self) -> Figures {
@@ -24,7 +24,7 @@ impl PlottedObserver for PackingRun {
 }
 
 /// Collision by collision where that was recorded, else frame by frame.
-fn series(run: &PackingRun) -> &Series<Moments> {
+fn series(run: &PackingRun) -> &Series<VelocityMoments> {
     if run.collisions.is_empty() { &run.frames } else { &run.collisions }
 }
 
@@ -34,7 +34,7 @@ fn collisions_axis() -> Axis {
 
 fn temperature(run: &PackingRun) -> Plot {
     let measured = series(run).iter().map(|moments| (moments.events, moments.temperature));
-    let mut curves = vec![curve("T = <v²>", Style::Line, 0, measured)];
+    let mut curves = vec![curve("T = <v²>", CurveStyle::Line, 0, measured)];
     if let Some(start) = run.frames.first() {
         let restitution = run.config.restitution.get();
         let discs = run.config.discs.get();
@@ -43,7 +43,7 @@ fn temperature(run: &PackingRun) -> Plot {
         });
         let name =
             if restitution == 1.0 { "T at the start" } else { "Haff, T₀ exp(−(1−α²) C/n)" };
-        curves.push(curve(name, Style::Theory, 1, theory));
+        curves.push(curve(name, CurveStyle::Theory, 1, theory));
     }
     let ends = [run.frames.first(), run.frames.last()].map(|end| end.map(|end| end.temperature));
     let cooled = matches!(ends, [Some(first), Some(last)] if last < first / 30.0);
@@ -63,18 +63,19 @@ fn a2(run: &PackingRun) -> Plot {
     let ends = [measured.first().copied(), measured.last().copied()];
     let level: Vec<(f64, f64)> =
         ends.into_iter().flatten().map(|(events, _)| (events, theory)).collect();
-    let curves = vec![curve("a₂", Style::Line, 0, measured), curve(name, Style::Theory, 1, level)];
+    let curves =
+        vec![curve("a₂", CurveStyle::Line, 0, measured), curve(name, CurveStyle::Theory, 1, level)];
     let y = Axis::linear("a₂ = <v⁴> / (2 <v²>²) − 1", "");
     chart("a2", "Departure from Maxwell against collisions", collisions_axis(), y, curves)
 }
 
-fn comparison(run: &PackingRun) -> Comparison {
+fn comparison(run: &PackingRun) -> SharedCurve {
     let discs = f64::from(run.config.discs.get());
     let start = run.frames.first().map_or(1.0, |moments| moments.temperature);
     let points = series(run)
         .iter()
         .map(|moments| Point::bare(moments.events / discs, moments.temperature / start));
-    Comparison {
+    SharedCurve {
         stem: "temperature_by_run".to_owned(),
         title: "Temperature over its start".to_owned(),
         x: Axis::linear("collisions a disc, pair and wall", ""),
@@ -87,8 +88,8 @@ fn structure(run: &PackingRun) -> Option<Plot> {
     let correlation = run.sampled_structure().pair_correlation();
     let end = correlation.last()?.0;
     let curves = vec![
-        curve("measured", Style::Line, 0, correlation),
-        curve("points at random", Style::Theory, 1, [(0.0, 1.0), (end, 1.0)]),
+        curve("measured", CurveStyle::Line, 0, correlation),
+        curve("points at random", CurveStyle::Theory, 1, [(0.0, 1.0), (end, 1.0)]),
     ];
     let (x, y) = (Axis::linear("distance / diameter", ""), Axis::linear("g(r)", ""));
     Some(chart("pair_correlation", "Pair correlation of the discs", x, y, curves))
@@ -108,7 +109,7 @@ fn displacement(run: &PackingRun) -> Vec<Plot> {
     let (moved, memory) = (&run.displacement.mean_square, &run.displacement.velocity_memory);
     let mut plots = Vec::new();
     if moved.len() > 1 {
-        let curves = vec![curve("<|x − x(0)|²>", Style::Line, 0, moved.iter().copied())];
+        let curves = vec![curve("<|x − x(0)|²>", CurveStyle::Line, 0, moved.iter().copied())];
         let axis = if times_stretch(moved) { Axis::logarithmic } else { Axis::linear };
         let (x, y) = (axis("time", ""), axis("mean square displacement", ""));
         let title = "How far the discs have gone";
@@ -119,8 +120,8 @@ fn displacement(run: &PackingRun) -> Vec<Plot> {
         let ends = [memory.iter().find(|(time, _)| *time > 0.0), memory.last()];
         let level = ends.into_iter().flatten().map(|(time, _)| (*time, 0.0));
         let curves = vec![
-            curve("Σ v · v(0) / Σ v(0)²", Style::Line, 0, memory.iter().copied()),
-            curve("forgotten", Style::Theory, 1, level),
+            curve("Σ v · v(0) / Σ v(0)²", CurveStyle::Line, 0, memory.iter().copied()),
+            curve("forgotten", CurveStyle::Theory, 1, level),
         ];
         let axis = if times_stretch(memory) { Axis::logarithmic } else { Axis::linear };
         let (x, y) = (axis("time", ""), Axis::linear("velocity autocorrelation", ""));

@@ -106,7 +106,7 @@ pub struct Equilibrium {
 
 /// The sizes of discs of equal mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sizes {
+pub struct DiscSizes {
     /// f, the share of the box that they cover.
     pub packing_fraction: f64,
     /// <r>
@@ -115,7 +115,7 @@ pub struct Sizes {
     pub squared_mean_over_mean_square: f64,
 }
 
-impl Sizes {
+impl DiscSizes {
     /// Discs that all have the manifest's radius.
     #[must_use]
     pub fn equal(config: &PackingConfig) -> Self {
@@ -170,7 +170,7 @@ pub const DENSEST_FLUID: f64 = 0.69;
 /// at zero: relative velocities are those of n - 1 discs, their mean square is larger by n/(n - 1). `None` of one disc, and of more than
 /// the fluid holds.
 #[must_use]
-pub fn periodic_equilibrium(config: &PackingConfig, sizes: Sizes) -> Option<Equilibrium> {
+pub fn periodic_equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Option<Equilibrium> {
     let fraction = sizes.packing_fraction;
     let discs = f64::from(config.discs.get());
     if discs < 2.0 || fraction > DENSEST_FLUID {
@@ -210,7 +210,7 @@ pub fn packing_fraction(config: &PackingConfig) -> f64 {
 /// The virial theorem for the box then gives the pair virial. Against event-driven runs of 5 to 150 discs of one size with f up to 0.3
 /// this is good to half a percent of Z - 1, and to two percent at n = 5.
 #[must_use]
-pub fn equilibrium(config: &PackingConfig, sizes: Sizes) -> Equilibrium {
+pub fn equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Equilibrium {
     const SECOND_ORDER: f64 = 1.0 - 8.0 / (3.0 * PI);
     let (radius, discs) = (sizes.mean_radius, f64::from(config.discs.get()));
     let (width, height) = (config.width.get(), config.height.get());
@@ -253,7 +253,7 @@ struct PressureCurve {
 }
 
 impl PressureCurve {
-    fn at(sizes: Sizes) -> Self {
+    fn at(sizes: DiscSizes) -> Self {
         let (f, x) = (sizes.packing_fraction, sizes.squared_mean_over_mean_square);
         let free = 1.0 - f;
         let numerator = 1.0 + f * f / 8.0;
@@ -301,7 +301,7 @@ mod tests {
         {
             let config =
                 PackingConfig { discs: discs.try_into().unwrap(), ..PackingConfig::default() };
-            let z = equilibrium(&config, Sizes::equal(&config)).compressibility_factor;
+            let z = equilibrium(&config, DiscSizes::equal(&config)).compressibility_factor;
             let allowed = 3.0 * error + 0.003 * (z - 1.0);
             assert!((z - simulated).abs() < allowed, "n = {discs}: {z} against {simulated}");
         }
@@ -322,13 +322,13 @@ mod tests {
             (of(100, 32.36), [2.06461, 1.7e-3, 1.19700, 1.7e-3]),
             (of(12, 11.21), [2.08719, 4.3e-3, 1.18750, 3.7e-3]),
         ] {
-            let theory = periodic_equilibrium(&config, Sizes::equal(&config)).unwrap();
+            let theory = periodic_equilibrium(&config, DiscSizes::equal(&config)).unwrap();
             let allowed = 3.0 * z_error + 1e-3 * (z - 1.0);
             assert!((theory.compressibility_factor - z).abs() < allowed, "{theory:?} {z}");
             let allowed = 3.0 * rate_error + 1e-3 * rate;
             assert!((theory.pair_rate - rate).abs() < allowed, "{theory:?} {rate}");
         }
-        let mixed = Sizes {
+        let mixed = DiscSizes {
             packing_fraction: 0.309_160,
             mean_radius: 1.0,
             squared_mean_over_mean_square: 1.0 / 1.03,
@@ -365,8 +365,8 @@ mod tests {
         {
             let config =
                 PackingConfig { discs: discs.try_into().unwrap(), ..PackingConfig::default() };
-            let mixed = Sizes { packing_fraction, mean_radius, squared_mean_over_mean_square };
-            let agrees = |sizes: Sizes| {
+            let mixed = DiscSizes { packing_fraction, mean_radius, squared_mean_over_mean_square };
+            let agrees = |sizes: DiscSizes| {
                 let theory = equilibrium(&config, sizes);
                 let told =
                     [theory.compressibility_factor - 1.0, theory.pair_rate, theory.wall_rate];
@@ -380,7 +380,7 @@ mod tests {
                     .collect::<Vec<bool>>()
             };
             assert_eq!(agrees(mixed), [true; 3], "n = {discs}: {:?}", equilibrium(&config, mixed));
-            let one_size = Sizes {
+            let one_size = DiscSizes {
                 mean_radius: mean_radius / squared_mean_over_mean_square.sqrt(),
                 squared_mean_over_mean_square: 1.0,
                 ..mixed
@@ -403,7 +403,7 @@ mod tests {
         let contact_value = (1.0 - 7.0 * fraction / 16.0) / ((1.0 - fraction) * (1.0 - fraction));
         let density = 300_000.0 / 1e10;
         let enskog = 2.0 * PI.sqrt() * density * 92.0 * contact_value;
-        let theory = equilibrium(&config, Sizes::equal(&config));
+        let theory = equilibrium(&config, DiscSizes::equal(&config));
         assert!((theory.pair_rate / enskog - 1.0).abs() < 2e-3, "{theory:?} {enskog}");
         assert!((theory.compressibility_factor / henderson(fraction) - 1.0).abs() < 2e-3);
     }
@@ -417,7 +417,7 @@ mod tests {
             radius: Positive::new(0.5).unwrap(),
             ..PackingConfig::default()
         };
-        let theory = equilibrium(&config, Sizes::equal(&config));
+        let theory = equilibrium(&config, DiscSizes::equal(&config));
         let exact = 4.0 / (2.0 * 39.0) * 2.0 / PI * 2.0_f64.sqrt();
         assert!((theory.wall_rate / exact - 1.0).abs() < 2e-3, "{theory:?} {exact}");
         assert!(theory.pair_rate.abs() < 1e-4, "{theory:?}");

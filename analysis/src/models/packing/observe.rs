@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 
 /// Moments of the velocities after an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moments {
+pub struct VelocityMoments {
     /// Events, pair and wall, since the start.
     pub events: f64,
     /// Simulated time.
@@ -34,7 +34,7 @@ pub struct Moments {
 
 /// Totals since the start at a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Totals {
+struct CollisionTotals {
     time: f64,
     pair: f64,
     wall: f64,
@@ -47,30 +47,30 @@ struct Totals {
 pub struct PackingRun {
     pub(crate) config: PackingConfig,
     /// By frames.
-    pub(crate) frames: Series<Moments>,
+    pub(crate) frames: Series<VelocityMoments>,
     /// Events and pair collisions, by frames.
     pub(crate) pairs: Series<(f64, f64)>,
     /// By collisions where they were recorded.
-    pub(crate) collisions: Series<Moments>,
+    pub(crate) collisions: Series<VelocityMoments>,
     pub(crate) snapshots: Snapshots,
     pub(crate) structure: Structure,
     pub(crate) displacement: Displacement,
-    last_of_collisions: Option<Moments>,
+    last_of_collisions: Option<VelocityMoments>,
     a2_by_collisions: Blocking,
     a2_by_frames: Blocking,
     /// Integral over time of sqrt(kT/m), and the time.
     thermal_speed: (Sum, Sum),
-    totals: Option<Totals>,
-    rates: Rates,
+    totals: Option<CollisionTotals>,
+    rates: CollisionRates,
     pressure: Option<PackingPressure>,
     counts: Option<PackingCollisions>,
     /// Of the discs of the last state.
-    sizes: Option<law::Sizes>,
+    sizes: Option<law::DiscSizes>,
 }
 
 /// Growth of totals from frame to frame, over growth of another.
 #[derive(Clone, Debug, Default)]
-struct Rates {
+struct CollisionRates {
     pair: Blocking,
     wall: Blocking,
     virial: Blocking,
@@ -101,7 +101,7 @@ impl PackingRun {
             a2_by_frames: Blocking::default(),
             thermal_speed: Default::default(),
             totals: None,
-            rates: Rates::default(),
+            rates: CollisionRates::default(),
             pressure: None,
             counts: None,
             sizes: None,
@@ -121,15 +121,15 @@ impl PackingRun {
     }
 
     /// What a value of a2 counts for: the time that it lasted; while discs cool, time stretches without end and events count.
-    fn weight(&self, before: &Moments, after: &Moments) -> f64 {
+    fn weight(&self, before: &VelocityMoments, after: &VelocityMoments) -> f64 {
         if self.elastic() { after.time - before.time } else { after.events - before.events }
     }
 
     /// a2 holds from one collision to the next.
-    fn see_collisions(&mut self, batch: &PerCollision) {
+    fn add_collisions(&mut self, batch: &PerCollision) {
         let columns = batch.event.iter().zip(&batch.time).zip(&batch.temperature).zip(&batch.a2);
         for (((&event, &time), &temperature), &a2) in columns {
-            let moments = Moments { events: event as f64, time, temperature, a2 };
+            let moments = VelocityMoments { events: event as f64, time, temperature, a2 };
             if let Some(before) = self.last_of_collisions
                 && self.settled(before.events)
             {
@@ -147,13 +147,13 @@ impl PackingRun {
         if exact { &self.a2_by_collisions } else { &self.a2_by_frames }.estimate()
     }
 
-    fn see_moments(&mut self, moments: Moments) {
+    fn add_moments(&mut self, moments: VelocityMoments) {
         if let Some(before) = self.frames.last() {
             let step = moments.time - before.time;
             if self.settled(before.events) {
                 self.a2_by_frames.add_weighted((before.a2 + moments.a2) / 2.0, step);
             }
-            let speed = |moments: &Moments| (moments.temperature / 2.0).sqrt();
+            let speed = |moments: &VelocityMoments| (moments.temperature / 2.0).sqrt();
             let mean = mean_while_cooling(speed(before), speed(&moments));
             self.thermal_speed.0.add(mean * step);
             self.thermal_speed.1.add(step);
@@ -161,7 +161,7 @@ impl PackingRun {
         self.frames.add(moments);
     }
 
-    fn see_totals(&mut self, now: Totals) {
+    fn add_totals(&mut self, now: CollisionTotals) {
         if let Some(before) = self.totals.replace(now) {
             let discs = self.discs();
             let time = now.time - before.time;
@@ -191,13 +191,13 @@ impl PackingRun {
     }
 
     /// The sizes of the discs, by the manifest or else by the last state.
-    fn known_sizes(&self) -> Option<law::Sizes> {
-        self.equal_radius().map(|_| law::Sizes::equal(&self.config)).or(self.sizes)
+    fn known_sizes(&self) -> Option<law::DiscSizes> {
+        self.equal_radius().map(|_| law::DiscSizes::equal(&self.config)).or(self.sizes)
     }
 
     /// What equilibrium theory says; `None` of discs and boxes that it does not speak of.
     fn equilibrium(&self) -> Option<law::Equilibrium> {
-        let is_fluid = |sizes: &law::Sizes| sizes.packing_fraction <= law::DENSEST_FLUID;
+        let is_fluid = |sizes: &law::DiscSizes| sizes.packing_fraction <= law::DENSEST_FLUID;
         let sizes = self.known_sizes().filter(is_fluid)?;
         if self.has_walls() {
             return Some(law::equilibrium(&self.config, sizes));
@@ -212,11 +212,11 @@ impl PackingRun {
     }
 
     /// Sizes of the discs by their own radii.
-    fn sizes_of(&self, state: &StateTable) -> Option<law::Sizes> {
+    fn sizes_of(&self, state: &StateTable) -> Option<law::DiscSizes> {
         let radii: Vec<f64> = state.column("radius")?.collect();
         let mean = mean(&radii)?;
         let square = radii.iter().map(|radius| radius * radius).sum::<f64>();
-        Some(law::Sizes {
+        Some(law::DiscSizes {
             packing_fraction: PI * square / (self.config.width.get() * self.config.height.get()),
             mean_radius: mean,
             squared_mean_over_mean_square: mean * mean / (square / radii.len() as f64),
@@ -355,7 +355,7 @@ impl PackingRun {
         let mut structure = self.structure.clone();
         let samples = self.equal_radius().is_some();
         if let Some(state) = self.snapshots.last().filter(|_| samples && structure.frames() == 0) {
-            structure.see(state);
+            structure.add_frame(state);
         }
         structure
     }
@@ -385,12 +385,12 @@ impl Observer for PackingRun {
     fn observe(&mut self, mut frame: RecordedFrame) -> Result<(), ReadError> {
         let (time, events) = (frame.clock.time, frame.clock.step_or_event_count as f64);
         if let Some(batch) = frame.get::<PerCollision>()? {
-            self.see_collisions(&batch);
+            self.add_collisions(&batch);
         }
         let told = frame.get::<PackingTemperature>()?.map(|told| (told.temperature, told.a2));
         let state = frame.take_state();
         if let Some((temperature, a2)) = state.as_ref().and_then(moments_of).or(told) {
-            self.see_moments(Moments { events, time, temperature, a2 });
+            self.add_moments(VelocityMoments { events, time, temperature, a2 });
         }
         if let Some(state) = state {
             let stride = u64::from(self.config.discs.get()).div_ceil(DISCS_PER_SAMPLE);
@@ -398,11 +398,11 @@ impl Observer for PackingRun {
                 && self.settled(events)
                 && frame.clock.frame.is_multiple_of(stride)
             {
-                self.structure.see(&state);
+                self.structure.add_frame(&state);
             }
-            self.displacement.see(time, &state);
+            self.displacement.add_frame(time, &state);
             self.sizes = self.sizes_of(&state).or(self.sizes);
-            self.snapshots.see(time, state, self.equal_radius());
+            self.snapshots.add_frame(time, state, self.equal_radius());
         }
         let counts = frame.get::<PackingCollisions>()?;
         let pressure = frame.get::<PackingPressure>()?;
@@ -410,7 +410,7 @@ impl Observer for PackingRun {
             let count =
                 |of: fn(&PackingCollisions) -> u64| counts.as_ref().map_or(0.0, |c| of(c) as f64);
             let amount = |of: fn(&PackingPressure) -> f64| pressure.as_ref().map_or(0.0, of);
-            self.see_totals(Totals {
+            self.add_totals(CollisionTotals {
                 time,
                 pair: count(|counts| counts.pair),
                 wall: count(|counts| counts.wall),

@@ -54,7 +54,7 @@ impl Structure {
     }
 
     /// Samples a frame.
-    pub(super) fn see(&mut self, state: &StateTable) {
+    pub(super) fn add_frame(&mut self, state: &StateTable) {
         let (Some(x), Some(y)) = (state.column("x"), state.column("y")) else { return };
         let centers: Vec<[f64; 2]> = x.zip(y).map(|(x, y)| [x, y]).collect();
         // The room must be wide enough for a ring of the full reach about its middle.
