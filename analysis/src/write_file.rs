@@ -1,45 +1,37 @@
-//! Whole files, written next to their place and then moved there.
+//! Writes whole files: next to their place first, then moved there, so that no reader sees half of one.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A file or folder that can't be written.
-#[derive(Debug)]
+/// A file or folder that cannot be written, with the user's next step.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{} can't be written: {reason}. Make room or make it writable, or name another folder with --output DIR",
+    path.display()
+)]
 pub struct WriteError {
     path: PathBuf,
-    why: String,
+    reason: String,
 }
 
 impl WriteError {
-    pub(crate) fn new(path: PathBuf, why: String) -> Self {
-        Self { path, why }
+    pub(crate) fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
+        Self { path: path.to_path_buf(), reason: reason.to_string() }
     }
 }
 
-impl std::fmt::Display for WriteError {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let path = self.path.display();
-        write!(
-            formatter,
-            "{path} can't be written: {}. Make room or make it writable, or name another folder with --output DIR",
-            self.why
-        )
-    }
-}
-
-/// Makes a folder with all above it.
+/// Creates a folder and its parents.
 ///
 /// # Errors
-/// A folder that can't be made.
+/// A folder that cannot be created.
 pub fn create_folder(folder: &Path) -> Result<(), WriteError> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| WriteError { path: folder.to_path_buf(), why: error.to_string() })
+    std::fs::create_dir_all(folder).map_err(|error| WriteError::new(folder, error))
 }
 
-/// Writes a file beside its place and then puts it there: nobody sees half of it.
+/// Writes a file next to its place and then moves it there.
 ///
 /// # Errors
-/// A file that can't be written.
+/// A file that cannot be written.
 pub fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
     let mut name = path.file_name().unwrap_or_default().to_os_string();
     name.push(".new");
@@ -48,5 +40,5 @@ pub fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError>
         std::fs::write(&temporary, content)?;
         std::fs::rename(&temporary, path)
     };
-    write().map_err(|error| WriteError { path: path.to_path_buf(), why: error.to_string() })
+    write().map_err(|error| WriteError::new(path, error))
 }

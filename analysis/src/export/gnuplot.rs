@@ -1,6 +1,7 @@
 //! The documents' own form: `x y r` a line, a file a frame, and a script for gnuplot that plays them.
 
-use super::{ExportError, ExportedRun, Exporter};
+use super::{ExportedRun, Exporter};
+use crate::write_file::WriteError;
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -18,9 +19,9 @@ impl Gnuplot {
         Self { run, folder, frames: 0, seen: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]] }
     }
 
-    fn write(&self, name: &str, text: &str) -> Result<(), ExportError> {
+    fn write(&self, name: &str, text: &str) -> Result<(), WriteError> {
         let path = self.folder.join(name);
-        std::fs::write(&path, text).map_err(|error| ExportError::at(&path, error))
+        std::fs::write(&path, text).map_err(|error| WriteError::new(&path, error))
     }
 
     fn script(&self) -> String {
@@ -45,7 +46,7 @@ impl Gnuplot {
 }
 
 impl Exporter for Gnuplot {
-    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError> {
         let Some(state) = frame.state() else { return Ok(()) };
         let (Some(x), Some(y)) = (self.run.index("x"), self.run.index("y")) else {
             return Ok(());
@@ -66,7 +67,7 @@ impl Exporter for Gnuplot {
         self.write(&format!("frame_{:06}.txt", frame.clock.frame), &text)
     }
 
-    fn finish(&mut self) -> Result<(), ExportError> {
+    fn finish(&mut self) -> Result<(), WriteError> {
         self.write("play.gp", &self.script())
     }
 }

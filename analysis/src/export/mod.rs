@@ -12,6 +12,7 @@ use crate::input::RecordingFolder;
 use crate::input::recording;
 use crate::models::contract::Extent;
 use crate::models::registry;
+use crate::write_file::{WriteError, create_folder};
 use kinetoscope_recording::reader::RecordedFrame;
 use std::path::{Path, PathBuf};
 
@@ -42,26 +43,24 @@ impl ExportFormat {
 pub const NEEDS_PARQUET: &str = "this program was built without Parquet. Build one with it, \
     `cargo build --release --package kinetoscope-analysis --features parquet`, or write CSV";
 
-/// A recording that was not exported as a whole, with the user's next step.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ExportError(pub String);
-
-impl ExportError {
-    fn at(path: &Path, why: impl std::fmt::Display) -> Self {
-        Self(format!(
-            "{} can't be written: {why}. Make room or make it writable, or name another folder with --output DIR",
-            path.display()
-        ))
-    }
+/// Why a recording was not exported as a whole.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// This program was built without the format.
+    #[error("{NEEDS_PARQUET}")]
+    NotBuiltIn,
 }
 
 /// What a form does with the frames of one recording.
 trait Exporter {
     /// Takes in the next frame.
-    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), ExportError>;
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError>;
 
     /// Writes what is still open.
-    fn finish(&mut self) -> Result<(), ExportError>;
+    fn finish(&mut self) -> Result<(), WriteError>;
 }
 
 /// The run that is exported.
@@ -83,7 +82,7 @@ impl ExportedRun {
 /// over: the analysis has named it.
 pub fn export(
     source: &RecordingFolder,
-    form: ExportFormat,
+    format: ExportFormat,
     folder: &Path,
 ) -> Result<usize, ExportError> {
     let mut exported = 0;
@@ -92,13 +91,13 @@ pub fn export(
         let Ok(run) = recording::opened(recording) else { continue };
         let recording = run.recording();
         let stem = path.file_stem().unwrap_or_default();
-        let folder = folder.join(stem).join(form.folder());
-        std::fs::create_dir_all(&folder).map_err(|error| ExportError::at(&folder, error))?;
+        let folder = folder.join(stem).join(format.folder());
+        create_folder(&folder)?;
         let run = ExportedRun {
             extent: registry::extent(&run.manifest.model),
             columns: recording.state_columns().to_vec(),
         };
-        let mut exporter = exporter(form, run, folder)?;
+        let mut exporter = exporter(format, run, folder)?;
         let Ok(frames) = recording.frames() else { continue };
         // Where a recording is torn, what is intact is exported.
         for frame in frames.map_while(Result::ok) {
@@ -111,17 +110,17 @@ pub fn export(
 }
 
 fn exporter(
-    form: ExportFormat,
+    format: ExportFormat,
     run: ExportedRun,
     folder: PathBuf,
 ) -> Result<Box<dyn Exporter>, ExportError> {
-    Ok(match form {
+    Ok(match format {
         ExportFormat::Csv => Box::new(tables::Tables::new(run, folder, tables::csv_file)),
         ExportFormat::Gnuplot => Box::new(gnuplot::Gnuplot::new(run, folder)),
         ExportFormat::Xyz => Box::new(xyz::Xyz::new(run, folder)),
         #[cfg(feature = "parquet")]
         ExportFormat::Parquet => Box::new(tables::Tables::new(run, folder, parquet::parquet_file)),
         #[cfg(not(feature = "parquet"))]
-        ExportFormat::Parquet => return Err(ExportError(NEEDS_PARQUET.to_owned())),
+        ExportFormat::Parquet => return Err(ExportError::NotBuiltIn),
     })
 }

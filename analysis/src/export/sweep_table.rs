@@ -1,9 +1,9 @@
 //! The metrics of all runs of a sweep as one Parquet table, in folders that are named by the sweep's coordinates
 //! (`temperature_k=300/`, as Hive does), so that data frames and SQL engines read it as it is.
 
-use super::ExportError;
 use crate::input::coordinates;
 use crate::metric::{Metric, MetricScope, RunScope};
+use crate::write_file::WriteError;
 use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
@@ -35,7 +35,7 @@ enum Column {
 ///
 /// # Errors
 /// A file or folder that can't be written.
-pub fn write(metrics: &[Metric], folder: &Path) -> Result<usize, ExportError> {
+pub fn write(metrics: &[Metric], folder: &Path) -> Result<usize, WriteError> {
     let table = folder.join("metrics");
     let fresh = folder.join("metrics.new");
     let rows: Vec<Row<'_>> = metrics.iter().filter_map(row).collect();
@@ -47,14 +47,14 @@ pub fn write(metrics: &[Metric], folder: &Path) -> Result<usize, ExportError> {
     remove(&fresh)?;
     for (part, rows) in &parts {
         let folder = fresh.join(part);
-        fs::create_dir_all(&folder).map_err(|error| ExportError::at(&folder, error))?;
+        fs::create_dir_all(&folder).map_err(|error| WriteError::new(&folder, error))?;
         let path = folder.join("metrics.parquet");
-        write_part(&path, &columns(rows, &keys)).map_err(|error| ExportError::at(&path, error))?;
+        write_part(&path, &columns(rows, &keys)).map_err(|error| WriteError::new(&path, error))?;
     }
     // Parts of an earlier sweep would be read with those of this one.
     remove(&table)?;
     if !parts.is_empty() {
-        fs::rename(&fresh, &table).map_err(|error| ExportError::at(&table, error))?;
+        fs::rename(&fresh, &table).map_err(|error| WriteError::new(&table, error))?;
     }
     Ok(rows.len())
 }
@@ -66,10 +66,10 @@ fn row(metric: &Metric) -> Option<Row<'_>> {
     }
 }
 
-fn remove(folder: &Path) -> Result<(), ExportError> {
+fn remove(folder: &Path) -> Result<(), WriteError> {
     match fs::remove_dir_all(folder) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(ExportError::at(folder, error))
+            Err(WriteError::new(folder, error))
         }
         Ok(()) | Err(_) => Ok(()),
     }

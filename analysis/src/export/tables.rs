@@ -1,6 +1,7 @@
 //! A table a topic, with the frame and its time in the first columns.
 
-use super::{ExportError, ExportedRun, Exporter};
+use super::{ExportedRun, Exporter};
+use crate::write_file::WriteError;
 use kinetoscope_recording::channels;
 use kinetoscope_recording::fields::{FieldValue, read_fields};
 use kinetoscope_recording::reader::RecordedFrame;
@@ -12,14 +13,14 @@ use std::path::{Path, PathBuf};
 /// A table that is written row by row.
 pub(super) trait TableFile {
     /// Adds a row: the frame, its time, and a value a column.
-    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), ExportError>;
+    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), WriteError>;
 
     /// Ends the file.
-    fn finish(&mut self) -> Result<(), ExportError>;
+    fn finish(&mut self) -> Result<(), WriteError>;
 }
 
 /// Begins a table of these columns, without frame and time, in a file of this name without its ending.
-pub(super) type Begin = fn(&Path, &[String]) -> Result<Box<dyn TableFile>, ExportError>;
+pub(super) type Begin = fn(&Path, &[String]) -> Result<Box<dyn TableFile>, WriteError>;
 
 /// All tables of a recording.
 pub(super) struct Tables {
@@ -38,18 +39,18 @@ impl Tables {
         &mut self,
         topic: &str,
         columns: &[String],
-    ) -> Result<&mut Box<dyn TableFile>, ExportError> {
+    ) -> Result<&mut Box<dyn TableFile>, WriteError> {
         if !self.open.contains_key(topic) {
             let path = self.folder.join(topic.trim_start_matches('/'));
             self.open.insert(topic.to_owned(), (self.begin)(&path, columns)?);
         }
         // It was put there just now, if not before.
-        self.open.get_mut(topic).ok_or_else(|| ExportError::at(&self.folder, "a table is lost"))
+        self.open.get_mut(topic).ok_or_else(|| WriteError::new(&self.folder, "a table is lost"))
     }
 }
 
 impl Exporter for Tables {
-    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError> {
         let (index, time) = (frame.clock.frame, frame.clock.time);
         if let Some(state) = frame.state() {
             let mut columns = vec!["particle".to_owned()];
@@ -87,7 +88,7 @@ impl Exporter for Tables {
         Ok(())
     }
 
-    fn finish(&mut self) -> Result<(), ExportError> {
+    fn finish(&mut self) -> Result<(), WriteError> {
         self.open.values_mut().try_for_each(|table| table.finish())
     }
 }
@@ -106,23 +107,23 @@ struct CsvFile {
 }
 
 /// Begins a CSV table. Numbers are written so that they read back to the same bits.
-pub(super) fn csv_file(path: &Path, columns: &[String]) -> Result<Box<dyn TableFile>, ExportError> {
+pub(super) fn csv_file(path: &Path, columns: &[String]) -> Result<Box<dyn TableFile>, WriteError> {
     let path = path.with_extension("csv");
-    let file = File::create(&path).map_err(|error| ExportError::at(&path, error))?;
+    let file = File::create(&path).map_err(|error| WriteError::new(&path, error))?;
     let mut writer = csv::Writer::from_writer(BufWriter::new(file));
     let header = ["frame", "time"].into_iter().chain(columns.iter().map(String::as_str));
-    writer.write_record(header).map_err(|error| ExportError::at(&path, error))?;
+    writer.write_record(header).map_err(|error| WriteError::new(&path, error))?;
     Ok(Box::new(CsvFile { path, writer }))
 }
 
 impl TableFile for CsvFile {
-    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), ExportError> {
+    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), WriteError> {
         let numbers = values.iter().map(|value| format!("{value:?}"));
         let record = [frame.to_string(), format!("{time:?}")].into_iter().chain(numbers);
-        self.writer.write_record(record).map_err(|error| ExportError::at(&self.path, error))
+        self.writer.write_record(record).map_err(|error| WriteError::new(&self.path, error))
     }
 
-    fn finish(&mut self) -> Result<(), ExportError> {
-        self.writer.flush().map_err(|error| ExportError::at(&self.path, error))
+    fn finish(&mut self) -> Result<(), WriteError> {
+        self.writer.flush().map_err(|error| WriteError::new(&self.path, error))
     }
 }

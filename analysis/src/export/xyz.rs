@@ -1,6 +1,7 @@
 //! Extended XYZ, which OVITO draws and ASE reads: every column of the state, the box, and the time.
 
-use super::{ExportError, ExportedRun, Exporter};
+use super::{ExportedRun, Exporter};
+use crate::write_file::WriteError;
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -67,8 +68,8 @@ impl Xyz {
 }
 
 impl Exporter for Xyz {
-    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
-        let failed = |error| ExportError::at(&self.path, error);
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError> {
+        let failed = |error| WriteError::new(&self.path, error);
         let mut file = match self.file.take() {
             Some(file) => file,
             None => BufWriter::new(File::create(&self.path).map_err(failed)?),
@@ -78,8 +79,8 @@ impl Exporter for Xyz {
         Ok(())
     }
 
-    fn finish(&mut self) -> Result<(), ExportError> {
+    fn finish(&mut self) -> Result<(), WriteError> {
         let flushed = self.file.as_mut().map_or(Ok(()), BufWriter::flush);
-        flushed.map_err(|error| ExportError::at(&self.path, error))
+        flushed.map_err(|error| WriteError::new(&self.path, error))
     }
 }

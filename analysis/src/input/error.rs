@@ -1,24 +1,25 @@
-//! A path of the command line that names nothing to analyze.
+//! Errors of the input: paths that name nothing to analyze, and recordings that cannot be read.
 
 use kinetoscope_object_storage::error::StoreError;
 use std::path::Path;
 
 /// A path that names nothing to analyze, with the user's next step.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{reason}")]
 pub struct InvalidPath {
-    /// Why.
-    pub why: String,
+    /// What is wrong.
+    pub reason: String,
     /// Whether the same command may succeed later.
     pub is_retryable: bool,
 }
 
 impl InvalidPath {
-    pub(super) fn wrong(why: String) -> Self {
-        Self { why, is_retryable: false }
+    pub(super) fn new(reason: String) -> Self {
+        Self { reason, is_retryable: false }
     }
 
-    pub(super) fn empty(path: &Path) -> Self {
-        Self::wrong(format!(
+    pub(super) fn without_recordings(path: &Path) -> Self {
+        Self::new(format!(
             "{} holds no finished recording (*.mcap). Run an experiment first, or again where it was stopped; a partial file is read only when named itself",
             path.display()
         ))
@@ -27,6 +28,17 @@ impl InvalidPath {
 
 impl From<StoreError> for InvalidPath {
     fn from(error: StoreError) -> Self {
-        Self { why: error.to_string(), is_retryable: error.is_retryable }
+        Self { reason: error.to_string(), is_retryable: error.is_retryable }
+    }
+}
+
+/// A recording of which no frame can be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct UnreadableRecording(pub String);
+
+impl UnreadableRecording {
+    pub(crate) fn new(reason: impl std::fmt::Display) -> Self {
+        Self(reason.to_string())
     }
 }

@@ -5,9 +5,9 @@ mod error;
 mod object_storage;
 pub mod recording;
 
-pub use error::InvalidPath;
+pub use error::{InvalidPath, UnreadableRecording};
 
-use crate::input::recording::{OpenRun, UnreadableRecording, is_partial};
+use crate::input::recording::{OpenRun, is_partial};
 use kinetoscope_manifest::{Coordinate, ExperimentRecord};
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_recording::error::ReadError;
@@ -57,19 +57,19 @@ pub fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, InvalidPath> {
         if is_remote && !file_name(path).ends_with(".mcap") {
             search_remote(path, &mut found)?;
             if found.len() == before {
-                return Err(InvalidPath::empty(path));
+                return Err(InvalidPath::without_recordings(path));
             }
         } else if path.is_dir() {
             search(path, &mut found)?;
             if found.len() == before {
-                return Err(InvalidPath::empty(path));
+                return Err(InvalidPath::without_recordings(path));
             }
         } else if is_remote || path.is_file() {
             let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty());
             let folder = folder.unwrap_or(Path::new(".")).to_path_buf();
             named.entry(folder).or_default().push(path.clone());
         } else {
-            return Err(InvalidPath::wrong(format!("{} does not exist", path.display())));
+            return Err(InvalidPath::new(format!("{} does not exist", path.display())));
         }
     }
     for (folder, mut files) in named {
@@ -101,7 +101,7 @@ fn search_remote(address: &Path, found: &mut Vec<RecordingFolder>) -> Result<(),
 /// Adds the folder's recordings and those of its sub-folders.
 fn search(folder: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
     let unlisted =
-        |error| InvalidPath::wrong(format!("{} can't be listed: {error}", folder.display()));
+        |error| InvalidPath::new(format!("{} can't be listed: {error}", folder.display()));
     let entries = std::fs::read_dir(folder).map_err(unlisted)?;
     let mut paths: Vec<PathBuf> = entries
         .map(|entry| entry.map(|entry| entry.path()))
@@ -232,7 +232,8 @@ impl RecordingFolder {
     pub fn open(&mut self) -> Vec<(OpenRun, Vec<Coordinate>)> {
         let mut opened = Vec::new();
         for path in &self.files {
-            match self.recording(path).map_err(recording::unreadable).and_then(recording::opened) {
+            match self.recording(path).map_err(UnreadableRecording::new).and_then(recording::opened)
+            {
                 Ok(run) => opened.push((file_name(path), run)),
                 Err(UnreadableRecording(why)) => self.unreadable.push(why),
             }

@@ -1,13 +1,9 @@
 //! One open recording with its manifest.
 
+use crate::input::error::UnreadableRecording;
 use kinetoscope_manifest::{RunManifest, parse_run};
-use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::Recording;
 use std::path::Path;
-
-/// A recording that told nothing.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UnreadableRecording(pub String);
 
 /// A recording that is open, with its manifest read.
 pub struct OpenRun {
@@ -35,12 +31,7 @@ impl OpenRun {
 /// # Errors
 /// A file that is no recording of ours, or whose manifest does not read.
 pub fn open(path: &Path) -> Result<OpenRun, UnreadableRecording> {
-    opened(Recording::open(path).map_err(unreadable)?)
-}
-
-/// What an error of the reader says.
-pub(crate) fn unreadable(error: ReadError) -> UnreadableRecording {
-    UnreadableRecording(error.to_string())
+    opened(Recording::open(path).map_err(UnreadableRecording::new)?)
 }
 
 /// Reads the manifest of an open recording.

@@ -20,17 +20,10 @@ pub enum Plot {
     Picture(Picture),
 }
 
-/// A plot that could not be drawn, with the drawing library's words.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A plot that could not be drawn, with the message of the drawing library.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
 pub struct DrawingError(pub String);
-
-impl std::fmt::Display for DrawingError {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for DrawingError {}
 
 impl Plot {
     /// The file's name without its ending.

@@ -10,7 +10,7 @@ use std::path::Path;
 /// The first file that can't be written.
 pub fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, WriteError> {
     create_folder(folder)?;
-    let failed = |name: &str, why: String| WriteError::new(folder.join(name), why);
+    let failed = |name: &str, why: String| WriteError::new(&folder.join(name), why);
     let json = metric_files::to_json(&report.name, report.model(), &report.metrics)
         .map_err(|error| failed("metrics.json", error.to_string()))?;
     replace(&folder.join("metrics.json"), &json)?;

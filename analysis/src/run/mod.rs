@@ -2,7 +2,8 @@
 
 pub mod cache;
 
-use crate::input::recording::{OpenRun, UnreadableRecording, is_partial};
+use crate::input::UnreadableRecording;
+use crate::input::recording::{OpenRun, is_partial};
 use crate::metric::{Measurement, Metric, MetricScope, RunScope};
 use crate::models::figures::Figures;
 use crate::models::registry;
@@ -116,11 +117,7 @@ pub fn analyze(
         UnreadableRecording(format!("the model {model} has no analysis"))
     })?;
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
-    for frame in run
-        .recording()
-        .frames_on(threads)
-        .map_err(|error| UnreadableRecording(error.to_string()))?
-    {
+    for frame in run.recording().frames_on(threads).map_err(UnreadableRecording::new)? {
         let seen = frame.and_then(|frame| {
             let time = frame.clock.time;
             observer.observe(frame).map(|()| time)
@@ -137,7 +134,7 @@ pub fn analyze(
         }
     }
     let ending = match (&failure, &run.recording().provenance().outcome) {
-        (Some(error), _) if frames == 0 => return Err(UnreadableRecording(error.to_string())),
+        (Some(error), _) if frames == 0 => return Err(UnreadableRecording::new(error)),
         (Some(error), _) if is_under_way(&run.file, error) => RunStatus::Unfinished,
         (Some(error), _) => RunStatus::Damaged(error.to_string()),
         (None, Some(Outcome::Complete)) => RunStatus::Complete,

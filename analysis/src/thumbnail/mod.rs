@@ -54,57 +54,46 @@ impl ThumbnailFormat {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ThumbnailOptions {
     /// Its form.
-    pub form: ThumbnailFormat,
+    pub format: ThumbnailFormat,
     /// Width, px.
     pub width: NonZeroU32,
 }
 
-/// Why there is no picture.
-#[derive(Debug)]
+/// Why a recording has no thumbnail.
+#[derive(Debug, thiserror::Error)]
 pub enum ThumbnailError {
-    /// The recording can't be read.
-    Read(ReadError),
-    /// It can't be drawn, in words.
-    Undrawn(String),
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// It cannot be drawn, with the reason.
+    #[error("{0}")]
+    NotDrawn(String),
 }
-
-impl From<ReadError> for ThumbnailError {
-    fn from(error: ReadError) -> Self {
-        Self::Read(error)
-    }
-}
-
-impl std::fmt::Display for ThumbnailError {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Read(error) => error.fmt(formatter),
-            Self::Undrawn(why) => formatter.write_str(why),
-        }
-    }
-}
-
-impl std::error::Error for ThumbnailError {}
 
 /// Draws a recording and returns the file's bytes, the same for the same recording and wish.
 ///
 /// # Errors
 /// A recording that is not whole, or that has no drawing.
-pub fn thumbnail(recording: &Recording, wish: ThumbnailOptions) -> Result<Vec<u8>, ThumbnailError> {
+pub fn thumbnail(
+    recording: &Recording,
+    options: ThumbnailOptions,
+) -> Result<Vec<u8>, ThumbnailError> {
     let playback_rate = recording.provenance().playback_rate;
     let mut frames = 0;
     for frame in recording.frames()? {
         frame?;
         frames += 1;
     }
-    let wanted = match wish.form {
+    let wanted = match options.format {
         ThumbnailFormat::Svg => NonZeroU32::MIN,
         ThumbnailFormat::Png { frames } => frames,
     };
     let drawings = drawings(recording, &chosen(frames, u64::from(wanted.get())))?;
-    let undrawn =
-        || ThumbnailError::Undrawn("the recording has no drawing: record \"discs\" too".to_owned());
-    let sheet = PageLayout::new(&drawings, wish.width.get()).ok_or_else(undrawn)?;
-    match wish.form {
+    let undrawn = || {
+        ThumbnailError::NotDrawn("the recording has no drawing: record \"discs\" too".to_owned())
+    };
+    let sheet = PageLayout::new(&drawings, options.width.get()).ok_or_else(undrawn)?;
+    match options.format {
         ThumbnailFormat::Svg => {
             let last = drawings.last().ok_or_else(undrawn)?;
             Ok(svg::document(&sheet, last).into_bytes())
@@ -113,7 +102,7 @@ pub fn thumbnail(recording: &Recording, wish: ThumbnailOptions) -> Result<Vec<u8
             let rasters: Vec<Raster> =
                 drawings.iter().map(|drawing| Raster::of(&sheet, drawing)).collect();
             let seconds = frames as f64 / playback_rate / rasters.len() as f64;
-            png_file::file(&rasters, seconds).map_err(ThumbnailError::Undrawn)
+            png_file::file(&rasters, seconds).map_err(ThumbnailError::NotDrawn)
         }
     }
 }
@@ -151,7 +140,7 @@ fn draw(frame: &RecordedFrame, layers: &mut Drawing) -> Result<(), ThumbnailErro
         if let Some(message) = message {
             *layer = read_shapes(message.payload()).ok_or_else(|| {
                 let frame = frame.clock.frame;
-                ThumbnailError::Undrawn(format!("{topic} of frame {frame} is no drawing"))
+                ThumbnailError::NotDrawn(format!("{topic} of frame {frame} is no drawing"))
             })?;
         }
     }
