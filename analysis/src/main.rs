@@ -1,4 +1,4 @@
-//! `analyze-recordings`: arguments to exit code, nothing else.
+//! The program `analyze-recordings`.
 
 use std::process::ExitCode;
 

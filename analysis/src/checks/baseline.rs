@@ -1,21 +1,20 @@
-//! Today's metrics against those of an earlier analysis: by statistics, not by equality.
+//! Comparison of metrics with those of an earlier analysis: by statistics, not by equality.
 
 use crate::checks::{CheckKind, CheckResult, in_unit, subject};
 use crate::metric::{Metric, MetricScope, SCHEMA};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// A metric has moved when both values are further apart than this many of their common standard errors: of metrics that
-/// rest, chance moves one in 16 000.
+/// Maximum difference in combined standard errors. Chance exceeds it for one in 16,000 unchanged metrics.
 const MOST_STANDARD_ERRORS: f64 = 4.0;
-/// Differences below this share of the value are rounding.
+/// Differences below this fraction of the value are rounding errors.
 const ROUNDING_SHARE: f64 = 1e-9;
 
 /// The metrics of an earlier analysis.
 #[derive(Debug, Deserialize)]
 pub struct Baseline {
     schema: u32,
-    /// Name of the experiment.
+    /// The name of the experiment.
     pub experiment: String,
     metrics: Vec<BaselineMetric>,
 }
@@ -41,7 +40,7 @@ struct BaselineSweep {
     coordinates: BTreeMap<String, String>,
 }
 
-/// What a metric is about, whatever its recording was called: a file's name changes with the physics.
+/// Identifies a metric independently of its recording's file name, which changes with the physics.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct MetricId {
     name: String,
@@ -54,7 +53,7 @@ impl Baseline {
     /// Reads a `metrics.json`.
     ///
     /// # Errors
-    /// A text that is none, or one of another schema, with the user's next step.
+    /// A text that is not a `metrics.json`, or one of another schema, with the user's next step.
     pub fn read(text: &str) -> Result<Self, String> {
         let again = "write it anew with this version of analyze-recordings";
         let read: Self = serde_json::from_str(text)
@@ -66,8 +65,8 @@ impl Baseline {
         }
     }
 
-    /// A verdict for each metric of which an error is known then or now, or that is gone; and a note on each other one that
-    /// has changed.
+    /// Compares all metrics: one result per metric with a standard error or that is missing now, and one note per
+    /// changed metric without a standard error.
     #[must_use]
     pub fn compare_all(&self, metrics: &[Metric]) -> (Vec<CheckResult>, Vec<String>) {
         let now: BTreeMap<MetricId, &Metric> =

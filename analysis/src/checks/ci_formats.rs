@@ -1,4 +1,4 @@
-//! Verdicts in the forms that CI systems read.
+//! Check results in the formats of CI systems.
 
 use crate::checks::CheckResult;
 use std::fmt::Write as _;
@@ -10,11 +10,11 @@ pub struct ExperimentChecks<'a> {
     pub name: &'a str,
     /// The results of its checks.
     pub check_results: &'a [CheckResult],
-    /// What could not be read, and why.
+    /// What could not be read, with reasons.
     pub unreadable: &'a [String],
 }
 
-/// The verdicts of all experiments as JUnit XML: a suite an experiment, a case a verdict, an error a file that can't be read.
+/// Formats check results as JUnit XML: one suite per experiment, one case per result, one error per unreadable file.
 #[must_use]
 pub fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n".to_owned();
@@ -23,7 +23,7 @@ pub fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
         let errors = experiment.unreadable.len();
         let name = escaped(experiment.name);
         let tests = experiment.check_results.len() + errors;
-        // Writing to a String can't fail.
+        // Writing to a String cannot fail.
         let _ = writeln!(
             text,
             "  <testsuite name=\"{name}\" tests=\"{tests}\" failures=\"{failed}\" errors=\"{errors}\">"
@@ -50,7 +50,7 @@ pub fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
     text + "</testsuites>\n"
 }
 
-/// What failed and what could not be read, as annotations of a GitHub workflow.
+/// Formats failed checks and unreadable files as annotations of a GitHub workflow.
 #[must_use]
 pub fn github(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = String::new();
@@ -67,7 +67,7 @@ pub fn github(experiments: &[ExperimentChecks<'_>]) -> String {
     text
 }
 
-/// Text between or in the tags of XML and HTML. Characters that XML 1.0 does not know become spaces.
+/// Escapes text for XML. Characters that XML 1.0 does not allow become spaces.
 #[must_use]
 pub fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
@@ -85,12 +85,12 @@ pub fn escaped(text: &str) -> String {
     escaped
 }
 
-/// The message of an annotation.
+/// Escapes the message of an annotation.
 fn data(text: &str) -> String {
     text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A")
 }
 
-/// The title of an annotation.
+/// Escapes the title of an annotation.
 fn property(text: &str) -> String {
     data(text).replace(':', "%3A").replace(',', "%2C")
 }

@@ -1,4 +1,4 @@
-//! Checks against metrics: what must hold, and whether it does.
+//! Checks: compares metrics with the bounds of the manifest or a checks file.
 
 pub mod baseline;
 pub mod ci_formats;
@@ -8,38 +8,38 @@ use crate::metric::{Metric, MetricScope};
 use kinetoscope_manifest::{Bound, Check};
 use std::collections::BTreeSet;
 
-/// What became of a check, or of a comparison with a baseline, at one place.
+/// The result of a check, or of a comparison with a baseline, for one metric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckResult {
-    /// Whether it holds.
+    /// Whether the check passed.
     pub passed: bool,
-    /// Whose judgment it is.
+    /// What the metric was compared with.
     pub kind: CheckKind,
-    /// The metric, and where.
+    /// The metric and its scope.
     pub subject: String,
-    /// What was measured, what was expected, and the tolerance.
+    /// The measured value, the expected value, and the tolerance.
     pub finding: String,
 }
 
-/// Whose judgment a verdict is.
+/// What a metric is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CheckKind {
-    /// A check of the manifest or of a file.
+    /// The bounds of a check in the manifest or in a checks file.
     Check,
-    /// An earlier analysis.
+    /// The metrics of an earlier analysis.
     Baseline,
 }
 
 impl CheckResult {
-    /// One line.
+    /// The result in one line.
     #[must_use]
     pub fn text(&self) -> String {
         format!("{}: {}", self.subject, self.finding)
     }
 }
 
-/// Judges a check at every place that it is about: fits and means over replicates where there are any, else each run. A check
-/// that finds no metric fails.
+/// Evaluates a check for every metric that it selects: fits and means over replicates if there are any, else each run.
+/// A check without a metric fails.
 #[must_use]
 pub fn evaluate(check: &Check, metrics: &[Metric]) -> Vec<CheckResult> {
     let named: Vec<&Metric> =
@@ -129,7 +129,7 @@ fn compare(check: &Check, metric: &Metric) -> CheckResult {
     CheckResult { passed, kind: CheckKind::Check, subject: subject(metric), finding }
 }
 
-/// Seven digits and the unit.
+/// Formats a value with seven digits and its unit.
 pub(crate) fn in_unit(value: f64, metric: &Metric) -> String {
     match metric.unit() {
         "" | "1" => digits(value),
@@ -137,7 +137,7 @@ pub(crate) fn in_unit(value: f64, metric: &Metric) -> String {
     }
 }
 
-/// The metric's name, and which run or part of the sweep.
+/// The metric's name with its run or part of the sweep.
 pub(crate) fn subject(metric: &Metric) -> String {
     format!("{}{}", metric.name(), place_text(metric))
 }
@@ -145,7 +145,7 @@ pub(crate) fn subject(metric: &Metric) -> String {
 fn within(measured: f64, expected: Option<f64>, tolerance: f64) -> (bool, String) {
     match expected {
         Some(expected) => {
-            // Not a number is within nothing.
+            // NaN is outside every tolerance.
             let passed = (measured - expected).abs() <= tolerance;
             (passed, format!("{} ± {}", digits(expected), digits(tolerance)))
         }
@@ -155,7 +155,7 @@ fn within(measured: f64, expected: Option<f64>, tolerance: f64) -> (bool, String
     }
 }
 
-/// Seven digits, with a power of ten where plain ones would be many.
+/// Formats a value with seven digits, with a power of ten if it is very large or small.
 fn digits(value: f64) -> String {
     let text = format!("{value:.6e}");
     let trimmed = |digits: &str| digits.trim_end_matches('0').trim_end_matches('.').to_owned();

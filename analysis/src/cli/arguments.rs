@@ -5,7 +5,7 @@ use clap::Parser;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
-/// The exit codes as the help shows them.
+/// The exit codes in the help.
 const EXIT_CODES: &str = "Exit codes:
   0    done, and all checks hold
   2    bad arguments or checks file
@@ -13,52 +13,52 @@ const EXIT_CODES: &str = "Exit codes:
   5    some input is unreadable; the rest was analyzed
   75   the results can't be written: the same command again may succeed";
 
-/// Derive numbers with errors, plots and verdicts from recordings alone
+/// Derive metrics with standard errors, plots and checks from recordings
 ///
-/// Writes report.html, metrics.json, metrics.csv and a file a plot beside the recordings.
+/// Writes report.html, metrics.json, metrics.csv and one file per plot to the folder of the recordings.
 #[derive(Debug, Parser)]
 #[command(name = "analyze-recordings", version, after_help = EXIT_CODES)]
 pub(super) struct Arguments {
-    /// TOML file with [[checks]], judged beside those of the experiment
+    /// TOML file with additional [[checks]]
     #[arg(long, value_name = "FILE")]
     pub(super) checks: Option<PathBuf>,
     /// Folder for the results [default: that of the recordings]
     #[arg(long, value_name = "DIR")]
     pub(super) output: Option<PathBuf>,
-    /// Draw the state at these times as well, in the model's unit, beside start and end
+    /// Additional times of state pictures, in the model's unit [default: start and end]
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = finite)]
     pub(super) pictures_at: Vec<f64>,
-    /// Write the frames in forms of other programs as well, into the folder `export` of the results
+    /// Also write the frames in formats of other programs, to the folder `export` of the results
     #[arg(long, value_name = "FORM,…", value_delimiter = ',')]
     pub(super) export: Vec<ExportFormat>,
-    /// Write the metrics of all runs as one Parquet table as well, in folders `export/metrics/KEY=VALUE/` named by the
-    /// sweep's coordinates (in a program built with `--features parquet`)
+    /// Also write the metrics of all runs as one Parquet table, in folders `export/metrics/KEY=VALUE/` named by the
+    /// sweep's coordinates (requires a program built with `--features parquet`)
     #[arg(long)]
     pub(super) table: bool,
-    /// Read all recordings, also those that have not changed since they were analyzed last
+    /// Read all recordings, including those unchanged since their last analysis
     #[arg(long)]
     pub(super) fresh: bool,
-    /// Remember in the folder `.analyzed` what was found, and write nothing else: what a task of a cluster does, so that the
-    /// analysis of the whole sweep reads no recording again
+    /// Only fill the cache folder `.analyzed`, as a task on a cluster does, so that the analysis of the whole sweep
+    /// reads no recording again
     #[arg(long, conflicts_with_all = ["checks", "export", "baseline", "junit", "github", "output"])]
     pub(super) remember: bool,
-    /// Compare with the metrics.json of an earlier analysis: exit code 3 if a metric has moved by more than 4 common
+    /// Compare with the metrics.json of an earlier analysis: exit code 3 if a metric differs by more than 4 combined
     /// standard errors
     #[arg(long, value_name = "FILE")]
     pub(super) baseline: Vec<PathBuf>,
-    /// Write the verdicts as JUnit XML
+    /// Write the check results as JUnit XML
     #[arg(long, value_name = "FILE")]
     pub(super) junit: Option<PathBuf>,
-    /// Print what failed as annotations of a GitHub workflow
+    /// Print failures as annotations of a GitHub workflow
     #[arg(long)]
     pub(super) github: bool,
     #[command(flatten)]
     pub(super) picture: PictureArguments,
-    /// Print the reference of all metrics (Markdown) and stop
+    /// Print the reference of all metrics (Markdown)
     #[arg(long, exclusive = true)]
     pub(super) metrics: bool,
-    /// Recordings, and folders of recordings; also on object storage as s3://BUCKET/PREFIX, in a program built with
-    /// `--features object-storage`
+    /// Recordings and folders of recordings; also on object storage as s3://BUCKET/PREFIX (requires a program built
+    /// with `--features object-storage`)
     #[arg(required_unless_present = "metrics", value_name = "PATH")]
     pub(super) paths: Vec<PathBuf>,
 }
@@ -66,11 +66,12 @@ pub(super) struct Arguments {
 /// The arguments of a thumbnail, which replaces an analysis.
 #[derive(Debug, clap::Args)]
 pub(super) struct PictureArguments {
-    /// Draw the one recording that is named as a small picture, a .png or .svg, and stop
+    /// Only draw one recording as a small picture, a .png or .svg file
     #[arg(long, value_name = "FILE",
           conflicts_with_all = ["checks", "output", "pictures_at", "export", "fresh", "baseline", "junit", "github"])]
     pub(super) thumbnail: Option<PathBuf>,
-    /// Pictures of a thumbnail that moves (.png as APNG), evenly spread over the recording; 1 is its last frame
+    /// Number of pictures of an animated thumbnail (.png as APNG), evenly spread over the recording; 1 is its last
+    /// frame
     #[arg(long, value_name = "N", default_value = "1", requires = "thumbnail")]
     pub(super) thumbnail_frames: NonZeroU32,
     /// Width of a thumbnail in pixels, from 64 to 4096

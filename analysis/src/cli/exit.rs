@@ -8,15 +8,15 @@ use crate::write_file::WriteError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum AnalysisExit {
-    /// Done; all checks hold.
+    /// Done; all checks passed.
     Done = 0,
-    /// Bad arguments or checks file.
+    /// Invalid arguments or checks file.
     Usage = 2,
-    /// A check failed, or its metric is missing.
+    /// A check failed or its metric is missing, or a metric differs from the baseline.
     CheckFailed = 3,
     /// Some input is unreadable; the rest was analyzed.
     Unreadable = 5,
-    /// The output can't be written; the same command may succeed later.
+    /// The output cannot be written; the same command may succeed later.
     Retry = 75,
 }
 

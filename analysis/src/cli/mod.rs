@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 /// Width of a table that is written to a file or a pipe.
 const PLAIN_WIDTH: usize = 100;
 
-/// Reads the command line, analyzes and reports.
+/// Parses the command line, analyzes the recordings and reports.
 #[must_use]
 pub fn main() -> AnalysisExit {
     let arguments = match Arguments::try_parse() {

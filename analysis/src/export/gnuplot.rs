@@ -1,4 +1,4 @@
-//! The documents' own form: `x y r` a line, a file a frame, and a script for gnuplot that plays them.
+//! Text files for gnuplot, as in the exercises: `x y r` per line, one file per frame, and a script that plays them.
 
 use super::{ExportedRun, Exporter};
 use crate::write_file::WriteError;
@@ -10,7 +10,7 @@ pub(super) struct Gnuplot {
     run: ExportedRun,
     folder: PathBuf,
     frames: u64,
-    /// Lower left and upper right corner of what was seen, where there are no walls.
+    /// Lower left and upper right corner of the positions, for models without walls.
     seen: [[f64; 2]; 2],
 }
 
@@ -56,7 +56,7 @@ impl Exporter for Gnuplot {
         for particle in 0..state.rows() {
             let row = state.row(particle);
             let radius = radius.map_or(self.run.extent.radius, |column| row[column]);
-            // Writing to a String can't fail.
+            // Writing to a String cannot fail.
             let _ = writeln!(text, "{:?} {:?} {radius:?}", row[x], row[y]);
             for (axis, place) in [row[x], row[y]].into_iter().enumerate() {
                 self.seen[0][axis] = self.seen[0][axis].min(place);

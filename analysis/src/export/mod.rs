@@ -1,4 +1,4 @@
-//! Recordings in the forms of other programs: a second pass over the frames, one after the other.
+//! Export of recordings to formats of other programs, in a second pass over the frames.
 
 mod gnuplot;
 #[cfg(feature = "parquet")]
@@ -16,21 +16,21 @@ use crate::write_file::{WriteError, create_folder};
 use kinetoscope_recording::reader::RecordedFrame;
 use std::path::{Path, PathBuf};
 
-/// A form that recordings are exported in.
+/// A format of exported recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum ExportFormat {
-    /// A table a topic: a line a particle and frame, or a line a frame
+    /// One CSV table per topic: one line per particle and frame, or per frame
     Csv,
-    /// The same tables as Parquet, in a program built with `--features parquet`
+    /// The same tables as Parquet (requires a program built with `--features parquet`)
     Parquet,
-    /// `x y r` a line, a file a frame, and a script that plays them
+    /// One text file per frame with `x y r` per line, and a gnuplot script that plays them
     Gnuplot,
     /// Extended XYZ, for OVITO and ASE
     Xyz,
 }
 
 impl ExportFormat {
-    /// Files a frame stay out of the way of tables.
+    /// Files per frame go to a folder of their own.
     const fn folder(self) -> &'static str {
         match self {
             Self::Gnuplot => "gnuplot",
@@ -39,7 +39,7 @@ impl ExportFormat {
     }
 }
 
-/// What a program that was built without the feature `parquet` says of Parquet.
+/// The error message for Parquet in a program without it.
 pub const NEEDS_PARQUET: &str = "this program was built without Parquet. Build one with it, \
     `cargo build --release --package kinetoscope-analysis --features parquet`, or write CSV";
 
@@ -54,16 +54,16 @@ pub enum ExportError {
     NotBuiltIn,
 }
 
-/// What a form does with the frames of one recording.
+/// Writes the frames of one recording in one format.
 trait Exporter {
-    /// Takes in the next frame.
+    /// Writes the next frame.
     fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError>;
 
-    /// Writes what is still open.
+    /// Writes buffered data and closes the files.
     fn finish(&mut self) -> Result<(), WriteError>;
 }
 
-/// The run that is exported.
+/// The exported run.
 struct ExportedRun {
     extent: Extent,
     columns: Vec<String>,
@@ -75,11 +75,11 @@ impl ExportedRun {
     }
 }
 
-/// Exports the recordings of a source into `folder`, a sub-folder a recording; returns how many there were.
+/// Exports the recordings of a folder to one subfolder of `folder` per recording; returns their number.
 ///
 /// # Errors
-/// A file that can't be written, or Parquet in a program without it. A recording that can't be read is passed
-/// over: the analysis has named it.
+/// A file that cannot be written, or Parquet in a program without it. Unreadable recordings are skipped, because the
+/// analysis reports them.
 pub fn export(
     source: &RecordingFolder,
     format: ExportFormat,
@@ -99,7 +99,7 @@ pub fn export(
         };
         let mut exporter = exporter(format, run, folder)?;
         let Ok(frames) = recording.frames() else { continue };
-        // Where a recording is torn, what is intact is exported.
+        // The intact frames of a damaged recording are exported.
         for frame in frames.map_while(Result::ok) {
             exporter.write_frame(&frame)?;
         }

@@ -1,4 +1,4 @@
-//! Tables as Parquet: the columns of the CSV form, all as doubles but for the frame.
+//! Parquet tables with the columns of the CSV format: all doubles except the frame.
 
 use super::tables::TableFile;
 use crate::write_file::WriteError;
@@ -12,19 +12,19 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Rows that are gathered before they are written: what bounds the memory.
+/// Rows per row group, which bound the memory.
 const ROWS_A_GROUP: usize = 1 << 16;
 
 struct ParquetFile {
     path: PathBuf,
-    /// Empty once the file has ended.
+    /// `None` after the file was closed.
     writer: Option<SerializedFileWriter<File>>,
     frames: Vec<i64>,
-    /// Time, and then the columns.
+    /// The time, then the columns.
     columns: Vec<Vec<f64>>,
 }
 
-/// Begins a Parquet table.
+/// Creates a Parquet table.
 pub(super) fn parquet_file(
     path: &Path,
     columns: &[String],

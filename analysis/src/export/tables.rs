@@ -1,4 +1,4 @@
-//! A table a topic, with the frame and its time in the first columns.
+//! One table per topic, with the frame and its time in the first columns.
 
 use super::{ExportedRun, Exporter};
 use crate::write_file::WriteError;
@@ -12,14 +12,14 @@ use std::path::{Path, PathBuf};
 
 /// A table that is written row by row.
 pub(super) trait TableFile {
-    /// Adds a row: the frame, its time, and a value a column.
+    /// Adds a row: the frame, its time, and one value per column.
     fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), WriteError>;
 
-    /// Ends the file.
+    /// Closes the file.
     fn finish(&mut self) -> Result<(), WriteError>;
 }
 
-/// Begins a table of these columns, without frame and time, in a file of this name without its ending.
+/// Creates a table with these columns, without frame and time, in a file with this name without its extension.
 pub(super) type Begin = fn(&Path, &[String]) -> Result<Box<dyn TableFile>, WriteError>;
 
 /// All tables of a recording.
@@ -44,7 +44,7 @@ impl Tables {
             let path = self.folder.join(topic.trim_start_matches('/'));
             self.open.insert(topic.to_owned(), (self.begin)(&path, columns)?);
         }
-        // It was put there just now, if not before.
+        // Inserted above if it was missing.
         self.open.get_mut(topic).ok_or_else(|| WriteError::new(&self.folder, "a table is lost"))
     }
 }
@@ -71,7 +71,7 @@ impl Exporter for Tables {
             else {
                 continue;
             };
-            // A message of series has a row an entry, any other one row; texts say nothing that the frame does not.
+            // A message of series has one row per entry, any other message one row; texts are skipped.
             let fields: Vec<_> = fields
                 .into_iter()
                 .filter(|field| !matches!(field.values.first(), Some(FieldValue::Text(_))))
@@ -106,7 +106,7 @@ struct CsvFile {
     writer: csv::Writer<BufWriter<File>>,
 }
 
-/// Begins a CSV table. Numbers are written so that they read back to the same bits.
+/// Creates a CSV table. Numbers read back to the same bits.
 pub(super) fn csv_file(path: &Path, columns: &[String]) -> Result<Box<dyn TableFile>, WriteError> {
     let path = path.with_extension("csv");
     let file = File::create(&path).map_err(|error| WriteError::new(&path, error))?;

@@ -1,4 +1,4 @@
-//! Extended XYZ, which OVITO draws and ASE reads: every column of the state, the box, and the time.
+//! Extended XYZ for OVITO and ASE: every column of the state, the box, and the time.
 
 use super::{ExportedRun, Exporter};
 use crate::write_file::WriteError;
@@ -21,7 +21,7 @@ impl Xyz {
     /// The second line of a frame: box, columns, time.
     fn comment(&self, frame: u64, time: f64) -> String {
         let lattice = self.run.extent.bounds.map_or_else(String::new, |[low, high]| {
-            // The plane gets a thickness: readers refuse a box without a volume.
+            // The box has a thickness, because readers reject a box without a volume.
             let [width, height] = [0, 1].map(|axis| high[axis] - low[axis]);
             let depth = width.min(height);
             format!(
@@ -37,7 +37,7 @@ impl Xyz {
         )
     }
 
-    /// The columns that have no place of their own.
+    /// The columns without a standard XYZ property.
     fn others(&self) -> impl Iterator<Item = (usize, &String)> {
         let known = ["x", "y", "z", "vx", "vy", "vz", "radius"];
         let columns = self.run.columns.iter().enumerate();
@@ -52,7 +52,7 @@ impl Xyz {
         let radius = self.run.index("radius");
         for particle in 0..state.rows() {
             let row = state.row(particle);
-            // No element: OVITO takes any name as a type.
+            // The type is not an element; OVITO accepts any name.
             write!(file, "X")?;
             for place in places {
                 write!(file, " {:?}", place.map_or(0.0, |column| row[column]))?;

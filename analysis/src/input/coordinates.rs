@@ -1,9 +1,9 @@
-//! Where runs lie in a sweep: equality, names, and what can be told from the manifests alone.
+//! Coordinates of runs in a sweep: grouping, names, and derivation from manifests.
 
 use kinetoscope_manifest::Coordinate;
 use std::collections::BTreeMap;
 
-/// Coordinates in words, such as "temperature_k = 300, variant = Verlet"; empty for a run that is on its own.
+/// Formats coordinates, such as "temperature_k = 300, variant = Verlet"; empty for a single run.
 #[must_use]
 pub fn text(coordinates: &[Coordinate]) -> String {
     let parts =
@@ -11,7 +11,7 @@ pub fn text(coordinates: &[Coordinate]) -> String {
     parts.collect::<Vec<_>>().join(", ")
 }
 
-/// Coordinates for a curve's name: a variant by its name alone.
+/// Formats coordinates for a curve's name: a variant by its name only.
 #[must_use]
 pub fn label(coordinates: &[Coordinate]) -> String {
     let parts = coordinates.iter().map(|place| match place.key.as_str() {
@@ -21,7 +21,7 @@ pub fn label(coordinates: &[Coordinate]) -> String {
     parts.collect::<Vec<_>>().join(", ")
 }
 
-/// Coordinates for a file's name.
+/// Formats coordinates for a file name.
 #[must_use]
 pub fn file_part(coordinates: &[Coordinate]) -> String {
     let safe = |character: char| {
@@ -46,13 +46,13 @@ pub fn last_part(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
 
-/// All coordinates but the one of a key.
+/// All coordinates except that of a key.
 #[must_use]
 pub fn without(coordinates: &[Coordinate], key: &str) -> Vec<Coordinate> {
     coordinates.iter().filter(|place| place.key != key).cloned().collect()
 }
 
-/// Groups items by coordinates, in the order in which these first appear.
+/// Groups items by coordinates, in order of first appearance.
 pub fn grouped<T>(
     items: impl IntoIterator<Item = (Vec<Coordinate>, T)>,
 ) -> Vec<(Vec<Coordinate>, Vec<T>)> {
@@ -70,8 +70,8 @@ pub fn grouped<T>(
     groups
 }
 
-/// Coordinates of runs of which only the canonical manifests are known: the keys in which they differ. The replicate is
-/// none of them, and neither is what was recorded.
+/// Derives coordinates from canonical manifests: the keys in which they differ, except the replicate and what is
+/// recorded.
 #[must_use]
 pub fn of_manifests(canonical: &[&str]) -> Vec<Vec<Coordinate>> {
     let tables: Vec<BTreeMap<String, String>> = canonical.iter().map(|text| keys(text)).collect();
@@ -92,8 +92,8 @@ pub fn of_manifests(canonical: &[&str]) -> Vec<Vec<Coordinate>> {
     tables.iter().map(of_table).collect()
 }
 
-/// The dotted keys of a canonical manifest, one a line, with their values' text. Long values stand for themselves by their
-/// beginning and length.
+/// The dotted keys of a canonical manifest with their values as text. Long values are represented by their beginning
+/// and length.
 fn keys(canonical: &str) -> BTreeMap<String, String> {
     let mut table = String::new();
     let mut keys = BTreeMap::new();

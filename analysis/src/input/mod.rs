@@ -1,4 +1,4 @@
-//! From the paths of the command line to experiments: which recordings belong together, and which are left out.
+//! Finds the recordings behind paths and groups them by folder and experiment.
 
 pub mod coordinates;
 mod error;
@@ -18,36 +18,37 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Name of the file beside the recordings that says what they are.
+/// Name of the file next to the recordings that describes the experiment.
 pub const SIDE_CAR: &str = "experiment.toml";
 
 /// Recordings that are analyzed together: those of one folder.
 #[derive(Debug)]
 pub struct RecordingFolder {
-    /// Where the folder is.
+    /// The storage that contains the folder.
     storage: Arc<dyn Storage>,
-    /// The folder, or the address of one.
+    /// The folder or its address.
     pub folder: PathBuf,
-    /// Name of the experiment: of its `experiment.toml`, or of the folder.
+    /// Name of the experiment, from `experiment.toml` or else from the folder.
     pub name: String,
-    /// What was run, where the folder says so and it is about these recordings.
+    /// The record of the experiment, if the folder contains one for these recordings.
     pub record: Option<ExperimentRecord>,
-    /// Which of the record's runs a file name stands for.
+    /// Index of the record's run per file name.
     index: BTreeMap<String, usize>,
     /// The recordings, sorted.
     pub files: Vec<PathBuf>,
-    /// Whether the whole folder was named, rather than some of its files.
+    /// Whether the whole folder was given rather than some of its files.
     pub whole: bool,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
-    /// What could not be read, and why.
+    /// What could not be read, with reasons.
     pub unreadable: Vec<String>,
 }
 
-/// Finds the recordings behind the paths and addresses (`s3://BUCKET/PREFIX`), a source a folder, in the order of the command line.
+/// Finds the recordings behind paths and addresses (`s3://BUCKET/PREFIX`): one entry per folder, in the order of the
+/// paths.
 ///
 /// # Errors
-/// The first path that leads to no recording.
+/// The first path without recordings.
 pub fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, InvalidPath> {
     let mut found: Vec<RecordingFolder> = Vec::new();
     let mut named: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
@@ -87,7 +88,7 @@ pub fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, InvalidPath> {
     Ok(found)
 }
 
-/// Adds the recordings below an address.
+/// Adds the recordings under an address.
 fn search_remote(address: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
     let store = object_storage::open(address)?;
     for (folder, files) in object_storage::folders(&store)? {
@@ -98,7 +99,7 @@ fn search_remote(address: &Path, found: &mut Vec<RecordingFolder>) -> Result<(),
     Ok(())
 }
 
-/// Adds the folder's recordings and those of its sub-folders.
+/// Adds the recordings of a folder and its subfolders.
 fn search(folder: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
     let unlisted =
         |error| InvalidPath::new(format!("{} can't be listed: {error}", folder.display()));
@@ -147,7 +148,7 @@ fn source(
 }
 
 impl RecordingFolder {
-    /// Whether it lies on object storage.
+    /// Whether the folder is on object storage.
     #[must_use]
     pub fn is_remote(&self) -> bool {
         Address::is_one(&self.folder)
@@ -161,7 +162,7 @@ impl RecordingFolder {
         Recording::open_in(Arc::clone(&self.storage), path)
     }
 
-    /// The text of a small file.
+    /// Reads a small text file.
     fn text(&self, path: &Path) -> io::Result<String> {
         let mut text = String::new();
         self.storage.open(path)?.input.read_to_string(&mut text)?;
@@ -192,14 +193,14 @@ impl RecordingFolder {
         }
     }
 
-    /// Leaves out what does not belong to the experiment as it was run last.
+    /// Removes recordings that do not belong to the latest run of the experiment.
     fn sort_by(&mut self, record: ExperimentRecord) {
         let names = record.runs.iter().enumerate().map(|(at, run)| (run.file.clone(), at));
         let index: BTreeMap<String, usize> = names.collect();
         let belongs = |path: &PathBuf| index.contains_key(&finished_name(&file_name(path)));
         let (files, stale): (Vec<_>, Vec<_>) = self.files.drain(..).partition(belongs);
         if files.is_empty() || !self.whole && !stale.is_empty() {
-            // Files that were named one by one are read all the same, but not as parts of this experiment.
+            // Files that were given individually are read, but not as parts of this experiment.
             self.files = files.into_iter().chain(stale).collect();
             self.files.sort();
             self.notes.push(format!(
@@ -228,7 +229,7 @@ impl RecordingFolder {
         self.record = Some(record);
     }
 
-    /// Opens the recordings and says where each lies in the sweep, in the order of the experiment.
+    /// Opens the recordings, with their coordinates in the sweep, in the order of the experiment.
     pub fn open(&mut self) -> Vec<(OpenRun, Vec<Coordinate>)> {
         let mut opened = Vec::new();
         for path in &self.files {
@@ -260,7 +261,7 @@ impl RecordingFolder {
     }
 }
 
-/// The name that a partial file's recording will have; other names as they are.
+/// File name of the finished recording of a partial file; other names are unchanged.
 fn finished_name(file: &str) -> String {
     file.strip_suffix(".partial.mcap")
         .map_or_else(|| file.to_owned(), |stem| format!("{stem}.mcap"))

@@ -1,4 +1,4 @@
-//! Recordings on object storage: found by their names, read there by ranges, and never kept here.
+//! Recordings on object storage: listed by name and read there by ranges, without local copies.
 
 use crate::input::error::InvalidPath;
 use crate::input::recording::is_partial;
@@ -8,22 +8,22 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The finished recordings below an address, folder by folder, in the order of their names.
+/// The finished recordings under an address by folder, in order of their names.
 pub(crate) type Folders = BTreeMap<PathBuf, Vec<PathBuf>>;
 
-/// Opens the place of an address, `s3://BUCKET/PREFIX`.
+/// Opens an address, `s3://BUCKET/PREFIX`.
 ///
 /// # Errors
-/// An address that makes no sense, or a program that was built without object storage.
+/// An invalid address, or a program that was built without object storage.
 pub(crate) fn open(path: &Path) -> Result<Arc<Store>, InvalidPath> {
     let address = Address::parse(&path.to_string_lossy())?;
     Ok(Arc::new(Store::open(&address)?))
 }
 
-/// Finds the recordings below the place.
+/// Lists the recordings under an address.
 ///
 /// # Errors
-/// A store that does not answer.
+/// A store that does not respond.
 pub(crate) fn folders(store: &Store) -> Result<Folders, InvalidPath> {
     let place = PathBuf::from(store.address().to_string());
     let mut folders = Folders::new();

@@ -5,10 +5,10 @@ use kinetoscope_manifest::{RunManifest, parse_run};
 use kinetoscope_recording::reader::Recording;
 use std::path::Path;
 
-/// A recording that is open, with its manifest read.
+/// An open recording and its manifest.
 pub struct OpenRun {
     recording: Recording,
-    /// The file's name, without its folder.
+    /// The file name without its folder.
     pub file: String,
     /// The canonical text of the run's manifest.
     pub canonical: String,
@@ -29,7 +29,7 @@ impl OpenRun {
 /// Opens a recording and reads its manifest.
 ///
 /// # Errors
-/// A file that is no recording of ours, or whose manifest does not read.
+/// A file that is not a Kinetoscope recording, or an invalid manifest.
 pub fn open(path: &Path) -> Result<OpenRun, UnreadableRecording> {
     opened(Recording::open(path).map_err(UnreadableRecording::new)?)
 }
@@ -37,7 +37,7 @@ pub fn open(path: &Path) -> Result<OpenRun, UnreadableRecording> {
 /// Reads the manifest of an open recording.
 ///
 /// # Errors
-/// A manifest that does not read.
+/// An invalid manifest.
 pub fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
     let canonical = recording.manifest().to_owned();
     let path = recording.path();
@@ -52,7 +52,7 @@ pub fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
     Ok(OpenRun { recording, file, canonical, manifest, content_key })
 }
 
-/// Whether a file's name is that of a recording under way.
+/// Whether a file name is that of a recording in progress.
 #[must_use]
 pub fn is_partial(file: &str) -> bool {
     file.ends_with(".partial.mcap")

@@ -2,23 +2,23 @@
 
 use crate::metric::law::Law;
 
-/// What a metric is, whatever its value.
+/// The definition of a metric.
 #[derive(Debug, PartialEq)]
 pub struct Definition {
-    /// Its name.
+    /// The metric's name.
     pub name: &'static str,
-    /// Its unit; "1" for a share, empty for the model's own dimensionless unit.
+    /// The metric's unit; "1" for a fraction or ratio, empty for the model's own dimensionless unit.
     pub unit: &'static str,
-    /// From which channel and by which formula.
+    /// The source channel and the formula.
     pub how: &'static str,
-    /// The laws that give theory's value; of several, the run decides.
+    /// The laws that give theoretical values; the run determines which of several applies.
     pub laws: &'static [Law],
-    /// A distance from theory below this, in the metric's unit, is rounding and no statement about physics.
+    /// A deviation below this, in the metric's unit, is a rounding error.
     pub rounding: f64,
 }
 
-/// Makes a constant of each definition, and `ALL` of them all:
-/// `CONSTANT: "name", "unit", "how it is found", [laws], rounding;`
+/// Defines one constant per metric, and `ALL` with all of them: `CONSTANT: "name", "unit", "how it is derived", [laws],
+/// rounding;`
 macro_rules! definitions {
     ($($constant:ident: $name:literal, $unit:literal, $how:literal, [$($law:expr),*], $rounding:literal;)+) => {
         $(
@@ -32,7 +32,7 @@ macro_rules! definitions {
             };
         )+
 
-        /// All of this file, in its order.
+        /// All definitions of this file, in its order.
         pub const ALL: &[&$crate::metric::definition::Definition] = &[$($constant),+];
     };
 }

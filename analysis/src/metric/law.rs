@@ -1,11 +1,11 @@
-//! What theory says: one file a model, each law with its statement and its source.
+//! A law of theory, with its statement and its source.
 
-/// A law of physics or of numerical mathematics that a metric is held against.
+/// A law of physics or of numerical mathematics that a metric is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Law {
-    /// The formula or the statement, in one line.
+    /// The formula or the statement in one line.
     pub statement: &'static str,
-    /// Who says so.
+    /// The literature or principle behind it.
     pub source: &'static str,
 }
 

@@ -1,37 +1,37 @@
-//! A number that was found in one recording.
+//! A metric of one recording.
 
 use crate::metric::definition::Definition;
 use crate::metric::law::Law;
 use crate::statistics::Estimate;
 
-/// A number with its error, beside theory's value.
+/// A value with its error and the theoretical value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
-    /// What it is.
+    /// The metric.
     pub definition: &'static Definition,
-    /// The number and its error.
+    /// The value and its error.
     pub estimate: Estimate,
-    /// What theory says.
+    /// The theoretical value.
     pub theory: Option<f64>,
-    /// Which of the definition's laws says it.
+    /// The law of the definition that gives the theoretical value.
     pub law: Option<Law>,
 }
 
 impl Measurement {
-    /// A number without a theory.
+    /// A value without a theoretical value.
     #[must_use]
     pub fn new(definition: &'static Definition, estimate: impl Into<Estimate>) -> Self {
         Self { definition, estimate: estimate.into(), theory: None, law: None }
     }
 
-    /// The same beside what the definition's first law says, where it says something for this run.
+    /// Adds the theoretical value of the definition's first law, if there is one for this run.
     #[must_use]
     pub fn against(self, theory: impl Into<Option<f64>>) -> Self {
         let law = self.definition.laws.first().copied();
         self.against_law(theory, law)
     }
 
-    /// The same beside what one of the definition's laws says.
+    /// Adds the theoretical value of one of the definition's laws.
     #[must_use]
     pub fn against_law(
         mut self,
@@ -44,13 +44,13 @@ impl Measurement {
         self
     }
 
-    /// Its name.
+    /// The metric's name.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         self.definition.name
     }
 
-    /// How it was found, and where theory's value comes from.
+    /// How the value is derived, and the law of the theoretical value.
     #[must_use]
     pub fn source(&self) -> String {
         match self.law {

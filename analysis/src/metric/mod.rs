@@ -1,4 +1,4 @@
-//! Metrics: what each is, its value with a standard error, the theoretical value, and the run or sweep that it describes.
+//! Metrics: definition, value with a standard error, theoretical value, and the run or sweep described.
 
 pub mod definition;
 pub mod law;
@@ -15,53 +15,53 @@ use std::collections::BTreeMap;
 /// Version of the layout of `metrics.json`.
 pub const SCHEMA: u32 = 1;
 
-/// A number and what it is about.
+/// A value with its definition and scope.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metric {
-    /// What it is.
+    /// The definition.
     pub definition: &'static Definition,
-    /// The number.
+    /// The value.
     pub value: f64,
-    /// One standard error, where it is known.
+    /// The standard error, if known.
     pub standard_error: Option<f64>,
-    /// What theory says, where there is one.
+    /// The theoretical value, if there is one.
     pub theory: Option<f64>,
-    /// A distance from theory below this is rounding.
+    /// A deviation below this is a rounding error.
     pub rounding: f64,
-    /// How it was found, and the law behind theory's value.
+    /// How the value is derived, and the law of the theoretical value.
     pub source: String,
-    /// Which run, or which part of the sweep.
+    /// The run or the part of the sweep that the value describes.
     pub scope: MetricScope,
 }
 
-/// How far a number is from theory.
+/// Deviation of a value from theory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Deviation {
-    /// No further than rounding takes it.
+    /// Within rounding errors.
     Rounding,
-    /// So many standard errors.
+    /// In standard errors.
     StandardErrors(f64),
-    /// The difference, where no standard error is known.
+    /// The difference, if no standard error is known.
     Bare(f64),
 }
 
-/// Differences below this share of theory's value are rounding.
+/// Deviations below this fraction of the theoretical value are rounding errors.
 const ROUNDING_SHARE: f64 = 1e-9;
 
 impl Metric {
-    /// Its name.
+    /// The metric's name.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         self.definition.name
     }
 
-    /// Its unit; empty for the model's own.
+    /// The metric's unit; empty for the model's own.
     #[must_use]
     pub const fn unit(&self) -> &'static str {
         self.definition.unit
     }
 
-    /// How far it is from theory; `None` where that says nothing.
+    /// Deviation from theory; `None` without a theoretical value.
     #[must_use]
     pub fn deviation(&self) -> Option<Deviation> {
         let theory = self.theory?;
@@ -69,13 +69,13 @@ impl Metric {
         let rounding = self.rounding.max(ROUNDING_SHARE * theory.abs());
         Some(match self.standard_error {
             _ if apart.abs() <= rounding => Deviation::Rounding,
-            // An error that is itself rounding measures nothing.
+            // A standard error within rounding is not a measure of the deviation.
             Some(error) if error > rounding => Deviation::StandardErrors(apart / error),
             _ => Deviation::Bare(apart),
         })
     }
 
-    /// Deviation from theory in standard errors, if it is known in these.
+    /// Deviation from theory in standard errors, if a standard error is known.
     #[must_use]
     pub fn deviation_in_standard_errors(&self) -> Option<f64> {
         match self.deviation() {
@@ -85,7 +85,7 @@ impl Metric {
     }
 }
 
-/// What a metric is about.
+/// The run or the part of a sweep that a metric describes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MetricScope {
@@ -100,7 +100,7 @@ pub enum MetricScope {
 pub struct RunScope {
     /// The recording's file name.
     pub file: String,
-    /// Where it lies in the sweep.
+    /// The run's coordinates in the sweep.
     #[serde(serialize_with = "as_map")]
     pub coordinates: Vec<Coordinate>,
     /// Number of the replicate.
@@ -112,12 +112,12 @@ pub struct RunScope {
 /// A part of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SweepScope {
-    /// The key that a fit runs along; none for the mean over a point's replicates.
+    /// The key along which a fit was made; `None` for the mean over a point's replicates.
     pub along: Option<String>,
-    /// The coordinates that are the same for all runs of this part.
+    /// The coordinates that all runs of this part share.
     #[serde(serialize_with = "as_map")]
     pub coordinates: Vec<Coordinate>,
-    /// Replicates that the number is a mean of.
+    /// Number of averaged replicates.
     pub replicates: usize,
 }
 
@@ -131,7 +131,7 @@ fn as_map<S: serde::Serializer>(
 }
 
 impl Metric {
-    /// The coordinates of its run or part of the sweep.
+    /// The coordinates of the run or of the part of the sweep.
     #[must_use]
     pub fn coordinates(&self) -> &[Coordinate] {
         match &self.scope {

@@ -1,4 +1,4 @@
-//! Which plots a run has: one file a model.
+//! Plots of a run, and what the models' plots share.
 
 use crate::models::snapshots::NamedSnapshot;
 use crate::plot::{Axis, Chart, Curve, CurveStyle, Picture, Plot, Point, short_number, thinned};
@@ -7,18 +7,18 @@ use serde::{Deserialize, Serialize};
 /// The plots of one run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
-    /// Drawn for each run on its own.
+    /// Plots of this run only.
     pub plots: Vec<Plot>,
-    /// Curves that are drawn for several runs side by side.
+    /// Curves that are drawn in one chart for several runs.
     pub comparisons: Vec<SharedCurve>,
 }
 
 /// A run's curve in a chart that it shares with other runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SharedCurve {
-    /// The chart's file name without its ending.
+    /// The chart's file name without its extension.
     pub stem: String,
-    /// What is shown.
+    /// The chart's title.
     pub title: String,
     /// The horizontal axis.
     pub x: Axis,
@@ -28,10 +28,10 @@ pub struct SharedCurve {
     pub points: Vec<Point>,
 }
 
-/// Points of a curve beyond these would not show.
+/// Maximum number of points of a curve; more would not be visible.
 pub(crate) const MOST_POINTS: usize = 1500;
 
-/// A curve without errors, thinned to what shows.
+/// A curve without error bars, thinned to the visible points.
 pub(crate) fn curve(
     name: impl Into<String>,
     style: CurveStyle,
@@ -48,7 +48,7 @@ pub(crate) fn chart(stem: &str, title: &str, x: Axis, y: Axis, curves: Vec<Curve
     Plot::Chart(Chart { stem, title, x, y, equal_aspect: false, curves })
 }
 
-/// The pictures of a run: title of each from what it shows and when, caption from its count and its time.
+/// Pictures of the snapshots of a run; `caption` takes the number of particles and the time as text.
 pub(crate) fn pictures(
     placed: Vec<NamedSnapshot>,
     what: &str,
@@ -70,7 +70,7 @@ pub(crate) fn pictures(
         .collect()
 }
 
-/// "N = 1000" with a word on what is not drawn.
+/// Formats the number of particles and, if fewer are drawn, their number.
 fn count_text(particles: usize, drawn: usize) -> String {
     if drawn < particles {
         format!("N = {particles} (the first {drawn} drawn)")

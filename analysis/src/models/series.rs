@@ -1,6 +1,7 @@
-//! A series that stays short however long the run is.
+//! Series of bounded length.
 
-/// Entries over time: when it is full, every second entry goes, and from then on half as many come in. The last is always there.
+/// Entries over time with bounded length. When the series is full, every second entry is removed and the sampling
+/// interval doubles. The last entry is always kept.
 #[derive(Clone, Debug)]
 pub struct Series<T> {
     entries: Vec<T>,
@@ -37,30 +38,30 @@ impl<T> Series<T> {
         self.seen += 1;
     }
 
-    /// What was kept, in order.
+    /// The kept entries, in order.
     pub fn iter(&self) -> impl Iterator<Item = &T> {
         self.entries.iter().chain(&self.last)
     }
 
-    /// The first of all.
+    /// The first entry.
     #[must_use]
     pub fn first(&self) -> Option<&T> {
         self.entries.first()
     }
 
-    /// The last of all.
+    /// The last entry.
     #[must_use]
     pub fn last(&self) -> Option<&T> {
         self.last.as_ref().or(self.entries.last())
     }
 
-    /// Whether there is none.
+    /// Whether there are no entries.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// How many were kept.
+    /// Number of kept entries.
     #[must_use]
     pub fn len(&self) -> usize {
         self.entries.len() + usize::from(self.last.is_some())

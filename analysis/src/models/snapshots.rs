@@ -1,6 +1,6 @@
-//! The particles at chosen times, as far as they are drawn.
+//! Snapshots of the particles at chosen times, limited to those that are drawn.
 
-use crate::plot::{DrawnParticle, MOST_BODIES};
+use crate::plot::{DrawnParticle, MAX_DRAWN_PARTICLES};
 use kinetoscope_recording::reader::StateTable;
 
 /// The particles of a frame.
@@ -10,13 +10,13 @@ pub struct Snapshot {
     pub time: f64,
     /// Number of particles.
     pub particles: usize,
-    /// Those that are drawn, the first [`MOST_BODIES`].
+    /// The drawn particles: the first [`MAX_DRAWN_PARTICLES`].
     pub bodies: Vec<DrawnParticle>,
 }
 
 impl Snapshot {
-    /// A state of two dimensions; `None` without positions. Radii come from the state where it has them, else from `radius`;
-    /// points have none.
+    /// Reads a two-dimensional state; `None` without positions. Radii come from the state or else from `radius`; points
+    /// have none.
     #[must_use]
     pub fn of(time: f64, state: &StateTable, radius: Option<f64>) -> Option<Self> {
         let index = |name: &str| state.columns().iter().position(|column| column == name);
@@ -31,32 +31,32 @@ impl Snapshot {
                 speed: velocity.map_or(0.0, |(vx, vy)| row[vx].hypot(row[vy])),
             }
         };
-        let bodies = (0..state.rows().min(MOST_BODIES)).map(body).collect();
+        let bodies = (0..state.rows().min(MAX_DRAWN_PARTICLES)).map(body).collect();
         Some(Self { time, particles: state.rows(), bodies })
     }
 }
 
-/// The pictures of a run: at its start, at chosen times, and at its end.
+/// The snapshots of a run: at its start, at chosen times, and at its end.
 #[derive(Clone, Debug, Default)]
 pub struct Snapshots {
-    /// Times that have not come yet, the latest first.
+    /// Times that have not been reached, the latest first.
     waiting: Vec<f64>,
     taken: Vec<Snapshot>,
     last: Option<(f64, StateTable)>,
 }
 
-/// A snapshot with its place in the run: the end of its file's name, and in words.
+/// A snapshot with its name: the end of its file name, and its description.
 pub struct NamedSnapshot {
-    /// Such as "end".
+    /// For example "end".
     pub stem: String,
-    /// Such as "at the end".
+    /// For example "at the end".
     pub words: String,
     /// The particles.
     pub snapshot: Snapshot,
 }
 
 impl Snapshots {
-    /// Besides the start and the end, at these times: of each the first frame that has reached it.
+    /// Takes snapshots at the start, at the end, and at the first frame at or after each of these times.
     #[must_use]
     pub fn at(times: &[f64]) -> Self {
         let mut waiting: Vec<f64> = times.iter().copied().chain([f64::NEG_INFINITY]).collect();
@@ -65,7 +65,7 @@ impl Snapshots {
         Self { waiting, ..Self::default() }
     }
 
-    /// Keeps the next frame's state, and makes a picture of it where its time has come.
+    /// Adds the next frame's state and takes a snapshot if its time has been reached.
     pub fn add_frame(&mut self, time: f64, state: StateTable, radius: Option<f64>) {
         let before = self.waiting.len();
         while self.waiting.last().is_some_and(|wanted| *wanted <= time) {
@@ -77,13 +77,13 @@ impl Snapshots {
         self.last = Some((time, state));
     }
 
-    /// The last frame that had a state.
+    /// The last recorded state.
     #[must_use]
     pub fn last(&self) -> Option<&StateTable> {
         self.last.as_ref().map(|(_, state)| state)
     }
 
-    /// All pictures in order.
+    /// All snapshots in order.
     #[must_use]
     pub fn named(&self, radius: Option<f64>) -> Vec<NamedSnapshot> {
         let Some((end, state)) = &self.last else { return Vec::new() };

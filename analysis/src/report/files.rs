@@ -1,13 +1,14 @@
-//! Every file that an analysis leaves behind.
+//! Writes the files of an analysis.
 
 use crate::report::{AnalysisReport, html, metric_files};
 use crate::write_file::{WriteError, create_folder, replace};
 use std::path::Path;
 
-/// Writes `metrics.json`, `metrics.csv` (with the feature `parquet` also `metrics.parquet`), `report.html` and the plots; returns how many plots there are.
+/// Writes `metrics.json`, `metrics.csv`, `report.html` and the plots (with the feature `parquet` also
+/// `metrics.parquet`); returns the number of plots.
 ///
 /// # Errors
-/// The first file that can't be written.
+/// The first file that cannot be written.
 pub fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, WriteError> {
     create_folder(folder)?;
     let failed = |name: &str, why: String| WriteError::new(&folder.join(name), why);

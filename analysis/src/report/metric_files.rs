@@ -12,11 +12,11 @@ struct Document<'a> {
     metrics: Vec<Entry<'a>>,
 }
 
-/// A metric as it stands in the file.
+/// A metric in the file.
 #[derive(Serialize)]
 struct Entry<'a> {
     name: &'a str,
-    /// Null where it is not finite.
+    /// Null if it is not finite.
     value: f64,
     unit: &'a str,
     standard_error: Option<f64>,
@@ -42,20 +42,20 @@ impl<'a> Entry<'a> {
     }
 }
 
-/// The text of `metrics.json`: the same recordings give the same bytes.
+/// The text of `metrics.json`; equal recordings give equal bytes.
 ///
 /// # Errors
-/// None that is known; the serializer's own.
+/// Errors of the serializer; none is expected.
 pub fn to_json(experiment: &str, model: &str, metrics: &[Metric]) -> serde_json::Result<String> {
     let metrics = metrics.iter().map(Entry::of).collect();
     let document = Document { schema: SCHEMA, experiment, model, metrics };
     serde_json::to_string_pretty(&document).map(|text| text + "\n")
 }
 
-/// The text of `metrics.csv`: one line a metric.
+/// The text of `metrics.csv`: one line per metric.
 ///
 /// # Errors
-/// None that is known; the writer's own.
+/// Errors of the writer; none is expected.
 pub fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record([

@@ -1,4 +1,4 @@
-//! `metrics.parquet`: the columns of `metrics.csv`, numbers as doubles that may be null.
+//! `metrics.parquet`: the columns of `metrics.csv`, with numbers as nullable doubles.
 
 use crate::input::coordinates;
 use crate::metric::{Metric, MetricScope};
@@ -16,10 +16,10 @@ enum Column {
     Numbers(Vec<Option<f64>>),
 }
 
-/// The bytes of `metrics.parquet`: one row a metric.
+/// The bytes of `metrics.parquet`: one row per metric.
 ///
 /// # Errors
-/// None that is known; the writer's own.
+/// Errors of the writer; none is expected.
 pub fn to_parquet(metrics: &[Metric]) -> Result<Vec<u8>, ParquetError> {
     let columns = columns(metrics);
     let mut fields = Vec::new();

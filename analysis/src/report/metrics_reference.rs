@@ -1,4 +1,4 @@
-//! The reference of all metrics as a document.
+//! The reference of all metrics, `docs/metrics.md`.
 
 use crate::metric::Definition;
 use crate::models::registry::MODELS;
@@ -36,7 +36,7 @@ pub fn metrics_reference() -> String {
         MODELS.iter().flat_map(|model| model.sweep_metrics).copied().collect();
     let of_models = MODELS.iter().map(|model| (model.title, model.metrics));
     for (title, definitions) in of_models.chain([("Sweeps", &sweeps[..])]) {
-        // Writing to a String can't fail.
+        // Writing to a String cannot fail.
         let _ = write!(
             text,
             "\n## {title}\n\n| name | unit | definition | theory | rounding |\n|---|---|---|---|---|\n"

@@ -1,4 +1,5 @@
-//! One experiment from its recordings to files and to the terminal.
+//! Analysis of one experiment: runs its recordings' analyses, derives sweep metrics, evaluates checks, and collects
+//! plots.
 
 pub mod files;
 pub mod html;
@@ -30,44 +31,44 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{self, available_parallelism};
 
-/// All that was found in one experiment.
+/// The analysis of one experiment.
 #[derive(Debug)]
 pub struct AnalysisReport {
-    /// Its name.
+    /// The experiment's name.
     pub name: String,
-    /// What it is about, in the user's words; may be empty.
+    /// The user's description; may be empty.
     pub description: String,
     /// The runs, in the order of the experiment.
     pub runs: Vec<RunAnalysis>,
-    /// All numbers: fits, means over replicates, runs.
+    /// All metrics: fits, means over replicates, runs.
     pub metrics: Vec<Metric>,
-    /// What became of the checks.
+    /// The results of the checks.
     pub check_results: Vec<CheckResult>,
-    /// The plots, each with a file name of its own.
+    /// The plots, each with a unique file name.
     pub plots: Vec<(String, Plot)>,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
-    /// What could not be read, and why.
+    /// What could not be read, with reasons.
     pub unreadable: Vec<String>,
-    /// How long the runs took on some machine, where `timing.json` stands beside the recordings.
+    /// The run times, if `timing.json` is next to the recordings.
     pub timing: Option<TimingTable>,
 }
 
-/// Plots of single runs are drawn for this many points of a sweep.
+/// Maximum number of sweep points with plots of single runs.
 const MOST_RUNS_DRAWN: usize = 6;
-/// In a longer sweep the terminal shows fits alone; everything is in the files.
+/// Maximum number of sweep points in the terminal; the files contain all.
 const MOST_POINTS_SHOWN: usize = 6;
 
-/// How recordings are to be analyzed.
+/// Options of an analysis.
 #[derive(Clone, Debug, Default)]
 pub struct AnalysisOptions {
-    /// Checks beside the experiment's own.
+    /// Checks in addition to the experiment's own.
     pub checks: Vec<Check>,
-    /// Times of pictures beside those of start and end, in the model's unit.
+    /// Times of snapshots in addition to start and end, in the model's unit.
     pub snapshots_at: Vec<f64>,
-    /// Where analyses are remembered.
+    /// The cache of analyses.
     pub cache: Option<AnalysisCache>,
-    /// Whether all recordings are read, also those that are remembered.
+    /// Whether all recordings are read, including cached ones.
     pub fresh: bool,
 }
 
@@ -79,7 +80,7 @@ struct AnalysisTask {
 }
 
 impl AnalysisTask {
-    /// From cache where the recording is unchanged, else by reading it.
+    /// Loads the analysis of an unchanged recording from the cache, or reads the recording.
     fn analyze(
         &self,
         options: &AnalysisOptions,
@@ -103,7 +104,7 @@ impl AnalysisTask {
     }
 }
 
-/// Analyses all, as many side by side as there are cores; results in the order of the tasks.
+/// Analyzes all recordings in parallel on all CPUs; results are in the order of the tasks.
 fn analyze_all(
     tasks: &[AnalysisTask],
     options: &AnalysisOptions,
@@ -135,8 +136,8 @@ fn analyze_all(
     found.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Analyses the recordings of one folder and remembers what was found, with plots where the analysis of the whole experiment will
-/// draw them. Returns what could not be read, and why.
+/// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
+/// draws them. Returns what could not be read, with reasons.
 #[must_use]
 pub fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<String> {
     let drawn = source.record.as_ref().map(drawn_files);
@@ -153,7 +154,7 @@ pub fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Ve
     source.unreadable.drain(..).chain(unread).collect()
 }
 
-/// The recordings that the analysis of a whole experiment draws where all runs are there: see [`analyze`].
+/// The recordings that [`analyze`] draws if all runs are complete.
 fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
     let mut drawn: Vec<(&[Coordinate], String)> = Vec::new();
     for run in &record.runs {
@@ -167,7 +168,7 @@ fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
     drawn.into_iter().map(|(_, file)| file).collect()
 }
 
-/// Analyses the recordings of one folder.
+/// Analyzes the recordings of one folder.
 #[must_use]
 pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
     let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
@@ -175,7 +176,7 @@ pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> Analy
         .open()
         .into_iter()
         .map(|(run, coordinates)| {
-            // One run a point is drawn, and no more points than a chart can hold: plots are the largest part of cache.
+            // One run per point is drawn, up to the number of curves in a chart, because plots take most of the memory.
             let with_figures =
                 drawn.len() < sweep::figures::MOST_CURVES && !drawn.contains(&coordinates);
             if with_figures {
@@ -212,7 +213,7 @@ pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> Analy
     metrics.extend(sweep::replicate_means(&points));
     metrics.extend(runs.iter().flat_map(RunAnalysis::metrics));
     let plots = plots(&runs, &points, &mut notes);
-    // A part of an experiment is not held to the checks of the whole.
+    // The checks of an experiment do not apply to a part of it.
     let own = source.record.as_ref().filter(|_| source.whole);
     let own = own.map_or(&[][..], |record| &record.checks);
     let check_results =
@@ -232,7 +233,7 @@ pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> Analy
     }
 }
 
-/// The timing table beside the recordings; where it does not read, a note says so.
+/// The timing table next to the recordings; an unreadable table adds a note.
 fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<TimingTable> {
     let path = source.folder.join(TimingTable::FILE);
     let text = match std::fs::read_to_string(&path) {
@@ -302,7 +303,7 @@ fn plots(
 }
 
 impl AnalysisReport {
-    /// Name of the model; empty where no run could be read.
+    /// Name of the model; empty if no run could be read.
     pub(crate) fn model(&self) -> &str {
         self.runs.first().map_or("", |run| run.model().name())
     }
@@ -314,20 +315,20 @@ impl AnalysisReport {
         ExperimentChecks { name, check_results, unreadable }
     }
 
-    /// Judges the metrics by those of an earlier analysis as well.
+    /// Compares the metrics with those of an earlier analysis.
     pub fn compare(&mut self, baseline: &Baseline) {
         let (check_results, notes) = baseline.compare_all(&self.metrics);
         self.check_results.extend(check_results);
         self.notes.extend(notes);
     }
 
-    /// Whether all checks hold.
+    /// Whether all checks passed.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.check_results.iter().all(|result| result.passed)
     }
 
-    /// What the terminal shows.
+    /// Formats the report for the terminal.
     #[must_use]
     pub fn text(&self, terminal: Terminal) -> String {
         let mut text = String::new();
@@ -362,7 +363,7 @@ impl AnalysisReport {
         text
     }
 
-    /// The verdicts of one judge. Of a long list those that hold are counted only.
+    /// Formats the results of one kind. Of baseline comparisons, only failures are listed.
     fn check_text(&self, kind: CheckKind, title: &str, terminal: Terminal) -> String {
         let results = || self.check_results.iter().filter(|result| result.kind == kind);
         if results().next().is_none() {
@@ -384,7 +385,7 @@ impl AnalysisReport {
         text
     }
 
-    /// The metrics that are shown, under their titles: fits, then the points of a short sweep.
+    /// The metrics to show with their titles: fits, then the points of a short sweep.
     pub(crate) fn sections(&self) -> Vec<(String, Vec<&Metric>)> {
         let mut sections = Vec::new();
         let fits: Vec<&Metric> = self
@@ -442,7 +443,7 @@ fn run_title(run: &RunAnalysis, place: &str) -> String {
     format!("{name}: {} frames to t = {}, {}", run.frames, last_time(run), run.ending.text())
 }
 
-/// Simulated time of the last frame with its unit.
+/// Formats the simulated time of the last frame with its unit.
 fn last_time(run: &RunAnalysis) -> String {
     format!("{} {}", six_digits(run.end_time), run.time_unit).trim_end().to_owned()
 }

@@ -1,32 +1,32 @@
-//! Numbers in the terminal: a table that fits its width.
+//! Tables and numbers for the terminal.
 
 use crate::metric::{Deviation, Metric};
 use crate::plot::{short_number, three_digits};
 
-/// How the terminal takes text.
+/// Width and color support of the terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terminal {
-    /// Characters in a line.
+    /// Characters per line.
     pub width: usize,
     /// Whether colors may be used.
     pub colors: bool,
 }
 
-/// What a text is, for its color.
+/// Style of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     /// A heading.
     Heading,
-    /// Something that holds.
+    /// A success.
     Good,
-    /// Something that does not.
+    /// A failure.
     Bad,
     /// Less important.
     Faint,
 }
 
 impl Terminal {
-    /// The text in its color, where colors may be used.
+    /// The text in its style, if colors may be used.
     #[must_use]
     pub fn paint(&self, style: Style, text: &str) -> String {
         if !self.colors {
@@ -41,13 +41,13 @@ impl Terminal {
         format!("\x1b[{code}m{text}\x1b[0m")
     }
 
-    /// The text in lines of the terminal's width, the following ones indented; long words are not cut.
+    /// Wraps text at the terminal's width with indented continuation lines; long words are not split.
     #[must_use]
     pub fn wrapped(&self, text: &str, indent: usize) -> String {
         let mut lines: Vec<String> = Vec::new();
         for paragraph in text.lines() {
             let mut line = String::new();
-            // Underlined manifests keep their columns.
+            // Lines of an underlined manifest are not wrapped.
             if paragraph.starts_with(' ') || paragraph.contains('|') {
                 lines.push(paragraph.to_owned());
                 continue;
@@ -67,10 +67,11 @@ impl Terminal {
     }
 }
 
-/// Differences below this share are rounding, and no statement about physics.
+/// Relative differences below this are rounding errors.
 const ROUNDING: f64 = 1e-9;
 
-/// A number with its error in the last digits, such as 1.3182(13)·10⁻¹⁸; six digits where the error is not known.
+/// Formats a number with its standard error in the last digits, such as 1.3182(13)·10⁻¹⁸; with six digits if the error
+/// is unknown.
 #[must_use]
 pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
     if !value.is_finite() {
@@ -85,7 +86,7 @@ pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
     let plain = (-2..=4).contains(&exponent);
     let unit = if plain { 1.0 } else { 10.0_f64.powi(exponent) };
     let (value, error) = (value / unit, error / unit);
-    // Two digits of the error, unless it is larger than the digits before the point.
+    // Two digits of the error, except if it exceeds the digits before the decimal point.
     let decimals = (1 - decimal_exponent(error)).max(0);
     let shift = 10.0_f64.powi(decimals);
     let digits = (error * shift).round();
@@ -98,7 +99,7 @@ fn decimal_exponent(value: f64) -> i32 {
     value.log10().floor() as i32
 }
 
-/// A number in six digits.
+/// Formats a number with six digits.
 #[must_use]
 pub fn six_digits(value: f64) -> String {
     if value == 0.0 {
@@ -121,8 +122,8 @@ pub fn six_digits(value: f64) -> String {
     }
 }
 
-/// One line a metric: name, value with error, unit, theory, and how far apart the two are. On a narrow terminal the
-/// numbers stand below the name.
+/// Formats one line per metric: name, value with error, unit, theoretical value and deviation. On a narrow terminal the
+/// numbers are below the name.
 #[must_use]
 pub fn table(metrics: &[&Metric], terminal: Terminal) -> String {
     let rows: Vec<[String; 4]> = metrics.iter().map(|metric| row(metric)).collect();
@@ -167,8 +168,8 @@ fn row(metric: &Metric) -> [String; 4] {
     [metric.name().to_owned(), value, theory, deviation_text(metric)]
 }
 
-/// Deviation from theory, in standard errors where these are known and tell something, else in percent or as a factor;
-/// "rounding" where it is no more.
+/// Formats the deviation from theory: in standard errors if these are known and meaningful, else in percent or as a
+/// factor; "rounding" within rounding errors.
 #[must_use]
 pub fn deviation_text(metric: &Metric) -> String {
     let theory = metric.theory.unwrap_or(0.0);

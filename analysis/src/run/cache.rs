@@ -1,5 +1,4 @@
-//! What was found in a recording, remembered beside the results: a sweep is put together again without reading recordings
-//! that have not changed.
+//! Cache of the analyses of unchanged recordings, in a folder next to the results.
 
 use crate::input::recording::OpenRun;
 use crate::metric::{Definition, Measurement};
@@ -13,21 +12,21 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Folder of the remembered analyses, beside the results. It can be deleted at any time.
+/// Folder of the cached analyses next to the results. It can be deleted at any time.
 pub const FOLDER: &str = ".analyzed";
 
-/// What must be the same for an analysis to be taken from cache.
+/// A cached analysis is valid only if all of this is unchanged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct CacheKey {
-    /// Size and time of change of this program: another one may derive other numbers.
+    /// The program file: another version may derive other values.
     program: FileStamp,
-    /// Of the recording.
+    /// The recording.
     recording: FileStamp,
     content_key: String,
     snapshots_at: Vec<f64>,
 }
 
-/// Size of a file, and when it was last changed.
+/// Size and modification time of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct FileStamp {
     bytes: u64,
@@ -47,10 +46,10 @@ struct CachedAnalysis {
     frames: u64,
     end_time: f64,
     time_unit: String,
-    /// What went wrong with the physics; none of a run that reached its end.
+    /// The simulation fault; `None` for a complete run.
     fault: Option<String>,
     measurements: Vec<CachedMeasurement>,
-    /// None where they were not asked for.
+    /// `None` if no plots were requested.
     figures: Option<Figures>,
 }
 
@@ -60,7 +59,7 @@ struct CachedMeasurement {
     value: f64,
     standard_error: Option<f64>,
     theory: Option<f64>,
-    /// MetricScope of the law among those of the definition.
+    /// Index of the law among those of the definition.
     law: Option<usize>,
 }
 
@@ -72,7 +71,7 @@ pub struct AnalysisCache {
 }
 
 impl AnalysisCache {
-    /// The cache beside the results in `output`; `None` where this program can't tell itself from another one.
+    /// The cache in the folder of the results; `None` if the program file cannot be identified.
     #[must_use]
     pub fn in_folder(output: &Path) -> Option<Self> {
         let program = std::env::current_exe().ok()?;
@@ -94,7 +93,7 @@ impl AnalysisCache {
         })
     }
 
-    /// The analysis of an unchanged recording; `None` where it must be read.
+    /// The cached analysis of an unchanged recording; `None` if it must be read.
     #[must_use]
     pub fn load(
         &self,
@@ -126,7 +125,7 @@ impl AnalysisCache {
         })
     }
 
-    /// Remembers the analysis of a finished run. Where that can't be written, the next analysis reads the recording.
+    /// Stores the analysis of a finished run. If it cannot be written, the next analysis reads the recording.
     pub fn store(
         &self,
         run: &OpenRun,

@@ -1,4 +1,4 @@
-//! One recording from file to numbers.
+//! Analysis of one recording.
 
 pub mod cache;
 
@@ -13,21 +13,21 @@ use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Outcome;
 use std::num::NonZeroUsize;
 
-/// How a run, or its file, ended.
+/// Status of a run or of its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RunStatus {
-    /// It reached its end.
+    /// The run is complete.
     Complete,
-    /// Physics went wrong, in words.
+    /// The run failed with a simulation fault.
     Fault(String),
-    /// It was stopped and can be continued, or it is still under way.
+    /// The run was interrupted or is still in progress.
     Unfinished,
-    /// The file is damaged behind the frames that were read.
+    /// The file is damaged after the frames that were read.
     Damaged(String),
 }
 
 impl RunStatus {
-    /// In a few words.
+    /// The status as text.
     #[must_use]
     pub fn text(&self) -> String {
         match self {
@@ -39,37 +39,37 @@ impl RunStatus {
     }
 }
 
-/// What was found in one recording.
+/// Metrics and plots of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunAnalysis {
-    /// The file's name, without its folder.
+    /// The file name without its folder.
     pub file: String,
-    /// Where the run lies in its sweep.
+    /// The run's coordinates in its sweep.
     pub coordinates: Vec<Coordinate>,
-    /// The run.
+    /// The run's manifest.
     pub manifest: RunManifest,
-    /// Frames that were read.
+    /// Number of frames read.
     pub frames: u64,
     /// Simulated time of the last frame, in the model's unit.
     pub end_time: f64,
     /// "s", "d", or "" for dimensionless time.
     pub time_unit: String,
-    /// How it ended.
+    /// The status of the run.
     pub ending: RunStatus,
-    /// The numbers.
+    /// The metrics.
     pub measurements: Vec<Measurement>,
-    /// The plots, where they were asked for.
+    /// The plots, if requested.
     pub figures: Figures,
 }
 
 impl RunAnalysis {
-    /// A measurement by its name.
+    /// The measurement with this name.
     #[must_use]
     pub fn measurement(&self, name: &str) -> Option<&Measurement> {
         self.measurements.iter().find(|measurement| measurement.name() == name)
     }
 
-    /// The model and its values.
+    /// The model's configuration.
     #[must_use]
     pub fn model(&self) -> &ModelConfig {
         &self.manifest.model
@@ -93,18 +93,18 @@ impl RunAnalysis {
         })
     }
 
-    /// Whether the numbers are those of the whole run, as means and fits need them.
+    /// Whether the run is complete, as means and fits require.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.ending == RunStatus::Complete
     }
 }
 
-/// Reads all frames of a recording, one after the other, with so many threads that unpack chunks. Memory: what `Frames` says,
-/// three frames, and some megabytes for series and pictures, whatever the file's size.
+/// Reads all frames of a recording in order; `threads` is the number of threads that decompress chunks. The memory is
+/// bounded for any file size: that of `Frames`, three frames, and some megabytes for series and snapshots.
 ///
 /// # Errors
-/// A recording of which not even the first frame could be read.
+/// A recording without a readable frame.
 pub fn analyze(
     run: &OpenRun,
     coordinates: Vec<Coordinate>,
@@ -158,7 +158,7 @@ pub fn analyze(
     })
 }
 
-/// A partial file has no footer while its run is under way: that is no damage.
+/// Whether an error is only the missing footer of a recording in progress.
 fn is_under_way(file: &str, error: &ReadError) -> bool {
     is_partial(file) && matches!(error.fault, ReadFault::Torn { .. })
 }

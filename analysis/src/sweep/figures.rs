@@ -1,4 +1,4 @@
-//! Plots of a sweep: a metric against a swept number, a curve for each group of equal other coordinates.
+//! Plots of a sweep: a metric over a swept number, with one curve per group of equal other coordinates.
 
 use crate::input::coordinates::{self, grouped, last_part, without};
 use crate::models::contract::{ModelAnalysis, Ordinate, TradeOff};
@@ -10,10 +10,10 @@ use crate::statistics::{mean, mean_of_independent};
 use crate::sweep::SweepPoint;
 use std::collections::BTreeSet;
 
-/// More curves than there are colors can't be told apart.
+/// Maximum number of curves per chart: the number of distinct colors.
 pub const MOST_CURVES: usize = 7;
 
-/// All plots of the sweep's numeric axes.
+/// All plots over the numeric axes of the sweep.
 #[must_use]
 pub fn plots(points: &[SweepPoint<'_>]) -> Vec<Plot> {
     let mut keys: Vec<&str> = Vec::new();
@@ -141,7 +141,7 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
     }))
 }
 
-/// The line of an error of known order through the group's first point, where the group has no theory of its own.
+/// A line of known order through the group's first point, for groups without a theoretical value.
 fn order_line(
     group: &[&SweepPoint<'_>],
     curves: &[Curve],
@@ -159,7 +159,7 @@ fn order_line(
     Some(Curve { name, style: CurveStyle::Theory, color, points: vec![at(first.x), at(end.x)] })
 }
 
-/// Whether there is nothing to see: no points, or all the same up to rounding.
+/// Whether there are no points, or all values are equal within rounding.
 fn is_flat(curves: &[Curve]) -> bool {
     let values = || curves.iter().flat_map(|curve| &curve.points).map(|point| point.y);
     let least = values().fold(f64::INFINITY, f64::min);
@@ -168,7 +168,7 @@ fn is_flat(curves: &[Curve]) -> bool {
     empty || greatest - least <= 1e-9 * greatest.abs()
 }
 
-/// Data and, where there is one, the theory's line of one group.
+/// The measured values of one group and, if known, the theoretical line.
 fn curves_of(
     group: &[&SweepPoint<'_>],
     key: &str,
@@ -211,7 +211,7 @@ fn curves_of(
     curves
 }
 
-/// `pressure.measured` and the like name their file by the first part, the others by both.
+/// File name of a metric: some metrics use only the first part of their name.
 fn stem_of(metric: &str) -> String {
     match metric {
         "pressure.measured" => "pressure".to_owned(),
@@ -225,7 +225,7 @@ fn capitalised(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// A key's words and the unit at its end.
+/// The quantity and the unit of a manifest key.
 fn words_and_unit(key: &str) -> (String, &'static str) {
     const UNITS: &[(&str, &str)] = &[
         ("_n_s_per_m", "N s/m"),
@@ -245,7 +245,7 @@ fn words_and_unit(key: &str) -> (String, &'static str) {
     (words.replace('_', " "), unit)
 }
 
-/// Charts that runs share, a curve each; only where there are at least two.
+/// Charts with one curve per run, if there are at least two runs.
 #[must_use]
 pub fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
     let mut plots = Vec::new();

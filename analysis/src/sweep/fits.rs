@@ -12,12 +12,12 @@ use crate::sweep::SweepPoint;
 use kinetoscope_manifest::Coordinate;
 use std::collections::BTreeMap;
 
-/// End times that differ by more than this share of them are not equal.
+/// Maximum relative difference of equal end times.
 const END_TIME_TOLERANCE: f64 = 1e-9;
-/// Share of the ordinates below which an intercept is rounding.
+/// Fraction of the ordinates below which an intercept is a rounding error.
 const ROUNDING_SHARE: f64 = 1e-9;
 
-/// All fits that the points allow, a group of equal other coordinates at a time, and why one that was possible was not made.
+/// All possible fits, one per group of equal other coordinates, and the reasons for fits that failed.
 #[must_use]
 pub fn fits(points: &[SweepPoint<'_>]) -> (Vec<Metric>, Vec<String>) {
     let (mut metrics, mut notes) = (Vec::new(), Vec::new());
@@ -31,7 +31,7 @@ pub fn fits(points: &[SweepPoint<'_>]) -> (Vec<Metric>, Vec<String>) {
             if !fit.is_seen(&group) {
                 continue;
             }
-            // An error without an order, of the exact solution or one down at rounding, makes no fit.
+            // An error that is dominated by rounding has no order and is not fitted.
             let has_order =
                 !fit.is_convergence_order || (fit.theory)(group[0].runs[0].model()).is_some();
             if group.len() > 1 && has_order {
@@ -88,7 +88,7 @@ impl Fit {
             FitShape::Line { slope, intercept } => {
                 let zero = theory.map(|_| 0.0);
                 let found = self.metric(intercept, &intercepts, zero, others);
-                // An intercept is a difference of ordinates: it is no better than their rounding.
+                // An intercept is a difference of ordinates, so it cannot be more accurate than their rounding.
                 let rounding = ROUNDING_SHARE * self.largest_ordinate(group);
                 vec![
                     self.metric(slope, &slopes, theory, others),
@@ -101,7 +101,7 @@ impl Fit {
         .collect())
     }
 
-    /// Whether any run has what is fitted.
+    /// Whether any run has the fitted metrics.
     fn is_seen(&self, group: &[&SweepPoint<'_>]) -> bool {
         let has = |name: &str| {
             let mut runs = group.iter().flat_map(|point| &point.runs);

@@ -1,4 +1,4 @@
-//! Numbers of several runs: means over replicates, fits and plots along an axis of a sweep.
+//! Metrics of several runs: means over replicates, fits and plots along an axis of a sweep.
 
 pub mod figures;
 pub mod fits;
@@ -12,13 +12,13 @@ use kinetoscope_manifest::Coordinate;
 /// The runs at one point of a sweep.
 #[derive(Clone, Debug)]
 pub struct SweepPoint<'a> {
-    /// Where it lies.
+    /// The point's coordinates.
     pub coordinates: Vec<Coordinate>,
-    /// Its complete replicates.
+    /// The point's complete replicates.
     pub runs: Vec<&'a RunAnalysis>,
 }
 
-/// The points of a sweep, with complete runs only, in the order of the runs.
+/// The points of a sweep with their complete runs, in the order of the runs.
 #[must_use]
 pub fn points(runs: &[RunAnalysis]) -> Vec<SweepPoint<'_>> {
     let complete = runs.iter().filter(|run| run.is_complete());
@@ -28,7 +28,7 @@ pub fn points(runs: &[RunAnalysis]) -> Vec<SweepPoint<'_>> {
         .collect()
 }
 
-/// Means over the replicates of each point that has several, for the metrics that all of them have.
+/// Means over replicates, for points with several replicates that all have the metric.
 #[must_use]
 pub fn replicate_means(points: &[SweepPoint<'_>]) -> Vec<Metric> {
     let mut means = Vec::new();

@@ -1,5 +1,4 @@
-//! A small picture of a recording, still or moving, for a page or a slide: drawn from the recording's own scenes, with their
-//! colors, without a viewer.
+//! Thumbnails of a recording, static or animated, drawn from the recorded scenes with their colors.
 
 mod glyphs;
 mod png_file;
@@ -15,30 +14,29 @@ use sheet::PageLayout;
 use std::num::NonZeroU32;
 use std::path::Path;
 
-/// Topics in the order in which they are drawn, the lowest first. Arrows and force chains would hide a small picture.
+/// Topics in drawing order, the lowest first. Arrows and force chains would cover a small picture.
 const LAYERS: [&str; 4] = ["/trail", "/walls", "/discs", "/legend"];
 
-/// The shapes of a frame, layer by layer.
+/// The shapes of a frame by layer.
 type Drawing = [Vec<Shape>; LAYERS.len()];
 
-/// The form of a picture.
+/// The format of a thumbnail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ThumbnailFormat {
-    /// The last frame as lines and discs, to any scale.
+    /// The last frame as vector graphics.
     Svg,
-    /// Pixels.
+    /// Pixels, as PNG or APNG.
     Png {
-        /// How many frames, evenly spread over the recording and played as fast as it, as an APNG that browsers play; 1 is
-        /// the last frame.
+        /// Number of frames, evenly spread over the recording and played at its speed as an APNG; 1 is the last frame.
         frames: NonZeroU32,
     },
 }
 
 impl ThumbnailFormat {
-    /// By the end of a file's name, and for so many frames.
+    /// Selects the format by the extension of a file name and the number of frames.
     ///
     /// # Errors
-    /// What can't be, in words.
+    /// An unsupported combination, with the reason.
     pub fn of(path: &Path, frames: NonZeroU32) -> Result<Self, &'static str> {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         match ending.to_ascii_lowercase().as_str() {
@@ -50,12 +48,12 @@ impl ThumbnailFormat {
     }
 }
 
-/// What a picture shall be.
+/// Options of a thumbnail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ThumbnailOptions {
-    /// Its form.
+    /// The format.
     pub format: ThumbnailFormat,
-    /// Width, px.
+    /// The width, px.
     pub width: NonZeroU32,
 }
 
@@ -70,10 +68,10 @@ pub enum ThumbnailError {
     NotDrawn(String),
 }
 
-/// Draws a recording and returns the file's bytes, the same for the same recording and wish.
+/// Draws a recording and returns the bytes of the file; equal recordings and options give equal bytes.
 ///
 /// # Errors
-/// A recording that is not whole, or that has no drawing.
+/// A damaged recording, or one without drawings.
 pub fn thumbnail(
     recording: &Recording,
     options: ThumbnailOptions,
@@ -107,7 +105,7 @@ pub fn thumbnail(
     }
 }
 
-/// Which of so many frames are drawn: evenly spread from the first to the last, or the last alone.
+/// Indices of the drawn frames: evenly spread from the first to the last, or only the last.
 fn chosen(frames: u64, wanted: u64) -> Vec<u64> {
     let Some(last) = frames.checked_sub(1) else { return Vec::new() };
     let wanted = wanted.min(frames);
@@ -117,7 +115,7 @@ fn chosen(frames: u64, wanted: u64) -> Vec<u64> {
     (0..wanted).map(|picture| picture * last / (wanted - 1)).collect()
 }
 
-/// What is drawn in each chosen frame. What is drawn once belongs to all that follow.
+/// The drawings of the chosen frames. A layer that is recorded once applies to all following frames.
 fn drawings(recording: &Recording, chosen: &[u64]) -> Result<Vec<Drawing>, ThumbnailError> {
     let mut layers = Drawing::default();
     let mut drawings = Vec::with_capacity(chosen.len());

@@ -2,8 +2,8 @@
 
 use crate::statistics::least_squares_line;
 
-/// The upper surface of discs (x, y, radius): the highest point over each column of two mean diameters from the left-hand
-/// wall on, `None` over empty ones.
+/// Upper surface of discs (x, y, radius, mass): the highest point above each column of two mean diameters, from the
+/// left wall; `None` for empty columns.
 fn surface(discs: &[[f64; 4]], width: f64) -> (f64, Vec<Option<f64>>) {
     let mean = discs.iter().map(|disc| disc[2]).sum::<f64>() / discs.len() as f64;
     let columns = (width / (4.0 * mean)).floor().max(1.0);
@@ -17,7 +17,7 @@ fn surface(discs: &[[f64; 4]], width: f64) -> (f64, Vec<Option<f64>>) {
     (pitch, tops)
 }
 
-/// How far from the left-hand wall discs stand without a gap as wide as a column of two diameters, m.
+/// Length of the deposit from the left wall to the first gap as wide as a column, m.
 pub(super) fn reach_m(discs: &[[f64; 4]], width: f64) -> Option<f64> {
     let (pitch, tops) = surface(discs, width);
     let columns = tops.iter().position(Option::is_none).unwrap_or(tops.len());
@@ -26,11 +26,11 @@ pub(super) fn reach_m(discs: &[[f64; 4]], width: f64) -> Option<f64> {
     (columns > 0).then(|| ends.fold(0.0, f64::max))
 }
 
-/// Shares of a heap's height between which its slope is taken: its foot and its tip are round.
+/// Fractions of a heap's height between which its surface angle is measured: its foot and its tip are round.
 const FLANK: [f64; 2] = [0.15, 0.85];
 
-/// The mean slope of a heap's two flanks, degrees: least squares of the surface's height over the distance from the heap's
-/// middle, which is its discs' mean place.
+/// Mean angle of a heap's two flanks, degrees: least squares of the surface height over the distance from the center of
+/// area of the discs.
 pub(super) fn slope_deg(discs: &[[f64; 4]], width: f64) -> Option<f64> {
     let (pitch, tops) = surface(discs, width);
     let areas = discs.iter().map(|disc| disc[2] * disc[2]).sum::<f64>();
@@ -53,7 +53,7 @@ pub(super) fn slope_deg(discs: &[[f64; 4]], width: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A triangle of discs with a slope of 1 : 2, row by row on a lattice of 1 mm: its slope is 26.57 degrees.
+    /// Setup: a triangle of discs with a slope of 1 : 2 on a lattice of 1 mm; its angle is 26.57 degrees.
     #[test]
     fn the_slope_of_a_triangle_is_its_own() {
         let mut discs = Vec::new();
@@ -66,7 +66,7 @@ mod tests {
         }
         let slope = slope_deg(&discs, 0.2).unwrap();
         assert!((slope - 26.57).abs() < 1.5, "{slope}");
-        // One disc far off does not belong to it.
+        // A distant disc is not part of the bed.
         let level: Vec<[f64; 4]> =
             (0..20).map(|column| [1e-3 * (f64::from(column) + 0.5), 5e-4, 5e-4, 1.0]).collect();
         let stray = [0.15, 5e-4, 5e-4, 1.0];

@@ -3,7 +3,7 @@
 use crate::models::series::Series;
 use kinetoscope_manifest::model::{DemConfig, PeriodicSides};
 
-/// Granular temperature over time, of discs that nothing heats.
+/// Granular temperature over time of discs without a heat source.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cooling {
     temperature: Series<(f64, f64)>,
@@ -32,7 +32,7 @@ impl Cooling {
     }
 }
 
-/// Whether discs cool by themselves: no walls, no gravity.
+/// Whether discs cool freely: no walls and no gravity.
 pub(crate) fn is_free_gas(config: &DemConfig) -> bool {
     let falls = config.gravity_m_per_s2.iter().any(|component| component.get() != 0.0);
     config.periodic == PeriodicSides::Both && !falls && config.walls.is_empty()

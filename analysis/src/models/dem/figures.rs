@@ -1,4 +1,4 @@
-//! Plots of a DEM run: the energy ledger over time and the discs at the end.
+//! Plots of a DEM run: energy balance, packing fraction and stress by height, snapshots.
 
 use super::observe::{DemRun, EnergyBalance};
 use super::stress::StressLayer;
@@ -94,10 +94,10 @@ fn comparisons(run: &DemRun, start: f64) -> Vec<SharedCurve> {
     ]
 }
 
-/// Slabs of the packing fraction's profile, a mean diameter each, and no more than this many.
+/// Maximum number of slabs in the profile of the packing fraction; a slab is one mean diameter thick.
 const MOST_SLABS: usize = 200;
 
-/// Share of each slab of the box that discs cover, from the floor up to the highest disc.
+/// Packing fraction of each slab of the box, from the floor to the highest disc.
 fn packing_by_height(run: &DemRun) -> Option<Plot> {
     let discs = run.discs_at_end().filter(|discs| discs.len() > 1)?;
     let count = discs.len() as f64;
@@ -130,7 +130,7 @@ fn packing_by_height(run: &DemRun) -> Option<Plot> {
     Some(chart("packing_by_height", title, x, y, vec![measured, closest]))
 }
 
-/// Vertical and horizontal stress by height, with the weight that lies above.
+/// Vertical and horizontal stress by height, compared with the weight above.
 fn stress_by_height(run: &DemRun) -> Option<Plot> {
     let layers = run.stress.as_ref()?.layers();
     let floor = layers.first()?;
@@ -148,7 +148,7 @@ fn stress_by_height(run: &DemRun) -> Option<Plot> {
         points: points(of),
     };
     let above = layers.iter().map(|layer| (layer.height_m, layer.weight_above));
-    // A straight line of the same weight: w (1 - y/h) over h is w h/2.
+    // A straight line with the same total weight: the integral of w (1 - y/h) is w h/2.
     let thickness = 2.0 * floor.height_m;
     let area = layers.iter().map(|layer| layer.weight_above * thickness).sum::<f64>();
     let weight = run.weight_over_width()?;
@@ -164,7 +164,7 @@ fn stress_by_height(run: &DemRun) -> Option<Plot> {
     Some(chart("stress_by_height", title, x, y, curves))
 }
 
-/// Area of a disc below a line that passes its center at this height.
+/// Area of the part of a disc below a horizontal line at this height above its center.
 fn area_below(line: f64, radius: f64) -> f64 {
     let share = (line / radius).clamp(-1.0, 1.0);
     radius * radius * (PI / 2.0 + share.asin() + share * (1.0 - share * share).sqrt())
@@ -189,7 +189,7 @@ fn states(run: &DemRun) -> Vec<Plot> {
     plots
 }
 
-/// A wall of the manifest at a time: displaced by u t + A sin(2 pi f t), where t runs while it moves.
+/// Position of a wall at a time: displaced by u t + A sin(2 pi f t), where t advances only while the wall moves.
 pub(crate) fn wall_at(wall: &DemWall, time: f64) -> InnerWall {
     let clock = match wall.moves_s {
         Some([begin, end]) => time.clamp(begin.get(), end.get()) - begin.get(),
@@ -220,12 +220,12 @@ mod tests {
         assert!((area_below(2.0, 2.0) - 4.0 * PI).abs() < 1e-14);
         assert!(area_below(-3.0, 2.0).abs() < 1e-14);
         assert!((area_below(0.0, 2.0) - 2.0 * PI).abs() < 1e-14);
-        // A segment of the height r/2: r^2 (pi/3 - sqrt(3)/4).
+        // A circular segment of height r/2: r^2 (pi/3 - sqrt(3)/4).
         let segment = PI / 3.0 - 3.0_f64.sqrt() / 4.0;
         assert!((area_below(-0.5, 1.0) - segment).abs() < 1e-14);
     }
 
-    /// A wall at u = (1, 0) m/s that moves from 0.1 s to 0.3 s only.
+    /// Setup: a wall with u = (1, 0) m/s that moves only between 0.1 s and 0.3 s.
     #[test]
     fn a_wall_is_drawn_where_it_is() {
         let zero = NonNegative::literal(0.0);

@@ -1,4 +1,4 @@
-//! Laws of spring–dashpot contacts.
+//! Laws of spring–dashpot contacts, beds and granular gases.
 
 use crate::metric::Law;
 use kinetoscope_manifest::model::{
@@ -7,70 +7,70 @@ use kinetoscope_manifest::model::{
 use kinetoscope_manifest::quantity::{Finite, NonNegative};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// The ledger of energies closes.
+/// Conservation of energy, including dissipated energy and wall work.
 pub const ENERGY_LEDGER: Law = Law {
     statement: "kinetic + gravitational + elastic + dissipated - wall work is constant",
     source: "conservation of energy; what is left is the integrator's",
 };
 
-/// The rebound follows from the damping ratio zeta = eta / (2 sqrt(k m_eff)).
+/// Restitution as a function of the damping ratio zeta = eta / (2 sqrt(k m_eff)).
 pub const RESTITUTION: Law = Law {
     statement: "e wanted; from a damping, e = exp(-pi zeta / sqrt(1 - zeta^2)) with the attractive tail",
     source: "Schwager and Poeschel 2007",
 };
 
-/// How long a contact lasts.
+/// Contact duration.
 pub const CONTACT_DURATION: Law = Law {
     statement: "pi / w, w^2 = k/m_eff - (eta/(2 m_eff))^2; with a clamped force to its end, and then eta/k until the surfaces part",
     source: "damped harmonic oscillator; Schwager and Poeschel 2007",
 };
 
-/// What lies on the floor weighs.
+/// Static load on the floor.
 pub const WEIGHT: Law = Law {
     statement: "sum of m g, for discs at rest",
     source: "equilibrium of forces without friction at the side walls",
 };
 
-/// What presses on a height in a bed.
+/// Vertical stress in a bed at rest.
 pub const WEIGHT_ABOVE: Law = Law {
     statement: "sum of m g over the box's width, of the discs whose centers are above, mean over the layer's heights",
     source: "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum rho g (h - y)",
 };
 
-/// How a gas of dissipative discs cools.
+/// Cooling of a granular gas (Haff's law).
 pub const HAFF: Law = Law {
     statement: "1/tau = (1 - e^2) w0/4 of T = T0/(1 + t/tau)^2, w0 = 2 sqrt(pi) n s g sqrt(T0), g = (1 - 7f/16)/(1 - f)^2",
     source: "Haff 1983; Enskog's collision rate in two dimensions, Henderson 1975",
 };
 
-/// How a push passes through a row of equal discs that collide one after the other.
+/// Velocity transmission through a row of equal discs that collide one after the other.
 pub const ROW_OF_DISCS: Law = Law {
     statement: "((1 + e)/2)^(N - 1) where each gap is longer than the way in a contact, v pi/w",
     source: "conservation of momentum, collision by collision; Herrmann and Seitz 1982",
 };
 
-/// How the rate of discharge grows with the opening.
+/// Discharge rate as a function of the orifice width (Beverloo's law).
 pub const BEVERLOO: Law = Law {
     statement: "3/2 of the opening less 1.4 diameters, in two dimensions",
     source: "Beverloo, Leniger and van de Velde 1961",
 };
 
-/// How far a column runs out.
+/// Runout of a collapsing column.
 pub const RUN_OUT: Law = Law {
     statement: "between 2/3 and 1 of the aspect ratio: linear for low columns, about 0.7 for tall ones",
     source: "Staron and Hinch 2005; Lube et al. 2005",
 };
 
-/// What a silo's floor carries.
+/// Load on the floor of a silo (Janssen's law).
 pub const JANSSEN: Law = Law {
     statement: "F = Ws (1 - exp(-W/Ws)): the walls carry the rest of the weight W",
     source: "Janssen 1895",
 };
 
-/// Diameters that an opening is narrower for a flow than it is wide.
+/// Reduction of the effective orifice width, in mean diameters.
 pub const EMPTY_ANNULUS: f64 = 1.4;
 
-/// Whether no disc rubs against the walls.
+/// Whether all walls are frictionless.
 #[must_use]
 pub fn walls_are_smooth(config: &DemConfig) -> bool {
     let smooth = |name: &str, own: Option<NonNegative>| {
@@ -89,7 +89,7 @@ pub fn walls_are_smooth(config: &DemConfig) -> bool {
     materials.all(|material| smooth(&material.name, material.constants.friction))
 }
 
-/// Haff's 1/tau, 1/s, of equal discs without friction at a granular temperature T0 = <v^2>/2.
+/// Haff's 1/tau, 1/s, of equal frictionless discs at a granular temperature T0 = <v^2>/2.
 #[must_use]
 pub fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<f64> {
     let DiscRadius::Equal(radius) = config.radius_m else { return None };
@@ -104,7 +104,7 @@ pub fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<f64> {
     plain.then(|| (1.0 - e * e) * collisions / 4.0)
 }
 
-/// The share of the first disc's velocity that the last one of a row takes, where every gap is longer than v pi/w.
+/// Velocity of a row's last disc, divided by that of its first disc, if every gap is longer than v pi/w.
 #[must_use]
 pub fn transmitted_velocity(config: &DemConfig) -> Option<f64> {
     let Placement::Given(state) = &config.placement else { return None };
@@ -120,8 +120,8 @@ pub fn transmitted_velocity(config: &DemConfig) -> Option<f64> {
     is_apart.then(|| ((1.0 + e) / 2.0).powi(collisions))
 }
 
-/// The damping ratio eta / (2 sqrt(k m_eff)) that rebounds with a restitution, in 0 to 1; found by bisection, since the
-/// rebound falls with it.
+/// Damping ratio eta / (2 sqrt(k m_eff)) of a restitution, in [0, 1]; found by bisection, because the restitution
+/// decreases with the damping ratio.
 fn damping_ratio(wanted: f64, tail: ForceTail) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..100 {
@@ -131,7 +131,7 @@ fn damping_ratio(wanted: f64, tail: ForceTail) -> f64 {
     (low + high) / 2.0
 }
 
-/// Time that a disc overlaps a wall in a rebound without gravity, s; `None` where it does not rebound as an oscillator does.
+/// Duration of a wall contact without gravity, s; `None` near and above critical damping.
 #[must_use]
 pub fn wall_contact_duration_s(config: &DemConfig) -> Option<f64> {
     let (stiffness, mass) = (config.stiffness_n_per_m.get(), config.mass_kg.get());
@@ -147,19 +147,19 @@ pub fn wall_contact_duration_s(config: &DemConfig) -> Option<f64> {
     let w = frequency * root;
     Some(match config.force_tail {
         ForceTail::Attractive => PI / w,
-        // The force ends where k delta = eta v; the surfaces part delta / v = eta / k later.
+        // The force ends when k delta = eta v; the surfaces separate delta / v = eta / k later.
         ForceTail::Clamped => clamped_phase(zeta) / w + 2.0 * zeta / frequency,
     })
 }
 
-/// w times the time until a clamped force ends, below critical damping (Schwager and Poeschel 2007, equations 17 to 19).
+/// w times the time until a clamped force ends, below critical damping (Schwager and Pöschel 2007, equations 17 to 19).
 fn clamped_phase(zeta: f64) -> f64 {
     let root = (1.0 - zeta * zeta).sqrt();
     let angle = (2.0 * zeta * root / (1.0 - 2.0 * zeta * zeta)).atan();
     if zeta < FRAC_1_SQRT_2 { PI - angle } else { -angle }
 }
 
-/// The restitution of a disc that meets a wall: as wanted, or as the damping gives it with m_eff = m.
+/// Restitution of a disc at a wall: the given one, or that of the damping with m_eff = m.
 #[must_use]
 pub fn wall_restitution(config: &DemConfig) -> f64 {
     match config.dissipation {
@@ -171,8 +171,8 @@ pub fn wall_restitution(config: &DemConfig) -> f64 {
     }
 }
 
-/// Coefficient of restitution of a linear spring and dashpot by its damping ratio (Schwager and Poeschel 2007,
-/// equations 17 to 21 for the clamped force).
+/// Coefficient of restitution of a linear spring and dashpot as a function of the damping ratio (Schwager and Pöschel
+/// 2007, equations 17 to 21 for the clamped force).
 #[must_use]
 pub fn restitution(damping_ratio: f64, tail: ForceTail) -> f64 {
     let zeta = damping_ratio;
@@ -193,7 +193,7 @@ pub fn restitution(damping_ratio: f64, tail: ForceTail) -> f64 {
 mod tests {
     use super::*;
 
-    /// The DEM document's companion table: damping ratios for e = 0.9, 0.8, 0.5, 0.2 in both conventions.
+    /// Source: table of the DEM exercise, damping ratios for e = 0.9, 0.8, 0.5, 0.2 in both conventions.
     #[test]
     fn restitution_follows_from_the_damping_ratio() {
         let table = [
@@ -206,7 +206,7 @@ mod tests {
             assert!((restitution(attractive, ForceTail::Attractive) - wanted).abs() < 1e-7);
             assert!((restitution(clamped, ForceTail::Clamped) - wanted).abs() < 1e-7);
         }
-        // Far above critical damping the clamped rebound goes as 1 / (4 zeta^2).
+        // Far above critical damping, the clamped restitution approaches 1 / (4 zeta^2).
         assert!((restitution(1e3, ForceTail::Clamped) * 4e6 - 1.0).abs() < 1e-4);
         let critical = (-2.0_f64).exp();
         for zeta in [1.0 - 1e-6, 1.0, 1.0 + 1e-6] {

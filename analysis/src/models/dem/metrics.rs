@@ -1,4 +1,4 @@
-//! What is measured of a DEM run.
+//! Metrics of a DEM run.
 
 use super::laws as law;
 use crate::metric::definition::definitions;

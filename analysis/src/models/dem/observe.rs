@@ -1,4 +1,4 @@
-//! What is seen of a DEM run: the energy ledger, contacts, and the rebound of a single disc.
+//! Observer of DEM runs: energy balance, contacts, beds, stress, and the rebounds of a single disc.
 
 use super::bed_shape;
 use super::cooling::{self, Cooling};
@@ -21,7 +21,7 @@ use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 use std::f64::consts::PI;
 
-/// The ledger at one instant, J.
+/// Energies at one instant, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnergyBalance {
     /// Simulated time, s.
@@ -32,15 +32,15 @@ pub struct EnergyBalance {
     pub gravitational_j: f64,
     /// Energy of the contacts' springs.
     pub elastic_j: f64,
-    /// Taken by the dashpots since the start.
+    /// Energy dissipated since the start.
     pub dissipated_j: f64,
-    /// Part of what is dissipated: taken by friction.
+    /// Part of the dissipated energy: work of friction.
     pub friction_j: f64,
-    /// Done by the walls since the start.
+    /// Work of the walls since the start.
     pub wall_work_j: f64,
-    /// Taken along by discs that were removed.
+    /// Energy of the removed discs.
     pub removed_j: f64,
-    /// Brought along by discs that fell in.
+    /// Energy of the inserted discs.
     pub entered_j: f64,
 }
 
@@ -51,14 +51,14 @@ impl EnergyBalance {
         self.kinetic_j + self.gravitational_j + self.elastic_j
     }
 
-    /// What must stay constant: mechanical energy + dissipated + removed - entered - wall work.
+    /// Conserved sum: mechanical energy + dissipated + removed - entered - wall work.
     #[must_use]
     pub fn balance_j(&self) -> f64 {
         self.total_j() + self.dissipated_j + self.removed_j - self.entered_j - self.wall_work_j
     }
 }
 
-/// A DEM run while its frames go by.
+/// Observer of one DEM run.
 #[derive(Clone, Debug)]
 pub struct DemRun {
     pub(crate) config: DemConfig,
@@ -69,10 +69,10 @@ pub struct DemRun {
     rebounds: Option<Rebounds>,
     outflow: Outflow,
     cooling: Cooling,
-    /// Mean upward force of a piston since the frame before, N, by time.
+    /// Mean upward force on a piston since the previous frame, N, over time.
     piston: Series<(f64, f64)>,
     reach_at_start_m: Option<f64>,
-    /// None where the box does not hold the bed, or forces of contacts were not recorded.
+    /// `None` if the box does not support the bed.
     pub(crate) stress: Option<StressProfile>,
     contacts: Option<DemContacts>,
     discs_removed: Option<u64>,
@@ -81,11 +81,11 @@ pub struct DemRun {
     max_kinetic_disagreement_j: Option<f64>,
 }
 
-/// Discs have settled when their kinetic energy stays below this share of the mechanical energy at the start.
+/// Discs have settled when their kinetic energy stays below this fraction of the mechanical energy at the start.
 const SETTLED_SHARE: f64 = 1e-3;
 
 impl DemRun {
-    /// Nothing seen yet.
+    /// Creates an observer without frames.
     #[must_use]
     pub fn new(config: DemConfig, snapshots: Snapshots) -> Self {
         let [across, along] = config.gravity_m_per_s2.map(|component| component.get());
@@ -130,7 +130,7 @@ impl DemRun {
         }
     }
 
-    /// Mass of a disc, kg: the areal density is that of a disc of the mean radius with the manifest's mass.
+    /// Mass of a disc, kg: the areal density is that of a disc with the mean radius and the manifest's mass.
     fn mass_kg(&self, radius: f64) -> f64 {
         let mean = self.config.radius_m.mean();
         let ratio = radius / mean;
@@ -148,7 +148,7 @@ impl DemRun {
             (energy_balance, index("vx"), index("vy"))
         {
             let spin = index("spin");
-            // A disc turns with m r^2 / 2.
+            // The moment of inertia of a disc is m r^2 / 2.
             let mass = index("mass");
             let doubled: f64 = (0..state.rows())
                 .map(|disc| {
@@ -211,7 +211,7 @@ impl DemRun {
         }
     }
 
-    /// Of the last frame's state: how the discs lie, and how they press on floor and walls.
+    /// Bed of the last frame: its height and packing fraction, and the forces on floor and side walls.
     fn bed_measurements(&self, found: &mut Vec<Measurement>) {
         let Some(discs) = self.discs_at_end() else { return };
         let (width, height) = (self.config.width_m.get(), self.config.height_m.get());
@@ -232,7 +232,7 @@ impl DemRun {
         if discs.len() < 2 || !has_floor || down <= 0.0 {
             return;
         }
-        // Walls within the box may carry them in place of its floor.
+        // Walls inside the box may support the discs instead of its floor.
         let weight = self.resting_weight_n().filter(|_| self.config.walls.is_empty());
         let carried = discs.iter().map(|disc| disc[3] * down).sum::<f64>();
         found.extend([
@@ -265,7 +265,7 @@ impl DemRun {
         }
     }
 
-    /// Weight of the discs of the last frame over the box's width, N/m.
+    /// Weight of the discs in the last frame, divided by the box width, N/m.
     pub(crate) fn weight_over_width(&self) -> Option<f64> {
         let down = -self.config.gravity_m_per_s2[1].get();
         let weight = self.discs_at_end()?.iter().map(|disc| disc[3] * down).sum::<f64>();
@@ -293,7 +293,7 @@ impl DemRun {
         found.push(Measurement::new(metric::STRESS_DISTANCE, distances.fold(0.0, max_or_nan)));
     }
 
-    /// What the discs of the last frame weigh, N, where they rest and nothing but what they lie on can carry them.
+    /// Weight of the discs in the last frame, N, if they are at rest and supported only from below.
     fn resting_weight_n(&self) -> Option<f64> {
         let [across, along] = self.config.gravity_m_per_s2.map(|component| component.get());
         let rests = across == 0.0 && self.has_settled() && law::walls_are_smooth(&self.config);
@@ -301,7 +301,7 @@ impl DemRun {
         Some(discs.iter().map(|disc| disc[3] * -along).sum())
     }
 
-    /// What scenes with a law of their own are looked at for.
+    /// Metrics of special setups: outlets, free cooling, rows of discs, pistons, heaps, columns.
     fn scene_measurements(&self, found: &mut Vec<Measurement>) {
         if let Some(width) = special_walls::opening_width_m(&self.config) {
             found.push(Measurement::new(metric::OPENING_WIDTH, width));
@@ -347,7 +347,7 @@ impl DemRun {
         }
     }
 
-    /// Whether the discs move so little that what they weigh is carried: the kinetic energy is far below the elastic.
+    /// Whether the discs are at rest: the kinetic energy is far below the elastic energy.
     fn has_settled(&self) -> bool {
         self.energy_balance
             .last()
@@ -456,7 +456,7 @@ impl Observer for DemRun {
     }
 }
 
-/// All of them, where none is missing.
+/// All indices; `None` if one is missing.
 fn all<const N: usize>(found: [Option<usize>; N]) -> Option<[usize; N]> {
     let found: Vec<usize> = found.into_iter().collect::<Option<_>>()?;
     found.try_into().ok()

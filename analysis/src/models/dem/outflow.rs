@@ -1,16 +1,16 @@
-//! Discharge through an outlet: discs that have left over time.
+//! Discharge through an outlet: number of removed discs over time.
 
 use crate::models::series::Series;
 use crate::statistics::least_squares_line;
 
-/// Discs that have left, over time.
+/// Number of removed discs over time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Outflow {
     removed: Series<(f64, u64)>,
 }
 
-/// The part of the discharge whose rate is taken, as shares of the discs that have left at the end: the first ones fall before
-/// the flow is steady, the last ones have no bed above them.
+/// Fractions of all removed discs between which the rate is measured: the first discs fall before the flow is steady,
+/// and the last ones have no bed above them.
 const STEADY_SHARE: [f64; 2] = [0.1, 0.6];
 
 impl Outflow {
@@ -18,7 +18,7 @@ impl Outflow {
         self.removed.add((time, removed));
     }
 
-    /// Discs a second, by the line through the counts of the steady part.
+    /// Discs per second, by a line through the counts of the steady part.
     pub(super) fn rate_per_s(&self) -> Option<f64> {
         let most = self.removed.last()?.1 as f64;
         let [low, high] = STEADY_SHARE.map(|share| share * most);
@@ -33,7 +33,7 @@ impl Outflow {
 mod tests {
     use super::*;
 
-    /// Counts of a steady stream between a slow beginning and a slow end.
+    /// Setup: counts of a steady stream between a slow beginning and a slow end.
     #[test]
     fn the_rate_is_that_of_the_steady_part() {
         let mut outflow = Outflow::default();

@@ -1,25 +1,25 @@
-//! The coefficient of restitution of one disc that falls on the floor.
+//! Coefficient of restitution of one disc that falls on the floor.
 
 use crate::statistics::mean;
 
-/// Follows a falling disc from frame to frame and gathers e = sqrt(E after / E before) of its rebounds, E the energy above
-/// first touch.
+/// Follows a falling disc from frame to frame and collects e = sqrt(E after / E before) of its rebounds, where E is the
+/// energy relative to first contact.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Rebounds {
     gravity: f64,
     least_energy: f64,
-    /// Time, energy and velocity when it was last seen to fall.
+    /// Time, energy and velocity of the last frame in which the disc fell.
     falling: Option<(f64, f64, f64)>,
     restitutions: Vec<f64>,
     contact_durations_s: Vec<f64>,
 }
 
-/// A rebound counts while its drop height is this many times the static sag m g / k: gravity during the contact then
-/// changes e by less than a thousandth.
+/// A rebound is used if its drop height is at least this multiple of the static sag m g / k: gravity during the contact
+/// then changes e by less than 0.001.
 const LEAST_HEIGHT_OVER_SAG: f64 = 1e4;
 
 impl Rebounds {
-    /// A disc under a gravity (m/s^2, downwards) on a floor where it sinks in by `sag` (m) when at rest.
+    /// Creates a tracker for gravity (m/s^2, downward) and the static sag (m) of the disc on the floor.
     #[must_use]
     pub(super) fn new(gravity: f64, sag: f64) -> Self {
         Self {
@@ -31,7 +31,7 @@ impl Rebounds {
         }
     }
 
-    /// The next frame: time (s), height of the lowest point over the floor (m), vertical velocity (m/s).
+    /// Adds a frame: time (s), height of the lowest point above the floor (m), vertical velocity (m/s).
     pub(super) fn add_frame(&mut self, time: f64, gap: f64, velocity: f64) {
         if gap < 0.0 {
             return;
@@ -40,11 +40,12 @@ impl Rebounds {
         if velocity <= 0.0 {
             self.falling = Some((time, energy, velocity));
         } else if let Some((fell, before, fell_at)) = self.falling.take() {
-            // A whole flight between these two frames would have lasted longer than the one that begins now.
+            // A complete flight between these two frames would have lasted longer than the flight that begins now.
             let flight = 2.0 * (2.0 * energy).sqrt() / self.gravity;
             if time - fell < flight && before > self.least_energy {
                 self.restitutions.push((energy / before).sqrt());
-                // The parabolas before and after meet the floor with sqrt(2 E): when, from a velocity on them.
+                // The parabolas before and after meet the floor at the speed sqrt(2 E), which gives the two times of
+                // contact.
                 let touch = fell + ((2.0 * before).sqrt() + fell_at) / self.gravity;
                 let parting = time - ((2.0 * energy).sqrt() - velocity) / self.gravity;
                 self.contact_durations_s.push(parting - touch);
@@ -52,19 +53,20 @@ impl Rebounds {
         }
     }
 
-    /// Mean over the rebounds seen. It has no standard error: the integrator's error is the same for each, and no chance.
+    /// Mean over the observed rebounds. There is no standard error, because the integrator's error is the same for each
+    /// rebound.
     #[must_use]
     pub(super) fn restitution(&self) -> Option<f64> {
         mean(&self.restitutions)
     }
 
-    /// Mean time from touch to parting, s.
+    /// Mean contact duration, s.
     #[must_use]
     pub(super) fn contact_duration_s(&self) -> Option<f64> {
         mean(&self.contact_durations_s)
     }
 
-    /// Rebounds seen.
+    /// Number of observed rebounds.
     #[must_use]
     pub(super) fn count(&self) -> usize {
         self.restitutions.len()
@@ -75,7 +77,7 @@ impl Rebounds {
 mod tests {
     use super::*;
 
-    /// A point that rebounds with e = 0.5 from a drop of 0.1 m: closed-form parabolas, seen every 2 ms.
+    /// Setup: a point that rebounds with e = 0.5 from a height of 0.1 m, closed-form parabolas, one frame every 2 ms.
     #[test]
     fn restitution_of_a_drop_is_found_from_its_flights() {
         let gravity = 9.81;
@@ -108,7 +110,7 @@ mod tests {
         height + speed * speed / (2.0 * gravity)
     }
 
-    /// Frames ten flights apart can't tell one rebound from many: nothing is claimed.
+    /// Frames ten flights apart cannot distinguish one rebound from several.
     #[test]
     fn rebounds_between_frames_are_not_guessed() {
         let mut rebounds = Rebounds::new(10.0, 1e-9);

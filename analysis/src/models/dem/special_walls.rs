@@ -1,11 +1,11 @@
-//! Walls and starts with a role of their own, found in the manifest: outlets, pistons, gates, rows of discs.
+//! Walls and starts with a special role, found in the manifest: outlets, pistons, gates, rows of discs.
 
 use crate::models::series::Series;
 use crate::statistics::mean;
 use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape, PeriodicSides, Placement};
 use kinetoscope_recording::reader::StateTable;
 
-/// Width of the one opening between two level walls at one height, m.
+/// Width of the only opening between two horizontal walls at the same height, m.
 pub(crate) fn opening_width_m(config: &DemConfig) -> Option<f64> {
     let resting = config.walls.iter().filter(|wall| wall.is_at_rest());
     let mut level: Vec<(f64, [f64; 2])> = resting
@@ -26,7 +26,7 @@ pub(crate) fn opening_width_m(config: &DemConfig) -> Option<f64> {
     }
 }
 
-/// The number of the first level wall that moves, among the box's walls and the manifest's.
+/// Index of the first moving horizontal wall among the walls of the box and of the manifest.
 pub(super) fn piston(config: &DemConfig) -> Option<usize> {
     let of_box = match config.periodic {
         PeriodicSides::None => 4,
@@ -46,7 +46,7 @@ pub(super) fn piston(config: &DemConfig) -> Option<usize> {
     config.walls.iter().position(moves_level).map(|number| of_box + number)
 }
 
-/// Whether an upright wall moves away to its side for a time.
+/// Whether a vertical wall moves sideways for a limited time.
 pub(super) fn has_gate(config: &DemConfig) -> bool {
     config.walls.iter().any(|wall| match wall.shape {
         DemWallShape::Segment { from_m, to_m } => {
@@ -56,7 +56,7 @@ pub(super) fn has_gate(config: &DemConfig) -> bool {
     })
 }
 
-/// The number of discs of a row whose first disc alone moves at the start, along x; `None` of any other start.
+/// Number of discs in a row of which only the first moves at the start, along x; `None` for any other start.
 pub(crate) fn row_of(config: &DemConfig) -> Option<usize> {
     let Placement::Given(state) = &config.placement else { return None };
     let falls = config.gravity_m_per_s2.iter().any(|component| component.get() != 0.0);
@@ -67,7 +67,7 @@ pub(crate) fn row_of(config: &DemConfig) -> Option<usize> {
     (!falls && rest && level && moves && !others.is_empty()).then_some(state.positions.len())
 }
 
-/// Velocity of a row's last disc over that of its first at the start.
+/// Velocity of a row's last disc at the end, divided by that of its first disc at the start.
 pub(super) fn transmitted_velocity(config: &DemConfig, end: &StateTable) -> Option<f64> {
     let count = row_of(config)?;
     let Placement::Given(state) = &config.placement else { return None };

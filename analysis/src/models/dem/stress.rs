@@ -1,13 +1,13 @@
-//! Stress in a bed by height, from the forces of its contacts.
+//! Stress in a bed by height, derived from the contact forces.
 //!
-//! The stress of Love (1927) and Weber (1966), averaged over a layer of the area A, pressing positive:
+//! The stress of Love (1927) and Weber (1966), averaged over a layer with the area A, compression positive:
 //!
 //! sigma_ab = (1/A) [ sum over contacts f_a l_b + sum over discs m u_a u_b ],
 //!
-//! with the force f on a disc, the branch l to its center from that of the disc that it touches, or from the wall, as far
-//! as the branch lies in the layer, and the velocity u against the layer's mean (Goldhirsch 2010). Of discs at rest between
-//! smooth walls sigma_yy is, by the balance of forces at every height, exactly the weight of the discs whose centers are
-//! above, over the width.
+//! f is the force on a disc. l is the branch to its center from the center of the touched disc, or from the wall,
+//! limited to the part within the layer. u is the velocity relative to the mean of the layer (Goldhirsch 2010). For
+//! discs at rest between frictionless walls, the balance of forces at every height gives sigma_yy exactly: the weight
+//! of the discs whose centers are above, over the width.
 
 use super::figures::wall_at;
 use crate::plot::InnerWall;
@@ -15,12 +15,12 @@ use crate::statistics::Estimate;
 use kinetoscope_manifest::model::{DemConfig, PeriodicSides};
 use kinetoscope_recording::channels::DemContactForces;
 
-/// Layers at most.
+/// Maximum number of layers.
 const MOST_LAYERS: f64 = 200.0;
-/// Share of the run's duration from which frames count.
+/// Fraction of the run's duration after which frames are averaged.
 const COUNTS_FROM: f64 = 0.9;
 
-/// A disc as it counts for the stress, SI.
+/// State of one disc, SI units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DiscState {
     pub(super) position: [f64; 2],
@@ -28,20 +28,20 @@ pub(super) struct DiscState {
     pub(super) mass: f64,
 }
 
-/// A layer of the bed, mean over the frames.
+/// Stress in a layer of the bed, averaged over frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StressLayer {
-    /// Height of its middle over the floor, m.
+    /// Height of the layer's middle above the floor, m.
     pub(crate) height_m: f64,
     /// sigma_yy, N/m.
     pub(crate) vertical: Estimate,
     /// sigma_xx, N/m.
     pub(crate) horizontal: Estimate,
-    /// Weight of the discs above over the width, N/m, mean over the layer's heights.
+    /// Weight of the discs above, divided by the width, N/m, averaged over the layer's heights.
     pub(crate) weight_above: f64,
 }
 
-/// The stress in layers of a mean diameter, over the last tenth of a run.
+/// Stress in layers one mean diameter thick, averaged over the last tenth of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct StressProfile {
     width: f64,
@@ -60,20 +60,20 @@ struct LayerMeans {
     weight: FrameMean,
 }
 
-/// What one frame adds to a layer: sums of f l in N m, kinetic sums, and weight.
+/// Contribution of one frame to a layer: sums of f l in N m, kinetic sums, and weight.
 #[derive(Clone, Copy, Debug, Default)]
 struct LayerSums {
     branches: [f64; 2],
     mass: f64,
     momentum: [f64; 2],
     twice_kinetic: [f64; 2],
-    /// Weight of its own discs, N, and the same times the share of the layer below their centers.
+    /// Weight of the layer's discs, N, and the same weighted by the fraction of the layer below their centers.
     weight: f64,
     weight_over_layer: f64,
 }
 
-/// Mean of a value over frames, with the frames' standard deviation as its error: what still swings in a bed swings as a whole and for
-/// long, so that frames are no independent samples.
+/// Mean of a value over frames. Its error is the standard deviation of the frames: a bed oscillates slowly as a whole,
+/// so frames are not independent samples.
 #[derive(Clone, Copy, Debug, Default)]
 struct FrameMean {
     frames: f64,
@@ -98,7 +98,7 @@ impl FrameMean {
 }
 
 impl StressProfile {
-    /// Nothing seen yet; `None` of a scene whose box is not what holds the bed up.
+    /// Creates an empty profile; `None` if the box does not support the bed.
     pub(super) fn new(config: &DemConfig) -> Option<Self> {
         let gravity = -config.gravity_m_per_s2[1].get();
         let has_floor = !matches!(config.periodic, PeriodicSides::Y | PeriodicSides::Both);
@@ -116,7 +116,7 @@ impl StressProfile {
         })
     }
 
-    /// Takes in a frame, of which only the last tenth of the run counts.
+    /// Adds a frame; frames before the last tenth of the run are ignored.
     pub(super) fn add_frame(
         &mut self,
         time_s: f64,
@@ -137,7 +137,7 @@ impl StressProfile {
         self.add_sums(&sums);
     }
 
-    /// The layer at a height over the floor; what lies outside counts to the outermost.
+    /// Index of the layer at a height above the floor, limited to the existing layers.
     fn layer_at(&self, height: f64) -> usize {
         ((height / self.thickness).max(0.0) as usize).min(self.layers.len() - 1)
     }
@@ -173,7 +173,7 @@ impl StressProfile {
         for (layer, sum) in sums.iter_mut().enumerate().take(last + 1).skip(first) {
             let bottom = layer as f64 * self.thickness;
             let within = high.min(bottom + self.thickness) - low.max(bottom);
-            // A level branch lies in one layer.
+            // A horizontal branch lies in one layer.
             let share = if first == last { 1.0 } else { within / (high - low) };
             sum.branches[0] += share * products[0];
             sum.branches[1] += share * products[1];
@@ -203,29 +203,29 @@ impl StressProfile {
         }
     }
 
-    /// From the floor up, as far as there are discs; empty where no frame counted.
+    /// The layers with discs, from the floor upwards; empty if no frame was averaged.
     pub(crate) fn layers(&self) -> Vec<StressLayer> {
         let layers = self.layers.iter().enumerate().map_while(|(layer, means)| {
             let weight_above = means.weight.estimate()?.value;
-            let told = StressLayer {
+            let stress = StressLayer {
                 height_m: (layer as f64 + 0.5) * self.thickness,
                 vertical: means.vertical.estimate()?,
                 horizontal: means.horizontal.estimate()?,
                 weight_above,
             };
-            (weight_above > 0.0).then_some(told)
+            (weight_above > 0.0).then_some(stress)
         });
         layers.collect()
     }
 
-    /// sigma_xx over sigma_yy of the whole bed.
+    /// Ratio of sigma_xx to sigma_yy of the whole bed.
     pub(super) fn horizontal_over_vertical(&self) -> Option<Estimate> {
         self.horizontal_over_vertical.estimate()
     }
 }
 
-/// Height of the floor, m: the box's, or that of the one wall of the manifest where this is level and as wide as the box. `None` where
-/// other walls carry the discs, too.
+/// Height of the floor, m: that of the box, or of the manifest's only wall if it is horizontal and as wide as the box.
+/// `None` if other walls also support the discs.
 pub(super) fn floor_m(config: &DemConfig, time_s: f64) -> Option<f64> {
     match config.walls.as_slice() {
         [] => Some(0.0),

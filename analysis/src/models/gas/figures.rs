@@ -1,4 +1,4 @@
-//! Plots of a gas run: pressure over time, speeds beside their laws, particles at the end.
+//! Plots of a gas run: pressure over time, speed histogram with its distributions, snapshots.
 
 use super::laws as law;
 use super::observe::GasRun;
@@ -25,7 +25,7 @@ impl PlottedObserver for GasRun {
     }
 }
 
-/// Boltzmann's H falling to its least value.
+/// Relative entropy over time: Boltzmann's H above its minimum.
 fn h_over_time(run: &GasRun) -> Plot {
     let series = &run.kinetics.excess_h;
     let mut curves = vec![curve("measured", CurveStyle::Line, 0, series.iter().copied())];
@@ -74,11 +74,11 @@ fn speeds(histogram: &GasSpeeds, particles: u32) -> Plot {
     let bins = &histogram.speed_m_per_s;
     let width = if bins.len() > 1 { bins[1] - bins[0] } else { 0.0 };
     for point in &mut measured.points {
-        // A bin with k of the particles is uncertain by sqrt(k).
+        // A bin with k particles has the standard error sqrt(k).
         point.error = Some((point.y / (f64::from(particles) * width)).sqrt());
     }
     let mut curves = vec![measured];
-    // Zeros stand for a law that is a single speed: there is no density to draw.
+    // Zeros stand for a single initial speed, which has no density to draw.
     if histogram.initial_law.iter().any(|density| *density > 0.0) {
         let law = against(&histogram.initial_law);
         curves.push(curve("law of the start", CurveStyle::Theory, 1, law));

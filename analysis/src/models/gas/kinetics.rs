@@ -1,4 +1,4 @@
-//! What collisions and time do to a gas: whether its speeds are Maxwell's, how often discs meet, whether anything drifts.
+//! Effect of collisions and time on a gas: relaxation to Maxwell's distribution, collision rates, stationarity.
 
 use super::kinetics_laws as law;
 use super::laws as ideal;
@@ -9,43 +9,43 @@ use crate::statistics::{Estimate, mean};
 use kinetoscope_manifest::model::GasConfig;
 use kinetoscope_recording::reader::StateTable;
 
-/// Collisions a disc after which its speed has forgotten its start: the fourth moment keeps some exp(-0.35) of its distance from
-/// Maxwell's a collision, so that a millionth is left.
+/// Collisions per disc after which the initial speeds are forgotten. The deviation of the fourth moment from Maxwell's
+/// falls by a factor of about exp(-0.35) per collision, so 1e-6 of it remains.
 const COLLISIONS_TO_FORGET: f64 = 40.0;
 
-/// Crossings of the container after which places have lost their start.
+/// Container crossings after which the initial positions are forgotten.
 const CROSSINGS_TO_FORGET: f64 = 20.0;
 
-/// The frames' part of it.
+/// Quantities collected from frames.
 #[derive(Clone, Debug, Default)]
 pub struct Kinetics {
-    /// Time, s, and since the start: collisions of pairs, their virial, J s.
+    /// Time, s, then the pair collisions and their virial, J s, since the start.
     pub(crate) pairs: Series<(f64, f64, f64)>,
-    /// Time, s, and H above its least value.
+    /// Time, s, and H above its minimum.
     pub(crate) excess_h: Series<(f64, f64)>,
-    /// Bins of the histogram that H is found in.
+    /// Number of bins of the histogram that H is derived from.
     pub(crate) bins: usize,
     pub(crate) energy_j: Option<f64>,
     pub(crate) inside_half_at_start: Option<f64>,
 }
 
-/// The run's part of it.
+/// Quantities of the run that the metrics need in addition.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
     pub(crate) config: &'a GasConfig,
     pub(crate) time_s: f64,
-    /// Of the last frame.
+    /// The state of the last frame.
     pub(crate) state: Option<&'a StateTable>,
-    /// <v^2> of the last frame, m^2/s^2; `None` of several masses.
+    /// <v^2> of the last frame, m^2/s^2; `None` for several masses.
     pub(crate) mean_square: Option<f64>,
-    /// Time, s, and pressure since the start, N/m.
+    /// Time, s, and mean pressure since the start, N/m.
     pub(crate) pressures: &'a Series<(f64, f64)>,
-    /// Whether each particle stays and keeps its speed.
+    /// Whether no particle leaves or changes its speed.
     pub(crate) keeps_particles: bool,
 }
 
 impl Kinetics {
-    /// The numbers of a run.
+    /// The metrics of the run.
     #[must_use]
     pub fn measurements(&self, inputs: &Inputs<'_>) -> Vec<Measurement> {
         let mut found = Vec::new();
@@ -57,7 +57,7 @@ impl Kinetics {
         found
     }
 
-    /// Whether each disc has collided so often that its speed has forgotten the start.
+    /// Whether the discs have collided often enough to forget their initial speeds.
     fn has_forgotten(&self, inputs: &Inputs<'_>) -> bool {
         let particles = f64::from(inputs.config.particles.get());
         let pairs = self.pairs.last().map_or(0.0, |(_, pairs, _)| *pairs);
@@ -80,7 +80,8 @@ impl Kinetics {
             return;
         }
         let particles = squares.len() as f64;
-        // Exponential energies at a fixed total: the variances of x^2 and of sqrt(x) less what their covariance with x explains.
+        // Energies follow an exponential distribution at a fixed total: the variances of x^2 and sqrt(x), reduced by
+        // their covariance with x.
         let mean_error = (1.0 - 5.0 * std::f64::consts::PI / 16.0).sqrt() / particles.sqrt();
         let relaxed = self.has_forgotten(inputs);
         let against = |definition, value, error: f64, theory: f64| {
@@ -123,7 +124,7 @@ impl Kinetics {
         }
     }
 
-    /// Of discs alone.
+    /// Collision rate and compressibility factor, for discs only.
     fn rates(&self, inputs: &Inputs<'_>, found: &mut Vec<Measurement>) {
         let (Some(_), Some((time, pairs, virial))) =
             (inputs.config.disc_radius_m, self.pairs.last())
@@ -150,7 +151,7 @@ impl Kinetics {
             .filter(|energy| *energy > 0.0 && *time > 0.0 && inputs.config.keeps_energy())
         {
             let excess = virial / (2.0 * energy * time);
-            // Speeds of approach at collisions follow x exp(-x^2/2): <x^2>/<x>^2 = 4/pi.
+            // Approach speeds at collisions follow x exp(-x^2/2): <x^2>/<x>^2 = 4/pi.
             let error = excess * (4.0 / (std::f64::consts::PI * pairs)).sqrt();
             let estimate = Estimate { value: 1.0 + excess, standard_error: Some(error) };
             found.push(
@@ -160,7 +161,7 @@ impl Kinetics {
         }
     }
 
-    /// Where points are. Discs leave one another room, of which this theory knows nothing.
+    /// Fraction of particles within half the radius. The theory is that of points, because discs exclude each other.
     fn places(&self, inputs: &Inputs<'_>, found: &mut Vec<Measurement>) {
         let places = inputs.config.place_distribution;
         let points = inputs.config.disc_radius_m.is_none() && inputs.keeps_particles;
@@ -184,8 +185,8 @@ impl Kinetics {
     }
 }
 
-/// Pressure of the second half of the run over that of the first. The momentum that is under way at the middle counts against one half
-/// and for the other: three times the variance of one half alone.
+/// Pressure of the second half of the run over that of the first. The momentum in transit at midtime counts negatively
+/// in one half and positively in the other: three times the variance of a single half.
 fn pressure_drift(inputs: &Inputs<'_>) -> Option<Measurement> {
     let (time, since_start) = *inputs.pressures.last()?;
     let (middle, first) =
@@ -205,12 +206,13 @@ fn pressure_drift(inputs: &Inputs<'_>) -> Option<Measurement> {
     Some(Measurement::new(metric::PRESSURE_DRIFT, estimate).against(theory))
 }
 
-/// v^2 of each particle; `None` without velocities.
+/// Squared speed of each particle; `None` without velocities.
 fn squares_of(state: &StateTable) -> Option<Vec<f64>> {
     Some(state.column("vx")?.zip(state.column("vy")?).map(|(x, y)| x * x + y * y).collect())
 }
 
-/// Share of the particles within half the radius; `None` without places, or where the container does not keep its size and particles.
+/// Fraction of the particles within half the radius; `None` without positions, or if the container changes its size or
+/// loses particles.
 pub(crate) fn share_inside_half(state: &StateTable, config: &GasConfig) -> Option<f64> {
     if config.wall_speed_m_per_s.get() != 0.0 || config.opening_width_m.is_some() {
         return None;

@@ -1,30 +1,30 @@
-//! Laws of a gas whose particles collide, and of starts that are stationary or not.
+//! Laws of a gas with collisions, and of stationary and non-stationary starts.
 
 use crate::metric::Law;
 use kinetoscope_manifest::model::{GasConfig, PlaceDistribution};
 use std::f64::consts::PI;
 
-/// Discs forget the law of their speeds.
+/// Relaxation to Maxwell's distribution, by the first moment.
 pub const MAXWELL_MEAN: Law = Law {
     statement: "<v>/v_rms = sqrt(pi)/2 after many collisions",
     source: "Maxwell's law in two dimensions",
 };
-/// The same by the fourth moment.
+/// Relaxation to Maxwell's distribution, by the fourth moment.
 pub const MAXWELL_KURTOSIS: Law = Law {
     statement: "<v^4>/<v^2>^2 = 2N/(N + 1) after many collisions",
     source: "Maxwell's law in two dimensions, N discs of a fixed energy",
 };
-/// Boltzmann's H at its least.
+/// Minimum of Boltzmann's H.
 pub const LEAST_H: Law = Law {
     statement: "H = -ln(pi e <v^2>), and (bins - 2)/(2N) more for a histogram of N discs",
     source: "Boltzmann's H of Maxwell's law in two dimensions; scatter by Wilks 1938",
 };
-/// How often discs collide.
+/// Pair collision rate.
 pub const ENSKOG_RATE: Law = Law {
     statement: "2 sqrt(pi) n s sqrt(<v^2>/2) (1 - 7c/16)/(1 - c)^2 a disc, less the pairs that the wall leaves out",
     source: "Enskog 1922, Henderson 1975; disc line picking",
 };
-/// What collisions add to the pressure.
+/// Compressibility factor.
 pub const HENDERSON: Law = Law {
     statement: "Z = (1 + c^2/8)/(1 - c)^2, Z - 1 less the pairs that the wall leaves out",
     source: "Henderson 1975; disc line picking",
@@ -34,20 +34,20 @@ pub const CLAUSIUS: Law = Law {
     statement: "P = (N m <v^2> + W/t) / (2 pi R (R - a)), W the virial of the pairs, a the disc's radius",
     source: "Clausius 1870",
 };
-/// A start that does not change.
+/// Stationary start.
 pub const STATIONARY: Law =
     Law { statement: "1: uniform over the area is stationary", source: "Liouville's theorem" };
-/// Where particles are.
+/// Fraction of particles within half the radius.
 pub const SHARE_INSIDE: Law = Law {
     statement: "1/4 for ever when uniform over the area; when uniform in the radius 1/2 at first and 0.32807 later",
     source: "areas; time on a chord within r/2, averaged by quadrature",
 };
 
-/// Share within half the radius after a long time, of a start uniform in the radius: with d = U sin(phi), U and phi uniform, the mean
-/// of sqrt(1/4 - d^2)/sqrt(1 - d^2) over d < 1/2.
+/// Fraction within half the radius after a long time, for a start uniform in the radius. With d = U sin(phi), U and phi
+/// uniform, it is the mean of sqrt(1/4 - d^2)/sqrt(1 - d^2) over d < 1/2.
 const SHARE_OF_RADIUS_START: f64 = 0.328_072_88;
 
-/// Share of the particles within half the radius at the start.
+/// Fraction of the particles within half the radius at the start.
 #[must_use]
 pub const fn share_inside_at_start(places: PlaceDistribution) -> f64 {
     match places {
@@ -56,7 +56,7 @@ pub const fn share_inside_at_start(places: PlaceDistribution) -> f64 {
     }
 }
 
-/// The same after a long time.
+/// Fraction of the particles within half the radius after a long time.
 #[must_use]
 pub const fn share_inside_later(places: PlaceDistribution) -> f64 {
     match places {
@@ -65,22 +65,22 @@ pub const fn share_inside_later(places: PlaceDistribution) -> f64 {
     }
 }
 
-/// H of Maxwell's law, -ln(pi e <v^2>), velocities in m/s.
+/// H of Maxwell's distribution, -ln(pi e <v^2>), velocities in m/s.
 #[must_use]
 pub fn least_h(mean_square_m2_per_s2: f64) -> f64 {
     -(PI * mean_square_m2_per_s2).ln() - 1.0
 }
 
-/// Equilibrium of colliding discs of equal mass.
+/// Equilibrium of colliding discs with equal masses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Collisions {
-    /// Collisions a disc and second.
+    /// Collisions per disc and second.
     pub rate_per_s: f64,
     /// P A / (N k_B T).
     pub compressibility_factor: f64,
 }
 
-/// What kinetic theory says of discs at this mean square speed; `None` for points.
+/// Kinetic theory of discs at this mean square speed; `None` for points.
 #[must_use]
 pub fn collisions(config: &GasConfig, mean_square_m2_per_s2: f64) -> Option<Collisions> {
     let disc_radius = config.disc_radius_m?.get();
@@ -88,7 +88,7 @@ pub fn collisions(config: &GasConfig, mean_square_m2_per_s2: f64) -> Option<Coll
     let others = f64::from(config.particles.get()) - 1.0;
     let density = others / (PI * reach * reach);
     let covered = density * PI * disc_radius * disc_radius;
-    // Pairs at this distance in the circle, over those in the open.
+    // Pairs at this distance in the circle, divided by those in an infinite plane.
     let x = diameter / (2.0 * reach);
     let in_reach = 2.0 / PI * (x.acos() - x * (1.0 - x * x).sqrt());
     let contact = (1.0 - 7.0 * covered / 16.0) / ((1.0 - covered) * (1.0 - covered));

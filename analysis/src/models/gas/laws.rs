@@ -6,7 +6,7 @@ use kinetoscope_manifest::model::{
 };
 use std::f64::consts::{FRAC_PI_4, PI};
 
-/// The pressure on the wall, averaged over a long time.
+/// Wall pressure, averaged over a long time.
 pub const KINETIC_PRESSURE: Law = Law {
     statement: "P = N m <v^2> / (2A)",
     source: "kinetic theory in two dimensions, exact in a circle",
@@ -14,55 +14,55 @@ pub const KINETIC_PRESSURE: Law = Law {
 /// The ideal gas law.
 pub const IDEAL_GAS: Law =
     Law { statement: "P A = N k_B T, T by the definition in use", source: "ideal gas law" };
-/// Moments of the law that speeds are drawn from.
+/// Moments of the initial speed distribution.
 pub const SPEED_LAW: Law = Law {
     statement: "<v>^2 / <v^2> = 3/4 for uniform speeds, pi/4 for Maxwell's, 1 for equal ones",
     source: "moments of the speeds' law",
 };
-/// How often the wall is hit.
+/// Wall collision rate.
 pub const HIT_RATE: Law = Law {
     statement: "2 N <v> / (pi R)",
     source: "mean chord pi R / 2 of a uniform isotropic state",
 };
-/// Speeds and angular momenta without collisions.
+/// Conservation of speeds and angular momenta without collisions.
 pub const INVARIANTS: Law = Law {
     statement: "speed and angular momentum of each particle are constant",
     source: "specular reflection in a circle",
 };
-/// How fast a gas leaves through a small opening.
+/// Effusion through a small opening.
 pub const EFFUSION: Law = Law {
     statement: "dN/dt = -N <v> w / (pi A), w the width of the opening",
     source: "flux n <v> / pi on a wall in two dimensions (Knudsen)",
 };
-/// Slow compression.
+/// Adiabatic compression.
 pub const ADIABATIC: Law = Law {
     statement: "T A = constant for a slow wall",
     source: "adiabatic exponent 2 in two dimensions",
 };
-/// The ledger of the energy.
+/// Energy balance.
 pub const LEDGER: Law = Law {
     statement: "energy = energy at the start + work + heat + rescaling - escaped",
     source: "first law of thermodynamics",
 };
-/// A gas within a wall that has a temperature.
+/// Equilibrium with a thermal wall.
 pub const THERMALISATION: Law = Law {
     statement: "T tends to the wall's temperature",
     source: "equilibrium with a thermal wall (Maxwell 1879)",
 };
-/// Speeds are frozen, so that their histogram stays a sample of the law that they were drawn from.
+/// Speed histogram: speeds are constant, so the histogram remains a sample of the initial distribution.
 pub const HISTOGRAM: Law = Law {
     statement: "1 on average: counts scatter by the root of what is expected",
     source: "Pearson's chi-square",
 };
-/// Pressure against temperature.
+/// Pressure as a function of temperature.
 pub const PRESSURE_SLOPE: Law = Law {
     statement: "dP/dT = N k_B / A times <v^2> over its share by the definition",
     source: "ideal gas law",
 };
-/// Pressure against radius.
+/// Pressure as a function of the container radius.
 pub const PRESSURE_RADIUS_EXPONENT: Law =
     Law { statement: "P is proportional to r^-2 at fixed T", source: "ideal gas law, A = pi r^2" };
-/// Mean speed against temperature.
+/// Mean speed as a function of temperature.
 pub const SPEED_EXPONENT: Law =
     Law { statement: "<v> is proportional to T^(1/2)", source: "definition of temperature" };
 
@@ -81,7 +81,7 @@ pub fn area_m2(config: &GasConfig) -> f64 {
     PI * config.radius_m.get() * config.radius_m.get()
 }
 
-/// The set temperature, K; `None` where speeds are given otherwise or change on the way.
+/// Temperature of the manifest, K; `None` if speeds are given otherwise or change during the run.
 #[must_use]
 pub fn temperature_k(config: &GasConfig) -> Option<f64> {
     match config.speed_scale {
@@ -91,7 +91,7 @@ pub fn temperature_k(config: &GasConfig) -> Option<f64> {
     }
 }
 
-/// <v>^2 / <v^2> of the law that speeds are drawn from, or of the list that they are taken from in turn.
+/// <v>^2 / <v^2> of the initial speed distribution, or of the list of speeds.
 #[must_use]
 pub fn mean_squared_over_mean_square(config: &GasConfig) -> f64 {
     if !config.speeds_m_per_s.is_empty() {
@@ -105,7 +105,7 @@ pub fn mean_squared_over_mean_square(config: &GasConfig) -> f64 {
     }
 }
 
-/// <v> and <v^2> of the speeds that are given to the particles in turn, m/s and m^2/s^2.
+/// <v> and <v^2> of the list of speeds, which is assigned cyclically, m/s and m^2/s^2.
 fn moments_of_list(config: &GasConfig) -> (f64, f64) {
     let count = config.particles.get() as usize;
     let given = || config.speeds_m_per_s.iter().map(|speed| speed.get()).cycle().take(count);
@@ -113,20 +113,20 @@ fn moments_of_list(config: &GasConfig) -> (f64, f64) {
     (mean(given().sum()), mean(given().map(|speed| speed * speed).sum()))
 }
 
-/// Whether particles differ in mass: means of the speed alone then say nothing of energy.
+/// Whether particles differ in mass. Means of the speed then do not determine the energy.
 #[must_use]
 pub fn has_several_masses(config: &GasConfig) -> bool {
     !config.further_masses_kg.is_empty()
 }
 
-/// Particles leaving an opening of width w at first, N <v> w / (pi A): n <v> / pi for each meter of wall.
+/// Initial effusion rate through an opening of width w, N <v> w / (pi A): a flux n <v> / pi per meter of wall.
 #[must_use]
 pub fn effusion_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> Option<f64> {
     let width = config.opening_width_m?.get();
     Some(f64::from(config.particles.get()) * mean_speed_m_per_s * width / (PI * area_m2(config)))
 }
 
-/// Moments of the speeds that the manifest asks for.
+/// Moments of the initial speeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedMoments {
     /// <v>, m/s.
@@ -135,8 +135,8 @@ pub struct SpeedMoments {
     pub mean_square_m2_per_s2: f64,
 }
 
-/// The moments of the speeds for many particles; `None` where velocities are written out, change on the way or leave, and for
-/// several masses.
+/// Expected moments of the initial speeds for many particles; `None` for given velocities, for several masses, or if
+/// particles leave or change their speeds.
 #[must_use]
 pub fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
     let is_drawn = matches!(config.placement, Placement::Random);
@@ -170,27 +170,27 @@ pub fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
     }
 }
 
-/// N m <v^2> / (2A), N/m. With <v>^2 in place of <v^2> it is the gas document's formula (12).
+/// N m <v^2> / (2A), N/m. With <v>^2 instead of <v^2>, it is formula (12) of the gas exercise.
 #[must_use]
 pub fn pressure_n_per_m(config: &GasConfig, mean_square_m2_per_s2: f64) -> f64 {
     f64::from(config.particles.get()) * config.mass_kg.get() * mean_square_m2_per_s2
         / (2.0 * area_m2(config))
 }
 
-/// m <v^2> / (2 k_B), K. With <v>^2 in place of <v^2> it is the gas document's equation (13).
+/// m <v^2> / (2 k_B), K. With <v>^2 instead of <v^2>, it is equation (13) of the gas exercise.
 #[must_use]
 pub fn temperature_of_k(config: &GasConfig, mean_square_m2_per_s2: f64) -> f64 {
     config.mass_kg.get() * mean_square_m2_per_s2 / (2.0 * boltzmann_j_per_k(config))
 }
 
-/// Hits of the wall a second by all particles, 2 N <v> / (pi R).
+/// Wall collisions per second of all particles, 2 N <v> / (pi R).
 #[must_use]
 pub fn wall_collision_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> f64 {
     2.0 * f64::from(config.particles.get()) * mean_speed_m_per_s / (PI * config.radius_m.get())
 }
 
-/// Relative standard error of the wall's pressure over a time, R / (v_rms t sqrt(2N)): the momentum that a particle
-/// carries is known up to one hit at each end.
+/// Relative standard error of the wall pressure over a time, R / (v_rms t sqrt(2N)): the transferred momentum of a
+/// particle is uncertain by one wall collision at each end.
 #[must_use]
 pub fn pressure_error_relative(config: &GasConfig, rms_speed_m_per_s: f64, time_s: f64) -> f64 {
     config.radius_m.get()
@@ -212,7 +212,8 @@ mod tests {
         assert!((value / reference - 1.0).abs() < 1e-12, "{value} is not {reference}");
     }
 
-    /// 50-digit arithmetic: T = 300 K, m = 1e-26 kg, N = 1000, r = 1 m, CODATA 1986; uniform <v> is sqrt(3)/2 of v_rms.
+    /// Source: 50-digit arithmetic. Setup: T = 300 K, m = 1e-26 kg, N = 1000, r = 1 m, CODATA 1986; for uniform speeds,
+    /// <v> is sqrt(3)/2 of v_rms.
     #[test]
     fn moments_and_pressure_at_300_k() {
         let mut config = GasConfig {
@@ -226,7 +227,7 @@ mod tests {
         close(pressure_slope_n_per_m_k(&config) * 300.0, 1.318_431_272_516_22e-18);
         config.speed_distribution = SpeedDistribution::Maxwell;
         close(speed_moments(&config).unwrap().mean_m_per_s, 806.610_038_672_962);
-        // The mean-speed definition makes the true temperature 4/3 of the set one.
+        // With the mean-speed definition, the true temperature is 4/3 of the given one.
         config.speed_distribution = SpeedDistribution::Uniform;
         config.temperature_definition = TemperatureDefinition::MeanSpeed;
         let moments = speed_moments(&config).unwrap();

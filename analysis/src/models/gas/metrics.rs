@@ -1,4 +1,4 @@
-//! What is measured of a gas run.
+//! Metrics of a gas run.
 
 use super::kinetics_laws as kinetics;
 use super::laws as law;

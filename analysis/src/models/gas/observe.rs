@@ -1,4 +1,4 @@
-//! What is seen of a gas run: pressure of the wall, moments of the speeds, hits.
+//! Observer of gas runs: wall pressure, speed moments, wall collisions, conserved quantities.
 
 use super::kinetics::{Inputs, Kinetics, share_inside_half};
 use super::kinetics_laws as kinetics;
@@ -27,19 +27,19 @@ struct SpeedMeans {
     drift_m_per_s: f64,
 }
 
-/// A gas run while its frames go by.
+/// Observer of one gas run.
 #[derive(Clone, Debug)]
 pub struct GasRun {
     pub(crate) config: GasConfig,
     pub(crate) time_s: f64,
-    /// Time and pressure measured since the start.
+    /// Time, s, and mean pressure since the start, N/m.
     pub(crate) pressure_series: Series<(f64, f64)>,
     pub(crate) pressure: Option<GasPressure>,
     pub(crate) histogram: Option<GasSpeeds>,
     pub(crate) snapshots: Snapshots,
-    /// As the messages have them.
+    /// As recorded in `/temperature`.
     recorded_speeds: Option<SpeedMeans>,
-    /// Each particle's own rate of hits at the start, 1/s.
+    /// Wall collision rate of each particle at the start, 1/s.
     wall_collision_rates: Vec<f64>,
     wall_collisions: Option<u64>,
     first_invariants: Option<GasInvariants>,
@@ -47,13 +47,13 @@ pub struct GasRun {
     max_speed_change: f64,
     max_angular_momentum_change: f64,
     max_outside: u64,
-    ledger: Option<GasLedger>,
+    energy_balance: Option<GasLedger>,
     pub(crate) kinetics: Kinetics,
     first_mean_speed_m_per_s: Option<f64>,
 }
 
 impl GasRun {
-    /// Nothing seen yet.
+    /// Creates an observer without frames.
     #[must_use]
     pub fn new(config: GasConfig, snapshots: Snapshots) -> Self {
         Self {
@@ -71,18 +71,18 @@ impl GasRun {
             max_speed_change: 0.0,
             max_angular_momentum_change: 0.0,
             max_outside: 0,
-            ledger: None,
+            energy_balance: None,
             kinetics: Kinetics::default(),
             first_mean_speed_m_per_s: None,
         }
     }
 
-    /// <v^2> as recorded, m^2/s^2.
+    /// <v^2> of the last frame, m^2/s^2.
     pub(crate) fn mean_square(&self) -> Option<f64> {
         self.speeds().map(|speeds| speeds.mean_square_m2_per_s2)
     }
 
-    /// Of the last frame: from the state where it was recorded and all its particles are still in the container.
+    /// Speed moments of the last frame: from the state if it was recorded and all particles are still inside.
     fn speeds(&self) -> Option<SpeedMeans> {
         let seen = self.snapshots.last().filter(|_| self.config.opening_width_m.is_none());
         seen.and_then(speeds_of).or(self.recorded_speeds)
@@ -100,22 +100,22 @@ impl GasRun {
         self.invariants = Some(invariants);
     }
 
-    /// Whether each particle stays and keeps its speed.
+    /// Whether no particle leaves or changes its speed.
     fn keeps_particles(&self) -> bool {
         self.config.keeps_speeds() && self.config.opening_width_m.is_none()
     }
 
-    /// Whether all particles stay and together keep their energy.
+    /// Whether no particle leaves and the total energy is conserved.
     fn keeps_energy(&self) -> bool {
         self.config.keeps_energy() && self.config.opening_width_m.is_none()
     }
 
-    /// The same, of particles of one mass.
+    /// Whether in addition all particles have the same mass.
     fn keeps_energy_of_one_mass(&self) -> bool {
         self.keeps_energy() && !law::has_several_masses(&self.config)
     }
 
-    /// Of discs, N/m: by <v^2> and the virial of their collisions.
+    /// Pressure of discs, N/m, from <v^2> and the virial of their collisions.
     fn pressure_by_virial(&self, mean_square_m2_per_s2: f64) -> Option<f64> {
         let (_, _, virial) = self.kinetics.pairs.last()?;
         let radius = self.config.radius_m.get();
@@ -168,7 +168,7 @@ impl GasRun {
         let mean = speeds.mean_m_per_s;
         let expected_square = moments.map(|moments| moments.mean_square_m2_per_s2);
         let expected_mean = moments.map(|moments| moments.mean_m_per_s);
-        // Of several masses the state does not say which particle has which.
+        // The state does not contain the masses of the particles.
         if !law::has_several_masses(&self.config) {
             found.extend([
                 Measurement::new(metric::TEMPERATURE_MEAN_SQUARE, in_kelvin(square))
@@ -243,17 +243,19 @@ impl GasRun {
     }
 }
 
-/// What `/ledger` says, and what belongs to it.
+/// Metrics from the energy balance.
 impl GasRun {
     fn ledger_measurements(&self, found: &mut Vec<Measurement>) {
-        let Some(ledger) = &self.ledger else { return };
-        found.push(Measurement::new(metric::RESIDUAL, ledger.residual_relative).against(0.0));
+        let Some(energy_balance) = &self.energy_balance else { return };
+        found.push(
+            Measurement::new(metric::RESIDUAL, energy_balance.residual_relative).against(0.0),
+        );
         if let Some(theory) = self
             .first_mean_speed_m_per_s
             .and_then(|speed| law::effusion_rate_per_s(&self.config, speed))
             .filter(|_| self.time_s > 0.0)
         {
-            let left = ledger.particles_escaped as f64;
+            let left = energy_balance.particles_escaped as f64;
             let estimate = Estimate {
                 value: left / self.time_s,
                 standard_error: Some(left.sqrt() / self.time_s),
@@ -261,14 +263,14 @@ impl GasRun {
             found.push(Measurement::new(metric::EFFUSION_RATE, estimate).against(theory));
         }
         if self.config.wall_speed_m_per_s.get() != 0.0 {
-            let value = ledger.energy_times_area_over_initial;
+            let value = energy_balance.energy_times_area_over_initial;
             found.push(Measurement::new(metric::ADIABATIC_INVARIANT, value).against(1.0));
         }
         if let (Some(wall), Some(speeds)) = (self.config.thermal_wall, self.speeds())
             && !law::has_several_masses(&self.config)
         {
             let temperature = law::temperature_of_k(&self.config, speeds.mean_square_m2_per_s2);
-            // In two dimensions the energy of one particle scatters by its mean.
+            // In two dimensions, the standard deviation of a particle's energy equals its mean.
             let standard_error = Some(temperature / f64::from(self.config.particles.get()).sqrt());
             let estimate = Estimate { value: temperature, standard_error };
             found.push(
@@ -314,13 +316,13 @@ impl Observer for GasRun {
             let GasCollisions { pair, pair_virial_j_s, .. } = collisions;
             self.kinetics.pairs.add((self.time_s, pair as f64, pair_virial_j_s));
         }
-        // Asked for once: the moments take longer than all else of a frame.
+        // Computed once, because the moments take longer than all else of a frame.
         if self.first_mean_speed_m_per_s.is_none() {
             self.first_mean_speed_m_per_s = self.speeds().map(|speeds| speeds.mean_m_per_s);
         }
-        if let Some(ledger) = frame.get::<GasLedger>()? {
-            self.kinetics.excess_h.add((self.time_s, ledger.excess_h));
-            self.ledger = Some(ledger);
+        if let Some(energy_balance) = frame.get::<GasLedger>()? {
+            self.kinetics.excess_h.add((self.time_s, energy_balance.excess_h));
+            self.energy_balance = Some(energy_balance);
         }
         if let Some(invariants) = frame.get::<GasInvariants>()? {
             self.kinetics.energy_j = Some(invariants.kinetic_j);
@@ -349,7 +351,7 @@ impl Observer for GasRun {
     }
 }
 
-/// Moments of the speeds of a state; `None` without velocities.
+/// Speed moments of a state; `None` without velocities.
 fn speeds_of(state: &StateTable) -> Option<SpeedMeans> {
     let (vx, vy): (Vec<f64>, Vec<f64>) =
         (state.column("vx")?.collect(), state.column("vy")?.collect());
@@ -362,7 +364,8 @@ fn speeds_of(state: &StateTable) -> Option<SpeedMeans> {
     })
 }
 
-/// How often each particle meets the wall: speed over its chord 2 sqrt(R^2 - d^2), d its distance of closest approach.
+/// Wall collision rate of each particle: its speed over its chord 2 sqrt(R^2 - d^2), d its distance of closest
+/// approach.
 fn own_wall_collision_rates(state: &StateTable, config: &GasConfig) -> Vec<f64> {
     let columns = ["x", "y", "vx", "vy"];
     let places = columns.map(|name| state.columns().iter().position(|column| column == name));
@@ -380,7 +383,8 @@ fn own_wall_collision_rates(state: &StateTable, config: &GasConfig) -> Vec<f64> 
         .collect()
 }
 
-/// Error of the rate of all hits: the scatter of the particles' frozen rates, and of the hit that each has begun.
+/// Standard error of the total wall collision rate: the scatter of the particles' constant rates, and of the phase of
+/// each particle.
 fn wall_collision_rate_error(rates: &[f64], time_s: f64) -> Option<f64> {
     let scatter = standard_deviation(rates)?;
     let begun: f64 = rates

@@ -1,4 +1,5 @@
-//! What is seen of several bodies that attract each other: energy, momenta, and whether they come back, all from `/state`.
+//! Observer of several bodies that attract each other: energy, angular momentum and distance of return, all from
+//! `/state`.
 
 use super::laws::{self as law, cross, dot, norm};
 use super::metrics as metric;
@@ -12,7 +13,7 @@ use kinetoscope_recording::channels::OrbitConserved;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 
-/// All bodies at one instant; sums over the total mass.
+/// State of all bodies; sums are divided by the total mass.
 #[derive(Clone, Debug)]
 pub(super) struct SystemState {
     pub(super) time_days: f64,
@@ -26,14 +27,14 @@ pub(super) struct SystemState {
     angular_scale: f64,
 }
 
-/// Several bodies while their frames go by.
+/// Observer of one run with several bodies.
 #[derive(Clone, Debug)]
 pub(super) struct BodiesRun {
-    /// G m of each, AU^3/day^2.
+    /// G m of each body, AU^3/day^2.
     gravitational_parameters: Vec<f64>,
     pub(super) instants: Series<SystemState>,
     max_energy_error: f64,
-    /// Largest |L - L0| / sum of m |r| |v| at the start.
+    /// Maximum |L - L0| / sum of m |r| |v| at the start.
     max_turn: f64,
     force_evaluations: Option<u64>,
 }

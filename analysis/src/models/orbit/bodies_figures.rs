@@ -9,7 +9,7 @@ use crate::plot::{Axis, Chart, Curve, CurveStyle, Plot, Point};
 impl PlottedObserver for BodiesRun {
     fn figures(&self) -> Figures {
         let Some(first) = self.instants.first() else { return Figures::default() };
-        // Neighbors of a closed path are not at its extremes: it is thinned by taking every so many frames.
+        // A closed path is thinned evenly, because its extremes are not those of its neighbors.
         let stride = self.instants.len().div_ceil(2000).max(1);
         let paths = (0..first.positions.len()).map(|body| {
             let instants = self.instants.iter().step_by(stride);

@@ -1,4 +1,4 @@
-//! Plots of an orbit: the path about the Sun, energy and position error over time.
+//! Plots of an orbit: path around the Sun, energy and position error over time.
 
 use super::laws as law;
 use super::observe::{OrbitPoint, OrbitRun};
@@ -23,7 +23,7 @@ fn time_axis() -> Axis {
 }
 
 fn path(run: &OrbitRun) -> Plot {
-    // Neighbors of a closed path are not at its extremes: it is thinned by taking every so many stations.
+    // A closed path is thinned evenly, because its extremes are not those of its neighbors.
     let stride = run.points.len().div_ceil(6000);
     let points = run.points.iter().step_by(stride.max(1));
     let points = points.map(|point| Point::bare(point.position_au[0], point.position_au[1]));

@@ -1,10 +1,10 @@
-//! Laws of an orbit about a fixed Sun, exact and as integrators bend them.
+//! Laws of an orbit around a fixed Sun: exact, and as modified by integrators.
 
 use crate::metric::Law;
 use kinetoscope_manifest::model::{ModelConfig, OrbitIntegrator};
 use std::f64::consts::{PI, TAU};
 
-/// Gravitational constant times the Sun's mass, AU^3/day^2 (orbit document, exercise 14to4).
+/// Gravitational constant times the Sun's mass, AU^3/day^2 (orbit exercise 14to4).
 pub const GM_SUN_AU3_PER_DAY2: f64 = 2.959_122_082_322_128e-4;
 
 /// Energy of explicit Euler on a nearly circular orbit.
@@ -12,7 +12,7 @@ pub const EULER_ENERGY: Law = Law {
     statement: "E/E0 = (1 + 6 h n^2 t)^(-1/3), h the step, n the mean motion at the start",
     source: "orbit average of the first-order modified equation, small eccentricity",
 };
-/// Energy of explicit Euler over a revolution at the start.
+/// Energy drift of explicit Euler per revolution at the start.
 pub const EULER_ENERGY_PER_REVOLUTION: Law = Law {
     statement: "8 pi^2 h / P of |E0| at the start",
     source: "orbit average of the first-order modified equation, small eccentricity",
@@ -24,34 +24,34 @@ pub const EULER_ANGULAR_MOMENTUM: Law = Law {
 };
 /// Conservation of energy.
 pub const ENERGY: Law = Law { statement: "constant", source: "conservation of energy" };
-/// Conservation of angular momentum, which every symplectic method here keeps.
+/// Conservation of angular momentum, which holds for every symplectic method here.
 pub const ANGULAR_MOMENTUM: Law =
     Law { statement: "constant", source: "kicks along r and drifts along v keep r x v" };
 /// Conservation of the angular momentum of bodies that attract each other.
 pub const MUTUAL_ANGULAR_MOMENTUM: Law =
     Law { statement: "constant", source: "the forces of a pair are opposite and along its line" };
-/// Kepler's third law, for a body without mass of its own.
+/// Kepler's third law for a body of negligible mass.
 pub const KEPLERS_THIRD: Law =
     Law { statement: "4 pi^2 a^3 / (GM P^2) = 1", source: "Kepler's third law, in Newton's form" };
-/// Largest energy error of the two lowest symplectic methods.
+/// Maximum energy error of the two lowest-order symplectic methods.
 pub const SYMPLECTIC_ENERGY: Law = Law {
     statement: "about n h e (1 + sin E0) for semi-implicit Euler, (n h)^2 e for velocity Verlet",
     source: "first term of the modified Hamiltonian",
 };
-/// The exact solution is on itself, and its ellipse rests.
+/// Errors of the exact solution.
 pub const EXACT: Law =
     Law { statement: "0 for the exact solution", source: "Kepler's ellipse is fixed" };
-/// Order of the error at a fixed time in the step.
+/// Order of the position error in the time step.
 pub const CONVERGENCE: Law =
     Law { statement: "error of position proportional to h^order", source: "order of the method" };
-/// Order of the energy's error in the step.
+/// Order of the energy error in the time step.
 pub const ENERGY_CONVERGENCE: Law = Law {
     statement: "largest energy error proportional to h^order",
     source: "order of the method; one more for RK4 on a nearly circular orbit",
 };
 
-/// Order of an integrator's position error; `None` for the exact solution and for steps that the method chooses itself, whose
-/// errors are rounding and know no order.
+/// Order of an integrator's position error; `None` for the exact solution and for adaptive steps, whose errors are
+/// dominated by rounding.
 #[must_use]
 pub const fn order(integrator: OrbitIntegrator) -> Option<f64> {
     match integrator {
@@ -62,7 +62,7 @@ pub const fn order(integrator: OrbitIntegrator) -> Option<f64> {
     }
 }
 
-/// Order of an integrator's energy error; `None` where [`order`] is.
+/// Order of an integrator's energy error; `None` where [`order`] is `None`.
 #[must_use]
 pub const fn energy_order(integrator: OrbitIntegrator) -> Option<f64> {
     match integrator {
@@ -71,7 +71,7 @@ pub const fn energy_order(integrator: OrbitIntegrator) -> Option<f64> {
     }
 }
 
-/// One of the orders above for a model; `None` for one that is no orbit about the Sun.
+/// One of the orders above for a model; `None` unless it is an orbit around the Sun.
 #[must_use]
 pub fn model_order(model: &ModelConfig, order: fn(OrbitIntegrator) -> Option<f64>) -> Option<f64> {
     match model {
@@ -80,7 +80,7 @@ pub fn model_order(model: &ModelConfig, order: fn(OrbitIntegrator) -> Option<f64
     }
 }
 
-/// 6 h n^2 t of the energy's law under explicit Euler.
+/// 6 h n^2 t in the energy law of explicit Euler.
 fn euler_growth(time_step_days: f64, orbit: &KeplerOrbit, time_days: f64) -> f64 {
     6.0 * time_step_days * orbit.mean_motion_rad_per_day * orbit.mean_motion_rad_per_day * time_days
 }
@@ -101,13 +101,13 @@ pub fn euler_angular_momentum_drift(
     (1.0 + euler_growth(time_step_days, orbit, time_days)).powf(1.0 / 6.0) - 1.0
 }
 
-/// dE/|E0| a revolution of explicit Euler, nearly circular: 8 pi^2 h / P.
+/// dE/|E0| per revolution of explicit Euler on a nearly circular orbit: 8 pi^2 h / P.
 #[must_use]
 pub fn euler_energy_drift_per_revolution(time_step_days: f64, orbit: &KeplerOrbit) -> f64 {
     8.0 * PI * PI * time_step_days / orbit.period_days()
 }
 
-/// An ellipse about the Sun, by its state at time 0.
+/// A Kepler ellipse around the Sun, given by its state at time 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeplerOrbit {
     position: [f64; 3],
@@ -124,7 +124,7 @@ pub struct KeplerOrbit {
 }
 
 impl KeplerOrbit {
-    /// The orbit through a state, AU and AU/day; `None` for one that is not an ellipse.
+    /// The orbit through a state, AU and AU/day; `None` if it is not an ellipse.
     #[must_use]
     pub fn through(position: [f64; 3], velocity: [f64; 3]) -> Option<Self> {
         let radius = norm(position);
@@ -146,7 +146,7 @@ impl KeplerOrbit {
         })
     }
 
-    /// Time of a revolution, days.
+    /// Orbital period, days.
     #[must_use]
     pub fn period_days(&self) -> f64 {
         TAU / self.mean_motion_rad_per_day
@@ -170,7 +170,7 @@ impl KeplerOrbit {
     #[must_use]
     pub fn position_au(&self, time_days: f64) -> [f64; 3] {
         let period = self.period_days();
-        // Whole revolutions are taken off first: sines of large angles lose digits.
+        // Whole revolutions are subtracted first, because sines of large angles lose digits.
         let time = time_days - period * (time_days / period).round();
         let target = self.mean_motion_rad_per_day * time;
         let change = self.anomaly_change(target);
@@ -180,7 +180,7 @@ impl KeplerOrbit {
         std::array::from_fn(|axis| f * self.position[axis] + g * self.velocity[axis])
     }
 
-    /// Solves Kepler's equation by bisection kept from leaving by Newton's steps; its left side is monotone.
+    /// Solves Kepler's equation by Newton's method safeguarded by bisection; its left side is monotonic.
     fn anomaly_change(&self, target: f64) -> f64 {
         let (mut low, mut high) = (target - 2.0, target + 2.0);
         let mut x = target;
@@ -209,7 +209,7 @@ pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Length of a vector.
+/// Norm of a vector.
 #[must_use]
 pub fn norm(a: [f64; 3]) -> f64 {
     dot(a, a).sqrt()
@@ -230,7 +230,8 @@ mod tests {
     const VELOCITY: [f64; 3] =
         [-1.718_334_419_397_708e-2, -3.209_800_047_122_614e-3, 6.736_104_268_755_766e-9];
 
-    /// Orbit document's state in 50-digit arithmetic: elements, and positions after a Julian year and a century.
+    /// Source: the state of the orbit exercise in 50-digit arithmetic: elements, and positions after a Julian year and
+    /// a century.
     #[test]
     fn kepler_orbit_agrees_with_50_digits() {
         let orbit = KeplerOrbit::through(POSITION, VELOCITY).unwrap();
@@ -269,7 +270,8 @@ mod tests {
         assert!(KeplerOrbit::through(position, [0.0, 2.0 * speed, 0.0]).is_none());
     }
 
-    /// Orbit document: explicit Euler at dt = 0.25 d gains 0.0495 of |E| in a year; the law is for small eccentricity.
+    /// Source: orbit exercise; explicit Euler with dt = 0.25 d gains 0.0495 of |E| per year. Tolerance: the law holds
+    /// for small eccentricity.
     #[test]
     fn euler_drift_law_is_near_the_reference() {
         let orbit = KeplerOrbit::through(POSITION, VELOCITY).unwrap();

@@ -1,4 +1,4 @@
-//! What is measured of an orbit.
+//! Metrics of an orbit run.
 
 use super::laws as law;
 use crate::metric::definition::definitions;

@@ -1,4 +1,4 @@
-//! What is seen of an orbit: energy, angular momentum, and the distance from the exact solution, all from `/state`.
+//! Observer of orbits: energy, angular momentum and deviation from the exact solution, all from `/state`.
 
 use super::laws::{self as law, GM_SUN_AU3_PER_DAY2, KeplerOrbit, cross, dot, norm};
 use super::metrics as metric;
@@ -14,26 +14,26 @@ use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 use std::f64::consts::TAU;
 
-/// The planet at one instant, and how far it is from the exact solution.
+/// The planet at one instant, and its deviation from the exact solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitPoint {
     /// Simulated time, days.
     pub time_days: f64,
     /// Position, AU.
     pub position_au: [f64; 3],
-    /// Energy of a unit mass, AU^2/day^2.
+    /// Energy per unit mass, AU^2/day^2.
     pub energy: f64,
     /// r x v, AU^2/day.
     pub angular_momentum: [f64; 3],
     /// v x (r x v) / GM - r/|r|.
     pub eccentricity_vector: [f64; 3],
-    /// Distance from the exact position, AU; not a number where the orbit is no ellipse.
+    /// Distance from the exact position, AU; NaN if the orbit is not an ellipse.
     pub position_error_au: f64,
-    /// Angle in the plane of the start minus the exact one, continuous from frame to frame, rad.
+    /// Angle in the initial orbital plane minus the exact one, continuous between frames, rad.
     pub phase_error_rad: f64,
 }
 
-/// An orbit while its frames go by.
+/// Observer of one orbit run.
 #[derive(Clone, Debug)]
 pub struct OrbitRun {
     pub(crate) config: OrbitConfig,
@@ -43,12 +43,12 @@ pub struct OrbitRun {
     radii: Option<[f64; 2]>,
     force_evaluations: Option<u64>,
     revolutions: Revolutions,
-    /// Unit vectors of the plane of the start: along r0, and across it in the sense of motion.
+    /// Unit vectors of the initial orbital plane: along r0, and perpendicular to it in the sense of motion.
     plane: [[f64; 3]; 2],
 }
 
 impl OrbitRun {
-    /// Nothing seen yet.
+    /// Creates an observer without frames.
     #[must_use]
     pub fn new(config: OrbitConfig) -> Self {
         Self {
@@ -85,7 +85,7 @@ impl OrbitRun {
         let phase_error_rad = exact.map_or(f64::NAN, |exact| {
             let apart = self.angle(position) - self.angle(exact);
             let before = self.points.last().map_or(0.0, |point| point.phase_error_rad);
-            // Between two frames the error changes by less than half a turn.
+            // The error changes by less than half a revolution between two frames.
             apart + TAU * ((before - apart) / TAU).round()
         });
         OrbitPoint {
@@ -137,7 +137,7 @@ impl OrbitRun {
         );
     }
 
-    /// The first term of the energy error of the two lowest symplectic methods, over a revolution or more.
+    /// Leading term of the energy error of the two lowest-order symplectic methods, after at least one revolution.
     fn symplectic_energy_error(&self) -> Option<f64> {
         let orbit = self.exact?;
         let covered = self.points.last()?.time_days >= orbit.period_days();
@@ -185,7 +185,8 @@ impl OrbitRun {
 }
 
 impl OrbitRun {
-    /// The period by the clock, and Kepler's third law by it and by the width of the path; none before a revolution is done.
+    /// The measured period, and Kepler's third law with this period and the width of the path; empty before the first
+    /// revolution.
     fn third_law(&self) -> Vec<Measurement> {
         let (Some(period), Some([least, greatest])) = (self.revolutions.period_days(), self.radii)
         else {
@@ -201,22 +202,22 @@ impl OrbitRun {
     }
 }
 
-/// Counts passes of the direction of the start. A pass lies on the line between two frames; it is good to the third power of
-/// their distance, since the force across the direction of the start is zero there.
+/// Counts passes of the initial direction. A pass is interpolated linearly between two frames. Its error is of third
+/// order in their interval, because the force perpendicular to the initial direction is zero there.
 #[derive(Clone, Copy, Debug, Default)]
 struct Revolutions {
     count: u32,
     start_days: Option<f64>,
     last_pass_days: f64,
-    /// Time and distance across the direction of the start, of the frame before; none until the body has left it.
+    /// Time and perpendicular distance in the previous frame; `None` until the body has left the initial direction.
     before: Option<(f64, f64)>,
 }
 
 impl Revolutions {
-    /// `along` and `across`: components of the position in the plane of the start, AU.
+    /// Adds a frame; `along` and `across` are the components of the position in the initial orbital plane, AU.
     fn add_frame(&mut self, time_days: f64, along: f64, across: f64) {
         if self.start_days.is_none() {
-            // The start itself is no pass.
+            // The start itself is not a pass.
             self.start_days = Some(time_days);
             return;
         }
@@ -232,7 +233,7 @@ impl Revolutions {
         self.before = Some((time_days, across));
     }
 
-    /// Mean time of a revolution.
+    /// Mean period of the revolutions, days.
     fn period_days(&self) -> Option<f64> {
         let start = self.start_days.filter(|_| self.count > 0)?;
         Some((self.last_pass_days - start) / f64::from(self.count))
@@ -292,7 +293,7 @@ impl Observer for OrbitRun {
     }
 }
 
-/// Position and velocity of a particle.
+/// Position and velocity of one body; `None` if a column is missing.
 pub(super) fn body(state: &StateTable, row: usize) -> Option<([f64; 3], [f64; 3])> {
     let value = |name: &str| state.value(row, name);
     let position = [value("x")?, value("y")?, value("z")?];

@@ -1,4 +1,4 @@
-//! Plots of a packing run: temperature and a2 against collisions, discs at the end.
+//! Plots of a packing run: temperature and a2 over collisions, structure, displacement, snapshots.
 
 use super::laws as law;
 use super::observe::{PackingRun, VelocityMoments};
@@ -23,7 +23,7 @@ impl PlottedObserver for PackingRun {
     }
 }
 
-/// Collision by collision where that was recorded, else frame by frame.
+/// The moments per collision if recorded, else per frame.
 fn series(run: &PackingRun) -> &Series<VelocityMoments> {
     if run.collisions.is_empty() { &run.frames } else { &run.collisions }
 }
@@ -95,10 +95,10 @@ fn structure(run: &PackingRun) -> Option<Plot> {
     Some(chart("pair_correlation", "Pair correlation of the discs", x, y, curves))
 }
 
-/// Times between frames over the first one, from which on a linear axis of time shows next to nothing of the first.
+/// Ratio of the last to the first frame interval above which a linear time axis would hide the first frames.
 const STRETCHED: f64 = 10.0;
 
-/// Whether frames lie further and further apart, as those that are even in the logarithm of time do.
+/// Whether the frame interval grows, as for frames that are even in the logarithm of time.
 fn times_stretch(series: &Series<(f64, f64)>) -> bool {
     let times: Vec<f64> = series.iter().map(|&(time, _)| time).collect();
     let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -106,7 +106,8 @@ fn times_stretch(series: &Series<(f64, f64)>) -> bool {
 }
 
 fn displacement(run: &PackingRun) -> Vec<Plot> {
-    let (moved, memory) = (&run.displacement.mean_square, &run.displacement.velocity_memory);
+    let (moved, memory) =
+        (&run.displacement.mean_square, &run.displacement.velocity_autocorrelation);
     let mut plots = Vec::new();
     if moved.len() > 1 {
         let curves = vec![curve("<|x − x(0)|²>", CurveStyle::Line, 0, moved.iter().copied())];
@@ -116,7 +117,7 @@ fn displacement(run: &PackingRun) -> Vec<Plot> {
         plots.push(chart("mean_square_displacement", title, x, y, curves));
     }
     if memory.len() > 1 {
-        // Time 0 has no place on a logarithmic axis.
+        // A logarithmic axis cannot show time 0.
         let ends = [memory.iter().find(|(time, _)| *time > 0.0), memory.last()];
         let level = ends.into_iter().flatten().map(|(time, _)| (*time, 0.0));
         let curves = vec![

@@ -4,62 +4,62 @@ use crate::metric::Law;
 use kinetoscope_manifest::model::PackingConfig;
 use std::f64::consts::PI;
 
-/// The temperature of elastic discs, and of dissipative ones by their collisions.
+/// Temperature of elastic discs, and cooling of dissipative ones (Haff's law).
 pub const COOLING: Law = Law {
     statement: "T = T0 exp(-(1 - alpha^2) C / n) after C pair collisions; constant for alpha = 1",
     source: "Haff 1983",
 };
-/// The fourth moment of elastic discs at fixed energy.
+/// Fourth velocity moment of elastic discs at fixed energy.
 pub const A2_FIXED_ENERGY: Law = Law {
     statement: "mean a2 = -1/(n + 1) at fixed energy",
     source: "uniform law on the energy sphere",
 };
-/// The same where the momentum is fixed as well.
+/// Fourth velocity moment at fixed energy and momentum.
 pub const A2_FIXED_MOMENTUM: Law = Law {
     statement: "mean a2 = -1/n at fixed energy and momentum",
     source: "uniform law on the energy sphere of relative velocities",
 };
-/// The fourth moment in the homogeneous cooling state.
+/// Fourth velocity moment in the homogeneous cooling state.
 pub const A2_COOLING: Law = Law {
     statement: "a2 = 16 (1 - a)(1 - 2 a^2) / (57 - 25 a + 30 a^2 (1 - a))",
     source: "van Noije and Ernst 1998, homogeneous cooling state",
 };
-/// The pair collision rate.
+/// Pair collision rate.
 pub const COLLISION_RATE: Law = Law {
     statement: "Enskog: w = 2 sqrt(pi) n s g sqrt(kT/m), corrected for walls and fixed n and energy",
     source: "Chapman and Enskog; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
 };
-/// The wall collision rate.
+/// Wall collision rate.
 pub const WALL_RATE: Law = Law {
     statement: "force on the walls / kT times sqrt(kT / (2 pi m))",
     source: "contact theorem; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
 };
-/// The compressibility factor by the virial of pair collisions.
+/// Compressibility factor from the virial of pair collisions.
 pub const COMPRESSIBILITY: Law = Law {
     statement: "Z = (1 + f^2/8) / (1 - f)^2, corrected for walls and fixed n; Z - 1 times (1 + alpha)/2",
     source: "Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
 };
-/// The same of discs of several sizes.
+/// Compressibility factor of discs of several sizes.
 pub const COMPRESSIBILITY_OF_SIZES: Law = Law {
     statement: "Z = (1 - x)/(1 - f) + x (1 + f^2/8)/(1 - f)^2, x = <r>^2/<r^2>, corrected for walls and fixed n; Z - 1 times (1 + alpha)/2",
     source: "Santos, Yuste and Lopez de Haro 1999; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
 };
-/// The pair collision rate of discs of several sizes and one mass.
+/// Pair collision rate of discs of several sizes and equal mass.
 pub const COLLISION_RATE_OF_SIZES: Law = Law {
     statement: "Enskog: w = 2 sqrt(pi) n <s_ij g_ij> sqrt(kT/m), g_ij = 1/(1 - f) + (9/16) f/(1 - f)^2 (s_i s_j/s_ij) <s>/<s^2>, s_ij = (s_i + s_j)/2, corrected for walls and fixed n and energy",
     source: "Santos, Yuste and Lopez de Haro 1999; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
 };
-/// The contact value by the collision rate.
+/// Contact value of g(r) from the collision rate.
 pub const CONTACT_VALUE: Law = Law {
     statement: "<s_ij g_ij>/<s> = 1/(1 - f) + (9/16) x f/(1 - f)^2, x = <s>^2/<s^2>, for one size (1 - 7f/16)/(1 - f)^2; corrected for fixed n",
     source: "Santos, Yuste and Lopez de Haro 1999; Henderson 1975",
 };
-/// Pressure and collision rate are two faces of one virial.
+/// Relation between pressure and collision rate through the virial.
 pub const VIRIAL_IDENTITY: Law = Law {
     statement: "Z - 1 = (1 + alpha)/2 (sqrt(pi)/4) s w sqrt(m/kT), for several sizes s = <s_ij^2 g_ij>/<s_ij g_ij>",
     source: "virial theorem with Maxwell's velocities, corrected for fixed energy; Henderson 1975",
 };
-/// The kinetic energy of elastic discs.
+/// Kinetic energy of elastic discs.
 pub const ELASTIC_ENERGY: Law = Law {
     statement: "constant for alpha = 1",
     source: "conservation of energy; walls keep the speed",
@@ -85,38 +85,39 @@ pub fn a2_cooling(restitution: f64) -> f64 {
     16.0 * (1.0 - a) * (1.0 - 2.0 * a * a) / (57.0 - 25.0 * a + 30.0 * a * a * (1.0 - a))
 }
 
-/// T over its value at the start, after so many pair collisions.
+/// Temperature over its initial value after this number of pair collisions.
 #[must_use]
 pub fn cooling(restitution: f64, pair_collisions: f64, discs: u32) -> f64 {
     (-(1.0 - restitution * restitution) * pair_collisions / f64::from(discs)).exp()
 }
 
-/// Hard discs in a rectangle, in equilibrium. Lengths in the model's unit, rates for kT/m = 1.
+/// Equilibrium of hard discs in a rectangle. Lengths are in the model's unit, rates for kT/m = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equilibrium {
-    /// P A / (N kT) by the virial of the pair collisions in the whole box.
+    /// P A / (N kT) from the virial of the pair collisions in the whole box.
     pub compressibility_factor: f64,
-    /// Pair collisions a disc and unit of time, over sqrt(kT/m).
+    /// Pair collisions per disc and unit of time, over sqrt(kT/m).
     pub pair_rate: f64,
-    /// Wall collisions a disc and unit of time, over sqrt(kT/m).
+    /// Wall collisions per disc and unit of time, over sqrt(kT/m).
     pub wall_rate: f64,
-    /// Mean speed of approach of a pair over Maxwell's, where the mean square is the recorded one: what a rate is larger by.
+    /// Ratio of the mean approach speed of a pair to Maxwell's at the same mean square speed; rates are larger by this
+    /// ratio.
     pub approach: f64,
 }
 
-/// The sizes of discs of equal mass.
+/// Size distribution of discs of equal mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiscSizes {
-    /// f, the share of the box that they cover.
+    /// Packing fraction f.
     pub packing_fraction: f64,
-    /// <r>
+    /// Mean radius <r>.
     pub mean_radius: f64,
-    /// x = <r>^2/<r^2>, 1 of one size.
+    /// x = <r>^2/<r^2>; 1 for equal discs.
     pub squared_mean_over_mean_square: f64,
 }
 
 impl DiscSizes {
-    /// Discs that all have the manifest's radius.
+    /// Equal discs with the manifest's radius.
     #[must_use]
     pub fn equal(config: &PackingConfig) -> Self {
         Self {
@@ -126,16 +127,17 @@ impl DiscSizes {
         }
     }
 
-    /// Mean of the contact values g_ij = 1/(1 - f) + (9/16) f/(1 - f)^2 (2 s_i s_j/(s_i + s_j)) <s>/<s^2> of all pairs of diameters s, each
-    /// counted with its s_i + s_j, as they collide (Santos, Yuste and Lopez de Haro 1999 with Henderson's value for one size).
+    /// Mean contact value g_ij = 1/(1 - f) + (9/16) f/(1 - f)^2 (2 s_i s_j/(s_i + s_j)) <s>/<s^2> over all pairs of
+    /// diameters s, weighted by the collision cross section s_i + s_j (Santos, Yuste and López de Haro 1999 with
+    /// Henderson's value for equal discs).
     #[must_use]
     pub fn contact_value(&self) -> f64 {
         let (f, x) = (self.packing_fraction, self.squared_mean_over_mean_square);
         (1.0 + 9.0 / 16.0 * x * f / (1.0 - f)) / (1.0 - f)
     }
 
-    /// Mean distance of centers in a collision, <s_ij^2 g_ij>/<s_ij g_ij> with s_ij = (s_i + s_j)/2 and the contact values of
-    /// [`Sizes::contact_value`].
+    /// Mean distance of centers in a collision, <s_ij^2 g_ij>/<s_ij g_ij> with s_ij = (s_i + s_j)/2 and the contact
+    /// values of [`DiscSizes::contact_value`].
     #[must_use]
     pub fn collision_diameter(&self) -> f64 {
         let x = self.squared_mean_over_mean_square;
@@ -143,32 +145,32 @@ impl DiscSizes {
         2.0 * self.mean_radius * ((1.0 + 1.0 / x) / 2.0 + crowding) / (1.0 + crowding * x)
     }
 
-    /// Mean radius of the discs that touch a wall: large ones do so more often, with g = 1/(1 - f) + (9/8) f/(1 - f)^2 s <s>/<s^2>, the
-    /// contact value with a disc of no end.
+    /// Mean radius of the discs at a wall. Large discs collide with it more often, with g = 1/(1 - f) + (9/8) f/(1 -
+    /// f)^2 s <s>/<s^2>, the contact value with an infinitely large disc.
     fn radius_at_walls(&self) -> f64 {
         let x = self.squared_mean_over_mean_square;
         let crowding = 9.0 / 8.0 * self.packing_fraction / (1.0 - self.packing_fraction);
         self.mean_radius * (1.0 + crowding) / (1.0 + crowding * x)
     }
 
-    /// The same discs, so many times as dense.
+    /// The same size distribution at another packing fraction.
     fn at(&self, packing_fraction: f64) -> Self {
         Self { packing_fraction, ..*self }
     }
 
-    /// Z = (1 - x)/(1 - f) + x (1 + f^2/8)/(1 - f)^2: what the contact values give.
+    /// Z = (1 - x)/(1 - f) + x (1 + f^2/8)/(1 - f)^2, which follows from the contact values.
     fn bulk_compressibility(&self) -> f64 {
         let (f, x) = (self.packing_fraction, self.squared_mean_over_mean_square);
         x * henderson(f) + (1.0 - x) / (1.0 - f)
     }
 }
 
-/// Packing fraction below the transition to the solid, where Henderson's law ends (Bernard and Krauth 2011: 0.700).
+/// Maximum packing fraction of the fluid, up to which Henderson's law holds (Bernard and Krauth 2011: 0.700).
 pub const DENSEST_FLUID: f64 = 0.69;
 
-/// Equilibrium of discs in a periodic box. Nothing is corrected for walls, but n is fixed as in [`equilibrium`], and so is the momentum
-/// at zero: relative velocities are those of n - 1 discs, their mean square is larger by n/(n - 1). `None` of one disc, and of more than
-/// the fluid holds.
+/// Equilibrium of discs in a periodic box. There is no correction for walls. The number n is fixed as in
+/// [`equilibrium`], and the momentum is fixed at zero, so relative velocities are those of n - 1 discs and their mean
+/// square is larger by n/(n - 1). `None` for one disc and above the fluid's maximum packing fraction.
 #[must_use]
 pub fn periodic_equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Option<Equilibrium> {
     let fraction = sizes.packing_fraction;
@@ -191,7 +193,7 @@ pub fn periodic_equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Option<
     })
 }
 
-/// Share of the plane that discs cover in the box.
+/// Packing fraction of the manifest's discs.
 #[must_use]
 pub fn packing_fraction(config: &PackingConfig) -> f64 {
     let radius = config.radius.get();
@@ -199,16 +201,19 @@ pub fn packing_fraction(config: &PackingConfig) -> f64 {
         / (config.width.get() * config.height.get())
 }
 
-/// Equilibrium of discs between walls, by the pressure of Henderson and of Santos, Yuste and Lopez de Haro with three corrections for a
-/// small box:
-/// - walls keep the centers off by a radius, so that the bulk is denser than n/A. The line tension at a wall is
-///   kT rho <r> [1/(1 - f) + (1 - 8/(3 pi)) f]: scaled-particle theory, made exact to second order in the density for one size. Hence the
-///   number of discs that a wall is short of by unit length, and the force on a wall of length l, P l - 2 tension;
-/// - n is fixed: a density's function y is less by y'' rho S/(2A) than where n fluctuates, S = kT d(rho)/dP;
-/// - the energy is fixed: mean speeds are larger than Maxwell's by sqrt(n) Gamma(n)/Gamma(n + 1/2).
+/// Equilibrium of discs between walls.
 ///
-/// The virial theorem for the box then gives the pair virial. Against event-driven runs of 5 to 150 discs of one size with f up to 0.3
-/// this is good to half a percent of Z - 1, and to two percent at n = 5.
+/// The pressure is that of Henderson and of Santos, Yuste and López de Haro, with three corrections for a small box:
+/// - Walls exclude the centers within one radius, so the bulk is denser than n/A. The line tension at a wall is
+///   kT rho <r> [1/(1 - f) + (1 - 8/(3 pi)) f]: scaled-particle theory, made exact to second order in the density for equal
+///   discs. It determines the number of discs missing per unit length of wall, and the force on a wall of length l,
+///   P l - 2 tension.
+/// - The number n is fixed: a function y of the density is lower by y'' rho S/(2A) than for fluctuating n,
+///   S = kT d(rho)/dP.
+/// - The energy is fixed: mean speeds are higher than Maxwell's by the factor sqrt(n) Gamma(n)/Gamma(n + 1/2).
+///
+/// The pair virial then follows from the virial theorem for the box. Compared with event-driven runs of 5 to 150 equal
+/// discs with f up to 0.3, Z - 1 is accurate to 0.5 %, and to 2 % at n = 5.
 #[must_use]
 pub fn equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Equilibrium {
     const SECOND_ORDER: f64 = 1.0 - 8.0 / (3.0 * PI);
@@ -217,7 +222,7 @@ pub fn equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Equilibrium {
     let (area, disc_area) =
         (width * height, PI * radius * radius / sizes.squared_mean_over_mean_square);
     let mut density = discs / area;
-    // In boxes wider than a few discs each pass comes closer by a factor of four or more.
+    // In boxes wider than a few discs, each iteration reduces the error by a factor of at least four.
     for _ in 0..60 {
         let fraction = (density * disc_area).min(0.9);
         let tension_slope =
@@ -246,7 +251,7 @@ pub fn equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Equilibrium {
     }
 }
 
-/// Slope and bend of f Z(f), the pressure in units of kT over a disc's mean area, of discs with given sizes.
+/// First and second derivative of f Z(f), the pressure in units of kT over a disc's mean area, for given sizes.
 struct PressureCurve {
     slope: f64,
     bend: f64,
@@ -271,7 +276,8 @@ impl PressureCurve {
     }
 }
 
-/// Mean speed at fixed energy over Maxwell's, sqrt(n) Gamma(n) / Gamma(n + 1/2), by its series in 1/n (error 2e-4 at n = 1).
+/// Ratio of the mean speed at fixed energy to Maxwell's, sqrt(n) Gamma(n) / Gamma(n + 1/2), by its series in 1/n (error
+/// 2e-4 at n = 1).
 #[must_use]
 pub fn fixed_energy_speed(discs: f64) -> f64 {
     let inverse = 1.0 / discs;
@@ -283,7 +289,8 @@ mod tests {
     use super::*;
     use kinetoscope_manifest::quantity::{BoxSide, Positive};
 
-    /// Independent event-driven programs, N = 1e4: Z at packing fractions 0.1 to 0.5. Henderson is within 0.6 % there.
+    /// Source: independent event-driven programs, N = 1e4: Z at packing fractions from 0.1 to 0.5. Tolerance:
+    /// Henderson's law is within 0.6 % there.
     #[test]
     fn henderson_is_close_to_simulated_pressures() {
         for (fraction, simulated) in
@@ -293,7 +300,7 @@ mod tests {
         }
     }
 
-    /// Event-driven runs of 4 replicates of 2000 n events in a box of 40 x 40, r = 1: Z and its standard error.
+    /// Source: event-driven runs, 4 replicates of 2000 n events in a box of 40 x 40, r = 1: Z and its standard error.
     #[test]
     fn small_boxes_agree_with_simulation() {
         for (discs, simulated, error) in
@@ -307,8 +314,9 @@ mod tests {
         }
     }
 
-    /// Event-driven runs of 4000 n events in a periodic box at f = 0.3: Z, pair rate over sqrt(kT/m), and their standard errors. Henderson
-    /// is within 0.1 % of Z - 1 there. A mixture of radii uniform in [0.7, 1.3] as well: x = 1/1.03, good to 0.5 %.
+    /// Source: event-driven runs of 4000 n events in a periodic box at f = 0.3: Z, pair rate over sqrt(kT/m), and their
+    /// standard errors. Tolerance: Henderson's law is within 0.1 % of Z - 1 there. A mixture of radii uniform in [0.7,
+    /// 1.3] is tested as well: x = 1/1.03, within 0.5 %.
     #[test]
     fn periodic_boxes_agree_with_simulation() {
         let side = |side: f64| BoxSide::new(side).unwrap();
@@ -337,9 +345,9 @@ mod tests {
         assert!((z - 2.10804).abs() < 3.0 * 2.0e-3 + 0.005 * 1.108, "{z}");
     }
 
-    /// Event-driven runs of 3000 n events in a box of 40 x 40, radii uniform in [0.4, 1.6]: f, <r> and x of those drawn, then Z, and the rates
-    /// of pairs and walls over sqrt(kT/m), each with its standard error. Allowed besides: 0.5 % of Z - 1 and of the rates.
-    /// Control: discs of one size that cover as much.
+    /// Source: event-driven runs of 3000 n events in a box of 40 x 40, radii uniform in [0.4, 1.6]: f, <r> and x of the
+    /// drawn radii, then Z and the pair and wall collision rates over sqrt(kT/m), each with its standard error.
+    /// Tolerance: in addition 0.5 % of Z - 1 and of the rates. Control: equal discs with the same packing fraction.
     #[test]
     fn mixtures_between_walls_agree_with_simulation() {
         type Simulated = [(f64, f64); 3];
@@ -368,9 +376,10 @@ mod tests {
             let mixed = DiscSizes { packing_fraction, mean_radius, squared_mean_over_mean_square };
             let agrees = |sizes: DiscSizes| {
                 let theory = equilibrium(&config, sizes);
-                let told =
+                let given =
                     [theory.compressibility_factor - 1.0, theory.pair_rate, theory.wall_rate];
-                told.iter()
+                given
+                    .iter()
                     .zip(simulated)
                     .enumerate()
                     .map(|(index, (&theory, (value, error)))| {
@@ -389,7 +398,7 @@ mod tests {
         }
     }
 
-    /// In a box much larger than its discs, walls do not matter: Enskog's rate with g = (1 - 7f/16)/(1 - f)^2.
+    /// In a box much larger than its discs, walls have no effect: Enskog's rate with g = (1 - 7f/16)/(1 - f)^2.
     #[test]
     fn without_walls_the_rate_is_enskogs() {
         let config = PackingConfig {
@@ -408,8 +417,8 @@ mod tests {
         assert!((theory.compressibility_factor / henderson(fraction) - 1.0).abs() < 2e-3);
     }
 
-    /// A single disc meets no other, and has one speed v: it crosses a square of side a at the rate 4 <|v_x|>/(2a), with
-    /// <|v_x|> = 2 v/pi and kT/m = v^2/2.
+    /// A single disc has no pair collisions and one speed v. It crosses a square of side a at the rate 4 <|v_x|>/(2a),
+    /// with <|v_x|> = 2 v/pi and kT/m = v^2/2.
     #[test]
     fn a_single_disc_meets_walls_alone() {
         let config = PackingConfig {

@@ -1,4 +1,4 @@
-//! What is measured of a packing run.
+//! Metrics of a packing run.
 
 use super::laws as law;
 use crate::metric::definition::definitions;

@@ -1,4 +1,4 @@
-//! What is seen of a packing run: temperature, a2, collision rates and pressure.
+//! Observer of packing runs: temperature, a2, collision rates, pressure and structure.
 
 use super::displacement::Displacement;
 use super::laws as law;
@@ -19,10 +19,10 @@ use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 use std::f64::consts::PI;
 
-/// Moments of the velocities after an event.
+/// Velocity moments after an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocityMoments {
-    /// Events, pair and wall, since the start.
+    /// Pair and wall collisions since the start.
     pub events: f64,
     /// Simulated time.
     pub time: f64,
@@ -32,7 +32,7 @@ pub struct VelocityMoments {
     pub a2: f64,
 }
 
-/// Totals since the start at a frame.
+/// Totals since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct CollisionTotals {
     time: f64,
@@ -42,15 +42,15 @@ struct CollisionTotals {
     virial: f64,
 }
 
-/// A packing run while its frames go by.
+/// Observer of one packing run.
 #[derive(Clone, Debug)]
 pub struct PackingRun {
     pub(crate) config: PackingConfig,
-    /// By frames.
+    /// Moments per frame.
     pub(crate) frames: Series<VelocityMoments>,
-    /// Events and pair collisions, by frames.
+    /// Events and pair collisions per frame.
     pub(crate) pairs: Series<(f64, f64)>,
-    /// By collisions where they were recorded.
+    /// Moments per collision, if recorded.
     pub(crate) collisions: Series<VelocityMoments>,
     pub(crate) snapshots: Snapshots,
     pub(crate) structure: Structure,
@@ -58,17 +58,17 @@ pub struct PackingRun {
     last_of_collisions: Option<VelocityMoments>,
     a2_by_collisions: Blocking,
     a2_by_frames: Blocking,
-    /// Integral over time of sqrt(kT/m), and the time.
+    /// Time integral of sqrt(kT/m), and the time.
     thermal_speed: (Sum, Sum),
     totals: Option<CollisionTotals>,
     rates: CollisionRates,
     pressure: Option<PackingPressure>,
     counts: Option<PackingCollisions>,
-    /// Of the discs of the last state.
+    /// Size distribution in the last state.
     sizes: Option<law::DiscSizes>,
 }
 
-/// Growth of totals from frame to frame, over growth of another.
+/// Increments of totals between frames, relative to those of a second total.
 #[derive(Clone, Debug, Default)]
 struct CollisionRates {
     pair: Blocking,
@@ -76,13 +76,13 @@ struct CollisionRates {
     virial: Blocking,
 }
 
-/// Velocities forget their start in a few collisions a disc: means begin after this many events a disc.
+/// Events per disc after which means begin: velocities forget their start within a few collisions per disc.
 const SETTLING_EVENTS_PER_DISC: f64 = 5.0;
-/// Every so many frames as there are discs to this number one is sampled for its structure: the work a disc stays bounded.
+/// Discs per sampling interval: the structure is sampled once per n/32 frames, so that the cost per disc is bounded.
 const DISCS_PER_SAMPLE: u64 = 32;
 
 impl PackingRun {
-    /// Nothing seen yet.
+    /// Creates an observer without frames.
     #[must_use]
     pub fn new(config: PackingConfig, snapshots: Snapshots) -> Self {
         let sides = [config.width.get(), config.height.get()];
@@ -120,12 +120,13 @@ impl PackingRun {
         events >= SETTLING_EVENTS_PER_DISC * self.discs()
     }
 
-    /// What a value of a2 counts for: the time that it lasted; while discs cool, time stretches without end and events count.
+    /// Weight of a value of a2: its duration. For cooling discs, whose time scale grows without bound, it is the number
+    /// of events.
     fn weight(&self, before: &VelocityMoments, after: &VelocityMoments) -> f64 {
         if self.elastic() { after.time - before.time } else { after.events - before.events }
     }
 
-    /// a2 holds from one collision to the next.
+    /// Adds recorded collisions; a2 is constant from one collision to the next.
     fn add_collisions(&mut self, batch: &PerCollision) {
         let columns = batch.event.iter().zip(&batch.time).zip(&batch.temperature).zip(&batch.a2);
         for (((&event, &time), &temperature), &a2) in columns {
@@ -141,7 +142,7 @@ impl PackingRun {
         }
     }
 
-    /// Mean of a2: exact where collisions were recorded, else by the trapezium rule between frames.
+    /// Mean of a2: exact if collisions were recorded, else by the trapezoidal rule between frames.
     fn mean_a2(&self) -> Option<Estimate> {
         let exact = self.a2_by_collisions.entries() > 0;
         if exact { &self.a2_by_collisions } else { &self.a2_by_frames }.estimate()
@@ -172,10 +173,10 @@ impl PackingRun {
         }
     }
 
-    /// A rate with its error from blocks of frames.
+    /// A rate with its blocking error.
     fn rate(&self, rate: &Blocking) -> Option<Estimate> {
         let estimate = rate.estimate()?;
-        // While the discs cool, the rate drifts: windows then differ for other reasons than chance.
+        // The rate of cooling discs drifts, so the scatter of its blocks is not a statistical error.
         Some(if self.elastic() { estimate } else { Estimate::bare(estimate.value) })
     }
 
@@ -183,19 +184,19 @@ impl PackingRun {
         self.config.boundary == Boundary::Walls
     }
 
-    /// The radius of all discs; `None` where they differ, or where compression to a pressure has chosen it.
+    /// The radius of equal discs; `None` if radii differ or result from a compression.
     pub(crate) fn equal_radius(&self) -> Option<f64> {
-        let told =
+        let is_given =
             self.config.polydispersity.get() == 0.0 && self.config.compression_pressure.is_none();
-        told.then(|| self.config.radius.get())
+        is_given.then(|| self.config.radius.get())
     }
 
-    /// The sizes of the discs, by the manifest or else by the last state.
+    /// The size distribution from the manifest or else from the last state.
     fn known_sizes(&self) -> Option<law::DiscSizes> {
         self.equal_radius().map(|_| law::DiscSizes::equal(&self.config)).or(self.sizes)
     }
 
-    /// What equilibrium theory says; `None` of discs and boxes that it does not speak of.
+    /// Equilibrium theory; `None` outside its range of validity.
     fn equilibrium(&self) -> Option<law::Equilibrium> {
         let is_fluid = |sizes: &law::DiscSizes| sizes.packing_fraction <= law::DENSEST_FLUID;
         let sizes = self.known_sizes().filter(is_fluid)?;
@@ -205,13 +206,13 @@ impl PackingRun {
         law::periodic_equilibrium(&self.config, sizes)
     }
 
-    /// Of a law for one size and one for several, that which holds here.
+    /// Selects the law for equal discs or that for several sizes.
     fn law_of_sizes(&self, one: Law, several: Law) -> Law {
         let is_one = self.config.polydispersity.get() == 0.0;
         if is_one { one } else { several }
     }
 
-    /// Sizes of the discs by their own radii.
+    /// The size distribution of a state with radii.
     fn sizes_of(&self, state: &StateTable) -> Option<law::DiscSizes> {
         let radii: Vec<f64> = state.column("radius")?.collect();
         let mean = mean(&radii)?;
@@ -223,13 +224,13 @@ impl PackingRun {
         })
     }
 
-    /// Share of the box that discs cover, of the state or else of the manifest.
+    /// Packing fraction from the manifest or else from the state.
     pub(crate) fn packing_fraction(&self) -> Option<f64> {
-        let told = self.equal_radius().map(|_| law::packing_fraction(&self.config));
-        told.or(self.sizes.map(|sizes| sizes.packing_fraction))
+        let given = self.equal_radius().map(|_| law::packing_fraction(&self.config));
+        given.or(self.sizes.map(|sizes| sizes.packing_fraction))
     }
 
-    /// Mean over time of sqrt(kT/m) between frames, kT/m = <v^2>/2.
+    /// Time average of sqrt(kT/m) between frames, kT/m = <v^2>/2.
     fn mean_thermal_speed(&self) -> Option<f64> {
         let (area, length) = (self.thermal_speed.0.value(), self.thermal_speed.1.value());
         (length > 0.0).then(|| area / length)
@@ -259,7 +260,7 @@ impl PackingRun {
         if let Some(a2) = self.mean_a2() {
             let found_a2 = Measurement::new(metric::A2_MEAN, a2);
             found.push(if self.elastic() {
-                // Without walls the momentum is fixed, too.
+                // Without walls, the momentum is fixed as well.
                 if self.has_walls() {
                     let theory = law::a2_at_fixed_energy(self.config.discs.get());
                     found_a2.against_law(theory, law::A2_FIXED_ENERGY)
@@ -305,7 +306,7 @@ impl PackingRun {
         }
     }
 
-    /// What the collision rate says of contacts and of the pressure.
+    /// Contact value and compressibility factor derived from the collision rate.
     fn contact_measurements(
         &self,
         rate: Estimate,
@@ -350,7 +351,7 @@ impl PackingRun {
         found.push(Measurement::new(metric::PRESSURE_WALL, pressure.wall));
     }
 
-    /// The structure as sampled, or of the last frame where no frame was.
+    /// The sampled structure, or that of the last frame if no frame was sampled.
     pub(crate) fn sampled_structure(&self) -> Structure {
         let mut structure = self.structure.clone();
         let samples = self.equal_radius().is_some();
@@ -371,7 +372,7 @@ impl PackingRun {
         if let Some(displacement) = self.displacement.last_mean_square() {
             found.push(Measurement::new(metric::DISPLACEMENT, displacement));
         }
-        if let Some((_, memory)) = self.displacement.velocity_memory.last() {
+        if let Some((_, memory)) = self.displacement.velocity_autocorrelation.last() {
             found.push(Measurement::new(metric::VELOCITY_MEMORY, *memory));
         }
     }
@@ -387,9 +388,10 @@ impl Observer for PackingRun {
         if let Some(batch) = frame.get::<PerCollision>()? {
             self.add_collisions(&batch);
         }
-        let told = frame.get::<PackingTemperature>()?.map(|told| (told.temperature, told.a2));
+        let recorded =
+            frame.get::<PackingTemperature>()?.map(|moments| (moments.temperature, moments.a2));
         let state = frame.take_state();
-        if let Some((temperature, a2)) = state.as_ref().and_then(moments_of).or(told) {
+        if let Some((temperature, a2)) = state.as_ref().and_then(moments_of).or(recorded) {
             self.add_moments(VelocityMoments { events, time, temperature, a2 });
         }
         if let Some(state) = state {
@@ -440,7 +442,7 @@ impl Observer for PackingRun {
     }
 }
 
-/// Mean over time of a speed between two values, where its inverse grows evenly as Haff's law has it.
+/// Time average of a speed between two values if its inverse grows linearly, as in Haff's law.
 fn mean_while_cooling(before: f64, after: f64) -> f64 {
     if (before - after).abs() <= 1e-6 * before {
         return (before + after) / 2.0;

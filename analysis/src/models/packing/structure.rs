@@ -1,29 +1,29 @@
-//! How equal discs lie about each other: pair correlation g(r) and bond order psi6, over sampled frames.
+//! Structure of equal discs: pair correlation function g(r) and bond-orientational order psi6, over sampled frames.
 
 use crate::statistics::{Blocking, Estimate};
 use kinetoscope_recording::reader::StateTable;
 use std::f64::consts::PI;
 
-/// Bins of g(r) a diameter.
+/// Bins of g(r) per diameter.
 const BINS_PER_DIAMETER: usize = 20;
-/// g(r) is found up to this many diameters.
+/// Range of g(r) in diameters.
 const REACH_DIAMETERS: usize = 5;
-/// Neighbors of a disc are nearer than this many diameters: between the first and the second shell of a hexagonal bed.
+/// Maximum distance of neighbors in diameters, between the first and second shell of a hexagonal lattice.
 const NEIGHBOR_DIAMETERS: f64 = 1.5;
-/// Discs are near contact within this many diameters.
+/// Maximum distance of discs near contact, in diameters.
 const NEAR_CONTACT_DIAMETERS: f64 = 1.1;
 
-/// What was found so far of equal discs in a box.
+/// Accumulated structure of equal discs in a box.
 #[derive(Clone, Debug)]
 pub(crate) struct Structure {
     diameter: f64,
-    /// Lower left corner and sides of the room that centers have.
+    /// Lower left corner and sides of the region that the centers can occupy.
     corner: [f64; 2],
-    room: [f64; 2],
-    /// Whether each edge of the room is the opposite one.
+    region: [f64; 2],
+    /// Whether the region is periodic.
     periodic: bool,
     frames: u64,
-    /// Sum over frames of the pairs in each bin over those of as many points at random.
+    /// Sum over frames: pairs per bin over those of the same number of random points.
     correlation: Vec<f64>,
     near_contact: Blocking,
     psi6_global: Blocking,
@@ -31,14 +31,14 @@ pub(crate) struct Structure {
 }
 
 impl Structure {
-    /// Discs of this radius in a box of these sides, centered on the origin.
+    /// Creates an empty structure for discs of this radius in a box with these sides, centered at the origin.
     pub(super) fn new(radius: f64, sides: [f64; 2], periodic: bool) -> Self {
         let kept_off = if periodic { 0.0 } else { 2.0 * radius };
-        let room = sides.map(|side| side - kept_off);
+        let region = sides.map(|side| side - kept_off);
         Self {
             diameter: 2.0 * radius,
-            corner: room.map(|side| -side / 2.0),
-            room,
+            corner: region.map(|side| -side / 2.0),
+            region,
             periodic,
             frames: 0,
             correlation: Vec::new(),
@@ -48,7 +48,7 @@ impl Structure {
         }
     }
 
-    /// Frames that were sampled.
+    /// Number of sampled frames.
     pub(super) const fn frames(&self) -> u64 {
         self.frames
     }
@@ -57,8 +57,8 @@ impl Structure {
     pub(super) fn add_frame(&mut self, state: &StateTable) {
         let (Some(x), Some(y)) = (state.column("x"), state.column("y")) else { return };
         let centers: Vec<[f64; 2]> = x.zip(y).map(|(x, y)| [x, y]).collect();
-        // The room must be wide enough for a ring of the full reach about its middle.
-        let widest = self.room[0].min(self.room[1]) / if self.periodic { 2.0 } else { 1.0 };
+        // The region must contain a ring of the full range around its middle.
+        let widest = self.region[0].min(self.region[1]) / if self.periodic { 2.0 } else { 1.0 };
         let reach = (REACH_DIAMETERS as f64).min((widest / self.diameter).floor());
         let bins = reach as usize * BINS_PER_DIAMETER;
         if centers.len() < 2 || reach < 2.0 {
@@ -71,14 +71,14 @@ impl Structure {
         let mut close = 0_u64;
         self.for_each_pair(&centers, reach * self.diameter, |first, second, apart| {
             let square = apart[0] * apart[0] + apart[1] * apart[1];
-            // Rounding brings touching discs closer than they can be.
+            // Rounding can move touching discs closer than a diameter.
             let distance = square.sqrt().max(self.diameter);
             close += u64::from(distance < NEAR_CONTACT_DIAMETERS * self.diameter);
             if let Some(count) = pairs.get_mut((distance / bin_width) as usize) {
                 *count += 1;
             }
             if distance < near && square > 0.0 {
-                // exp(6 i theta) is the same in both directions.
+                // exp(6 i theta) is equal for both directions of a bond.
                 let bond = sixth_power(apart.map(|part| part / square.sqrt()));
                 for disc in [first, second] {
                     bonds[disc][0] += bond[0];
@@ -117,11 +117,11 @@ impl Structure {
         self.psi6_local.add(local / bonds.len() as f64);
     }
 
-    /// Share of pairs of points at random in the room that are nearer than r, for r up to its shorter side: the integral of
-    /// 2 pi r (1 - 2 r (a + b)/(pi a b) + r^2/(pi a b)) / (a b) (Philip 2007, distance between points in a rectangle). In a periodic room,
-    /// pi r^2/(a b) up to half its shorter side.
+    /// Fraction of pairs of random points in the region with a distance below r, for r up to its shorter side: the
+    /// integral of 2 pi r (1 - 2 r (a + b)/(pi a b) + r^2/(pi a b)) / (a b) (Philip 2007, distance between points in a
+    /// rectangle). In a periodic region: pi r^2/(a b) up to half its shorter side.
     fn pairs_within(&self, r: f64) -> f64 {
-        let [a, b] = self.room;
+        let [a, b] = self.region;
         let area = a * b;
         if self.periodic {
             return PI * r * r / area;
@@ -129,17 +129,17 @@ impl Structure {
         (PI * area - 4.0 / 3.0 * (a + b) * r + r * r / 2.0) * r * r / (area * area)
     }
 
-    /// Calls for each pair nearer than `reach`, by cells of that side.
+    /// Calls `each` for every pair closer than `reach`, using cells of that size.
     fn for_each_pair(
         &self,
         centers: &[[f64; 2]],
         reach: f64,
         mut each: impl FnMut(usize, usize, [f64; 2]),
     ) {
-        let cells = [0, 1].map(|axis| ((self.room[axis] / reach) as usize).max(1));
+        let cells = [0, 1].map(|axis| ((self.region[axis] / reach) as usize).max(1));
         let place = |center: &[f64; 2], axis: usize| {
-            let share = (center[axis] - self.corner[axis]) / self.room[axis];
-            // A center outside, as a foreign file may have it, is in the outermost cell: `as` saturates.
+            let share = (center[axis] - self.corner[axis]) / self.region[axis];
+            // A center outside the region, as in a foreign file, is assigned to the outermost cell: `as` saturates.
             ((share * cells[axis] as f64) as usize).min(cells[axis] - 1)
         };
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); cells[0] * cells[1]];
@@ -173,23 +173,23 @@ impl Structure {
         }
     }
 
-    /// From one center to another, or to its nearest image.
+    /// Vector from one center to another, or to its nearest image.
     fn apart(&self, from: &[f64; 2], to: &[f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| {
             let apart = to[axis] - from[axis];
-            let side = self.room[axis];
+            let side = self.region[axis];
             if self.periodic { apart - side * (apart / side).round() } else { apart }
         })
     }
 
-    /// g(r): distances in diameters, and the mean over the sampled frames.
+    /// g(r): distance in diameters and mean over the sampled frames.
     pub(crate) fn pair_correlation(&self) -> Vec<(f64, f64)> {
         let middle = |bin: usize| (bin as f64 + 0.5) / BINS_PER_DIAMETER as f64;
         let mean = |sum: &f64| sum / self.frames as f64;
         self.correlation.iter().enumerate().map(|(bin, sum)| (middle(bin), mean(sum))).collect()
     }
 
-    /// Mean g between 1 and 1.1 diameters, |mean psi6| and mean |psi6|.
+    /// Mean g(r) between 1 and 1.1 diameters, |mean psi6| and mean |psi6|.
     pub(super) fn estimates(&self) -> Option<[Estimate; 3]> {
         let [near, global, local] =
             [&self.near_contact, &self.psi6_global, &self.psi6_local].map(Blocking::estimate);
@@ -210,7 +210,7 @@ fn sixth_power([x, y]: [f64; 2]) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// The share of a rectangle's pairs by its formula against a fine lattice of points.
+    /// Setup: the formula for random pairs in a rectangle, compared with a fine lattice of points.
     #[test]
     fn pairs_at_random_are_counted_as_in_a_rectangle() {
         let structure = Structure::new(0.5, [5.0, 9.0], false);
@@ -226,8 +226,8 @@ mod tests {
         assert!((structure.pairs_within(2.0) / share - 1.0).abs() < 0.01, "{share}");
     }
 
-    /// Over the edges of a periodic box pairs are as many as in the middle of it: a square lattice of pitch 1.25 fills it, each point
-    /// has four neighbors at 1, four at sqrt(2) and four at 2 pitches, and g has nothing else within 2.4 diameters.
+    /// Setup: a square lattice of pitch 1.25 fills a periodic box. Each point has four neighbors at 1, four at sqrt(2)
+    /// and four at 2 pitches.
     #[test]
     fn pairs_reach_over_periodic_edges() {
         let structure = Structure::new(0.5, [10.0, 15.0], true);
