@@ -1,14 +1,16 @@
-//! Speed of an analysis beside a bare reader that unpacks and checks the chunks of the same file on as many threads.
+//! Speed of an analysis compared with a bare reader that decompresses and verifies the chunks of the same file on the
+//! same number of threads.
 //!
-//! A recording of 1 GB of state a model, random numbers in [0, 1), which hardly pack, as a state of many particles does. Both
-//! take turns, so that a busy machine slows both: the last column, the median of the ratios of the pairs, is what to compare.
-//! The files lie in the system's temporary folder, and are in the page cache when they are read.
+//! Each model has a recording with 1 GB of state: random numbers in [0, 1), which hardly compress, like the state of
+//! many particles. Both programs alternate, so that other load slows both. The figure to compare is the last column,
+//! the median ratio of the pairs. The files are in the system's temporary folder and in the page cache when they are
+//! read.
 //!
-//! The bar: no less than 0.8 of the bare reader's rate.
+//! Requirement: at least 0.8 of the bare reader's rate.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may end on an error")]
 
-use kinetoscope_analysis::run;
+use kinetoscope_analysis::{input::recording, run};
 use kinetoscope_manifest::parse;
 use kinetoscope_recording::channels::{self, ChannelDeclaration};
 use kinetoscope_recording::frame::{Frame, StateColumn};
@@ -71,12 +73,12 @@ fn speed(work: impl Fn()) -> f64 {
 }
 
 fn analyze(path: &Path, threads: NonZeroUsize) {
-    let open = run::open(path).map_err(|error| error.0).unwrap();
+    let open = recording::open(path).map_err(|error| error.0).unwrap();
     let found = run::analyze(&open, Vec::new(), true, &[], threads).map_err(|error| error.0);
     assert_eq!(found.unwrap().frames, FRAMES);
 }
 
-/// Reads record by record, and hands chunks to threads that unpack them and check their sums.
+/// Reads record by record, and passes chunks to threads that decompress them and verify their checksums.
 fn read_bare(path: &Path, threads: NonZeroUsize) {
     const MAGIC: u64 = 8;
     const CHUNK: u8 = 6;
@@ -113,7 +115,7 @@ fn read_bare(path: &Path, threads: NonZeroUsize) {
     });
 }
 
-/// A chunk: two times, size and checksum of its content, compression, and the content with its length.
+/// Parses a chunk: two times, size and checksum of its content, compression, and the content with its length.
 fn check_chunk(body: &[u8]) {
     let size = u64::from_le_bytes(body[16..24].try_into().unwrap()) as usize;
     let sum = u32::from_le_bytes(body[24..28].try_into().unwrap());
@@ -122,7 +124,7 @@ fn check_chunk(body: &[u8]) {
     assert_eq!(crc32fast::hash(&content), sum);
 }
 
-/// Positions are spread over `scale`, about the origin where a model's box is.
+/// Positions are distributed over `scale`, around the origin for models whose box is centered there.
 fn record(path: &Path, model: &'static str, config: &str, scale: f64) {
     let manifest = format!("name = \"speed\"\n[model.{model}]\n{config}\n");
     let experiment = parse(&manifest, "speed.toml", &[]).unwrap();
@@ -162,7 +164,7 @@ fn record(path: &Path, model: &'static str, config: &str, scale: f64) {
             let origin = if model == "dem" { 0.0 } else { 0.5 };
             frame.push_state(&[(x - origin) * scale, (y - origin) * scale, vx, vy, radius]);
         }
-        // The energy by which a DEM run is held against its state in every frame.
+        // The kinetic energy that is compared with the state of a DEM run in every frame.
         frame.push(&channels::DemEnergy { kinetic_j: 1.0, ..channels::DemEnergy::default() });
         let events = 1_000_000 * count;
         recorder.write(Clock { count: events, time: count as f64 }, &mut frame).unwrap();
@@ -172,7 +174,7 @@ fn record(path: &Path, model: &'static str, config: &str, scale: f64) {
 
 const CHANNELS: &[ChannelDeclaration] = &[ChannelDeclaration::of::<channels::DemEnergy>()];
 
-/// A number in [0, 1) with 53 random bits, by Vigna's splitmix64.
+/// Uniform numbers in [0, 1) with 53 random bits, by Vigna's splitmix64.
 fn uniform(state: &mut u64) -> f64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut bits = *state;

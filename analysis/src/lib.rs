@@ -1,39 +1,21 @@
-//! From recordings alone to numbers with errors, plots and verdicts.
+//! Metrics with standard errors, plots and checks, derived from recordings only.
 //!
-//! In reading order: [`command`] takes the paths, [`input`] finds which recordings belong together, [`run`] reads one of
-//! them through the [`observables`] of its model, [`sweep`] puts runs together, [`checks`] judges, [`report`] tells.
-// The numbers here are derived and never recorded: they need no fixed bits across platforms, so std's maths will do.
+//! Reading order: [`cli`] parses the command line, [`input`] finds the recordings that belong together, [`run`] reads one
+//! recording through the observer of its model in [`models`], [`sweep`] combines runs, [`checks`] compares metrics with
+//! bounds and baselines, and [`report`] writes the results.
+// The numbers here are derived and never recorded: they need no fixed bits across platforms, so std's maths suffices.
 #![allow(clippy::disallowed_methods)]
 
-pub mod command;
-pub mod input;
-pub mod memory;
-mod remote;
-pub mod run;
-
-pub mod catalog;
-pub mod laws;
-pub mod measurement;
-pub mod observables;
-pub mod statistics;
-
-pub mod coordinates;
-pub mod sweep;
-
 pub mod checks;
-pub mod metrics;
-#[cfg(feature = "parquet")]
-pub mod metrics_parquet;
-
-pub mod figures;
-pub mod plot;
-pub mod thumbnail;
-
-pub mod report;
-pub mod table;
-
-pub mod baseline;
-pub mod ci;
+pub mod cli;
 pub mod export;
-pub mod files;
-pub mod html;
+pub mod input;
+pub mod metric;
+pub mod models;
+pub mod plot;
+pub mod report;
+pub mod run;
+pub mod statistics;
+pub mod sweep;
+pub mod thumbnail;
+pub mod write_file;

@@ -1,7 +1,7 @@
-//! `analyze-recordings`: arguments to exit code, nothing else.
+//! The program `analyze-recordings`.
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    ExitCode::from(kinetoscope_analysis::command::main() as u8)
+    ExitCode::from(kinetoscope_analysis::cli::main() as u8)
 }

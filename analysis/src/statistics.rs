@@ -1,16 +1,16 @@
-//! Means with their errors, blocking of correlated series, straight lines and power laws.
+//! Means with standard errors, blocking of correlated series, straight-line and power-law fits.
 
-/// A number and what is known of its error.
+/// A value with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The number.
+    /// The value.
     pub value: f64,
-    /// One standard deviation of it; `None` where the data can't tell.
+    /// The standard error; `None` if it is unknown.
     pub standard_error: Option<f64>,
 }
 
 impl Estimate {
-    /// A number without a statement about its error.
+    /// A value with an unknown standard error.
     #[must_use]
     pub const fn bare(value: f64) -> Self {
         Self { value, standard_error: None }
@@ -45,7 +45,7 @@ impl Sum {
     /// The sum so far.
     #[must_use]
     pub fn value(self) -> f64 {
-        // An infinite sum has a meaningless compensation.
+        // The compensation of an infinite sum is meaningless.
         if self.sum.is_finite() { self.sum + self.compensation } else { self.sum }
     }
 }
@@ -58,7 +58,7 @@ impl FromIterator<f64> for Sum {
     }
 }
 
-/// The arithmetic mean; `None` of nothing.
+/// The arithmetic mean; `None` for no values.
 #[must_use]
 pub fn mean(values: &[f64]) -> Option<f64> {
     if values.is_empty() {
@@ -67,7 +67,7 @@ pub fn mean(values: &[f64]) -> Option<f64> {
     Some(values.iter().copied().collect::<Sum>().value() / values.len() as f64)
 }
 
-/// Sample standard deviation, with n - 1; `None` below two values.
+/// Sample standard deviation, with n - 1; `None` for fewer than two values.
 #[must_use]
 pub fn standard_deviation(values: &[f64]) -> Option<f64> {
     if values.len() < 2 {
@@ -78,7 +78,7 @@ pub fn standard_deviation(values: &[f64]) -> Option<f64> {
     Some((squares.value() / (values.len() - 1) as f64).sqrt())
 }
 
-/// Mean of independent values with s / sqrt(n) as its error, `None` below two values.
+/// Mean of independent values with the standard error s / sqrt(n), which is `None` for one value.
 #[must_use]
 pub fn mean_of_independent(values: &[f64]) -> Option<Estimate> {
     let value = mean(values)?;
@@ -87,7 +87,7 @@ pub fn mean_of_independent(values: &[f64]) -> Option<Estimate> {
     Some(Estimate { value, standard_error })
 }
 
-/// A level of blocking: moments of the pairs (x, w), each the sum over a block of 2^level entries.
+/// One level of blocking: moments of the pairs (x, w), each the sum over a block of 2^level entries.
 #[derive(Clone, Copy, Debug, Default)]
 struct Level {
     blocks: u64,
@@ -97,11 +97,11 @@ struct Level {
     pending: Option<(f64, f64)>,
 }
 
-/// Weighted mean of a correlated series with its error by blocking (Flyvbjerg and Petersen 1989), in memory that grows
-/// with the logarithm of its length. The mean is sum(w x) / sum(w): with windows' lengths as weights it is a rate.
+/// Weighted mean of a correlated series with its error by blocking (Flyvbjerg and Petersen 1989). Memory grows with the
+/// logarithm of the length. The mean is sum(w x) / sum(w); with window lengths as weights it is a rate.
 ///
-/// The block length is the smallest power of two B with B^3 > 2 n (error at B / error at 1)^4 (Lee et al. 2011,
-/// Phys. Rev. E 83, 066706); where no length below a quarter of the series does, the error is unknown.
+/// The block length is the smallest power of two B with B^3 > 2 n (error at B / error at 1)^4 (Lee et al. 2011, Phys.
+/// Rev. E 83, 066706). If no length below a quarter of the series satisfies this, the error is unknown.
 #[derive(Clone, Debug, Default)]
 pub struct Blocking {
     origin: Option<f64>,
@@ -111,7 +111,7 @@ pub struct Blocking {
     levels: Vec<Level>,
 }
 
-/// Fewest blocks whose scatter says anything.
+/// Minimum number of blocks for an error estimate.
 const FEWEST_BLOCKS: u64 = 8;
 
 impl Blocking {
@@ -120,9 +120,9 @@ impl Blocking {
         self.add_weighted(value, 1.0);
     }
 
-    /// Adds an amount gathered over a window of this length: the estimate is amount per length.
+    /// Adds an amount accumulated over a window of this length; the estimate is amount per length.
     pub fn add_amount(&mut self, amount: f64, length: f64) {
-        // Entries are kept relative to the first value, so that a nearly constant series keeps its digits.
+        // Entries are stored relative to the first value, so that a nearly constant series keeps its digits.
         let first = if length > 0.0 { amount / length } else { 0.0 };
         let origin = *self.origin.get_or_insert(first);
         let (mut x, mut w) = (amount - origin * length, length);
@@ -153,12 +153,12 @@ impl Blocking {
         }
     }
 
-    /// Adds the next value with a weight of at least zero, such as the time that it lasted.
+    /// Adds the next value with a non-negative weight, such as its duration.
     pub fn add_weighted(&mut self, value: f64, weight: f64) {
         self.add_amount(value * weight, weight);
     }
 
-    /// Entries so far.
+    /// Number of entries.
     #[must_use]
     pub const fn entries(&self) -> u64 {
         self.entries
@@ -176,18 +176,19 @@ impl Blocking {
         Some(Estimate { value, standard_error: self.standard_error(excess) })
     }
 
-    /// Error of the mean with blocks of one level, by the linearised ratio: variance of sum(x - R w) over (sum w)^2.
+    /// Standard error of the mean with blocks of one level, by the linearized ratio: variance of sum(x - R w) over (sum
+    /// w)^2.
     fn error_at(&self, level: &Level, excess: f64) -> f64 {
         let blocks = level.blocks as f64;
         let squares =
             level.xx.value() - 2.0 * excess * level.xw.value() + excess * excess * level.ww.value();
         let scatter = if squares > 0.0 { squares } else { 0.0 };
-        // A last, incomplete block is left out of its level: the weight is that of the blocks that are in.
+        // An incomplete last block is excluded, so only the weight of complete blocks counts.
         let share = blocks * self.block_weight(level);
         (scatter * blocks / (blocks - 1.0)).sqrt() / share
     }
 
-    /// Mean weight of a block of this level.
+    /// Mean weight per block of this level.
     fn block_weight(&self, level: &Level) -> f64 {
         let entries_a_block = self.levels[0].blocks as f64 / level.blocks as f64;
         self.weight.value() / self.entries as f64 * entries_a_block
@@ -227,13 +228,13 @@ impl FromIterator<f64> for Blocking {
 /// A straight line y = slope x + intercept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// Change of y with x.
+    /// The slope.
     pub slope: f64,
-    /// y at x = 0.
+    /// The value y at x = 0.
     pub intercept: f64,
 }
 
-/// The least-squares line through points of equal weight; `None` with fewer than two different x, or with a number that
+/// The least-squares line through points of equal weight; `None` for fewer than two different x, or for a number that
 /// is not finite.
 #[must_use]
 pub fn least_squares_line(points: &[(f64, f64)]) -> Option<Line> {
@@ -247,8 +248,8 @@ pub fn least_squares_line(points: &[(f64, f64)]) -> Option<Line> {
     (xx.value() > 0.0 && line.slope.is_finite() && line.intercept.is_finite()).then_some(line)
 }
 
-/// The exponent p of y = c x^p by a least-squares line through the logarithms; `None` with fewer than two different x, or
-/// with a value that is not above zero.
+/// The exponent p of y = c x^p from a least-squares line through the logarithms; `None` for fewer than two different x,
+/// or for a value that is not positive.
 #[must_use]
 pub fn power_law_exponent(points: &[(f64, f64)]) -> Option<f64> {
     if points.iter().any(|&(x, y)| !(x > 0.0 && y > 0.0)) {
@@ -258,8 +259,8 @@ pub fn power_law_exponent(points: &[(f64, f64)]) -> Option<f64> {
     least_squares_line(&logarithms).map(|line| line.slope)
 }
 
-/// The scale s of y = s (1 - exp(-x/s)) through points with x > 0, by least squares of the relative distances, and their root
-/// mean square. `None` where the points lie on y = x or above: the scale would be beyond ten times the largest x.
+/// The scale s of y = s (1 - exp(-x/s)) through points with x > 0, by least squares of the relative deviations, and
+/// their root mean square. `None` if the points are on or above y = x: the scale would exceed ten times the largest x.
 #[must_use]
 pub fn saturation(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     let largest = points.iter().map(|point| point.0).fold(0.0, f64::max);
@@ -273,7 +274,7 @@ pub fn saturation(points: &[(f64, f64)]) -> Option<(f64, f64)> {
         });
         (squares.sum::<f64>() / points.len() as f64).sqrt()
     };
-    // Golden sections of the logarithm of the scale: the misfit has one minimum.
+    // Golden-section search in the logarithm of the scale: the misfit has one minimum.
     let (mut low, mut high) = ((1e-3 * largest).ln(), (1e2 * largest).ln());
     let section = (5.0_f64.sqrt() - 1.0) / 2.0;
     for _ in 0..100 {
@@ -327,7 +328,7 @@ mod tests {
     fn line_and_power_law_through_exact_points() {
         let line = least_squares_line(&[(1.0, 5.0), (2.0, 8.0), (4.0, 14.0)]).unwrap();
         assert!((line.slope - 3.0).abs() < 1e-14 && (line.intercept - 2.0).abs() < 1e-14);
-        // Closed form with a residual: (0,0), (1,0), (2,3) has slope 3/2 and intercept -1/2.
+        // Source: closed form with a residual: (0,0), (1,0), (2,3) has slope 3/2 and intercept -1/2.
         let line = least_squares_line(&[(0.0, 0.0), (1.0, 0.0), (2.0, 3.0)]).unwrap();
         assert!((line.slope - 1.5).abs() < 1e-14 && (line.intercept + 0.5).abs() < 1e-14);
         let exponent =
@@ -425,7 +426,7 @@ mod tests {
         }
     }
 
-    /// Points on the curve give its scale back; points on y = x have none.
+    /// Law: points on the curve determine its scale; points on y = x have none.
     #[test]
     fn a_saturating_curve_is_found() {
         let curve = |x: f64| (x, 3.0 * (1.0 - (-x / 3.0).exp()));

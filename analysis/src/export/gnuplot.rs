@@ -1,31 +1,32 @@
-//! The documents' own form: `x y r` a line, a file a frame, and a script for gnuplot that plays them.
+//! Text files for gnuplot, as in the exercises: `x y r` per line, one file per frame, and a script that plays them.
 
-use super::{ExportError, Exporter, Subject};
+use super::{ExportedRun, Exporter};
+use crate::write_file::WriteError;
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 pub(super) struct Gnuplot {
-    subject: Subject,
+    run: ExportedRun,
     folder: PathBuf,
     frames: u64,
-    /// Lower left and upper right corner of what was seen, where there are no walls.
+    /// Lower left and upper right corner of the positions, for models without walls.
     seen: [[f64; 2]; 2],
 }
 
 impl Gnuplot {
-    pub(super) fn new(subject: Subject, folder: PathBuf) -> Self {
-        Self { subject, folder, frames: 0, seen: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]] }
+    pub(super) fn new(run: ExportedRun, folder: PathBuf) -> Self {
+        Self { run, folder, frames: 0, seen: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]] }
     }
 
-    fn write(&self, name: &str, text: &str) -> Result<(), ExportError> {
+    fn write(&self, name: &str, text: &str) -> Result<(), WriteError> {
         let path = self.folder.join(name);
-        std::fs::write(&path, text).map_err(|error| ExportError::at(&path, error))
+        std::fs::write(&path, text).map_err(|error| WriteError::new(&path, error))
     }
 
     fn script(&self) -> String {
-        let [low, high] = self.subject.bounds().unwrap_or(self.seen);
-        let points = self.subject.radius() == 0.0 && self.subject.index("radius").is_none();
+        let [low, high] = self.run.extent.bounds.unwrap_or(self.seen);
+        let points = self.run.extent.radius == 0.0 && self.run.index("radius").is_none();
         let style =
             if points { "using 1:2 with points pointtype 7" } else { "using 1:2:3 with circles" };
         let last = self.frames.saturating_sub(1);
@@ -45,17 +46,17 @@ impl Gnuplot {
 }
 
 impl Exporter for Gnuplot {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError> {
         let Some(state) = frame.state() else { return Ok(()) };
-        let (Some(x), Some(y)) = (self.subject.index("x"), self.subject.index("y")) else {
+        let (Some(x), Some(y)) = (self.run.index("x"), self.run.index("y")) else {
             return Ok(());
         };
-        let radius = self.subject.index("radius");
+        let radius = self.run.index("radius");
         let mut text = String::new();
         for particle in 0..state.rows() {
             let row = state.row(particle);
-            let radius = radius.map_or(self.subject.radius(), |column| row[column]);
-            // Writing to a String can't fail.
+            let radius = radius.map_or(self.run.extent.radius, |column| row[column]);
+            // Writing to a String cannot fail.
             let _ = writeln!(text, "{:?} {:?} {radius:?}", row[x], row[y]);
             for (axis, place) in [row[x], row[y]].into_iter().enumerate() {
                 self.seen[0][axis] = self.seen[0][axis].min(place);
@@ -66,7 +67,7 @@ impl Exporter for Gnuplot {
         self.write(&format!("frame_{:06}.txt", frame.clock.frame), &text)
     }
 
-    fn finish(&mut self) -> Result<(), ExportError> {
+    fn finish(&mut self) -> Result<(), WriteError> {
         self.write("play.gp", &self.script())
     }
 }

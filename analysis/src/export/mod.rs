@@ -1,4 +1,4 @@
-//! Recordings in the forms of other programs: a second pass over the frames, one after the other.
+//! Export of recordings to formats of other programs, in a second pass over the frames.
 
 mod gnuplot;
 #[cfg(feature = "parquet")]
@@ -8,27 +8,29 @@ pub mod sweep_table;
 mod tables;
 mod xyz;
 
-use crate::input::Source;
-use crate::run;
-use kinetoscope_manifest::model::ModelConfig;
+use crate::input::RecordingFolder;
+use crate::input::recording;
+use crate::models::contract::Extent;
+use crate::models::registry;
+use crate::write_file::{WriteError, create_folder};
 use kinetoscope_recording::reader::RecordedFrame;
 use std::path::{Path, PathBuf};
 
-/// A form that recordings are exported in.
+/// A format of exported recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Form {
-    /// A table a topic: a line a particle and frame, or a line a frame
+pub enum ExportFormat {
+    /// One CSV table per topic: one line per particle and frame, or per frame
     Csv,
-    /// The same tables as Parquet, in a program built with `--features parquet`
+    /// The same tables as Parquet (requires a program built with `--features parquet`)
     Parquet,
-    /// `x y r` a line, a file a frame, and a script that plays them
+    /// One text file per frame with `x y r` per line, and a gnuplot script that plays them
     Gnuplot,
     /// Extended XYZ, for OVITO and ASE
     Xyz,
 }
 
-impl Form {
-    /// Files a frame stay out of the way of tables.
+impl ExportFormat {
+    /// Files per frame go to a folder of their own.
     const fn folder(self) -> &'static str {
         match self {
             Self::Gnuplot => "gnuplot",
@@ -37,94 +39,69 @@ impl Form {
     }
 }
 
-/// What a program that was built without the feature `parquet` says of Parquet.
+/// The error message for Parquet in a program without it.
 pub const NEEDS_PARQUET: &str = "this program was built without Parquet. Build one with it, \
     `cargo build --release --package kinetoscope-analysis --features parquet`, or write CSV";
 
-/// A recording that was not exported as a whole, with the user's next step.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ExportError(pub String);
-
-impl ExportError {
-    fn at(path: &Path, why: impl std::fmt::Display) -> Self {
-        Self(format!(
-            "{} can't be written: {why}. Make room or make it writable, or name another folder with --output DIR",
-            path.display()
-        ))
-    }
+/// Why a recording was not exported as a whole.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// This program was built without the format.
+    #[error("{NEEDS_PARQUET}")]
+    NotBuiltIn,
 }
 
-/// What a form does with the frames of one recording.
+/// Writes the frames of one recording in one format.
 trait Exporter {
-    /// Takes in the next frame.
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError>;
+    /// Writes the next frame.
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError>;
 
-    /// Writes what is still open.
-    fn finish(&mut self) -> Result<(), ExportError>;
+    /// Writes buffered data and closes the files.
+    fn finish(&mut self) -> Result<(), WriteError>;
 }
 
-/// What the forms need to know of a run.
-struct Subject {
-    model: ModelConfig,
+/// The exported run.
+struct ExportedRun {
+    extent: Extent,
     columns: Vec<String>,
 }
 
-impl Subject {
-    /// Radius of the particles that have none in the state; 0 for points.
-    fn radius(&self) -> f64 {
-        match &self.model {
-            ModelConfig::Dem(config) => config.radius_m.mean(),
-            ModelConfig::Packing(config) => config.radius.get(),
-            ModelConfig::Gas(_) | ModelConfig::Orbit(_) => 0.0,
-        }
-    }
-
-    /// Lower left and upper right corner of what the particles are in; `None` without walls.
-    fn bounds(&self) -> Option<[[f64; 2]; 2]> {
-        match &self.model {
-            ModelConfig::Dem(config) => {
-                Some([[0.0, 0.0], [config.width_m.get(), config.height_m.get()]])
-            }
-            ModelConfig::Packing(config) => {
-                let half = [config.width.get() / 2.0, config.height.get() / 2.0];
-                Some([half.map(|side| -side), half])
-            }
-            ModelConfig::Gas(config) => {
-                let (center, radius) = (config.center_m.map(|part| part.get()), config.radius_m);
-                Some([center.map(|c| c - radius.get()), center.map(|c| c + radius.get())])
-            }
-            ModelConfig::Orbit(_) => None,
-        }
-    }
-
+impl ExportedRun {
     fn index(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column == name)
     }
 }
 
-/// Exports the recordings of a source into `folder`, a sub-folder a recording; returns how many there were.
+/// Exports the recordings of a folder to one subfolder of `folder` per recording; returns their number.
 ///
 /// # Errors
-/// A file that can't be written, or Parquet in a program without it. A recording that can't be read is passed
-/// over: the analysis has named it.
-pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, ExportError> {
+/// A file that cannot be written, or Parquet in a program without it. Unreadable recordings are skipped, because the
+/// analysis reports them.
+pub fn export(
+    source: &RecordingFolder,
+    format: ExportFormat,
+    folder: &Path,
+) -> Result<usize, ExportError> {
     let mut exported = 0;
     for path in &source.files {
         let Ok(recording) = source.recording(path) else { continue };
-        let Ok(run) = run::opened(recording) else { continue };
+        let Ok(run) = recording::opened(recording) else { continue };
         let recording = run.recording();
         let stem = path.file_stem().unwrap_or_default();
-        let folder = folder.join(stem).join(form.folder());
-        std::fs::create_dir_all(&folder).map_err(|error| ExportError::at(&folder, error))?;
-        let subject = Subject {
-            model: run.manifest.model.clone(),
+        let folder = folder.join(stem).join(format.folder());
+        create_folder(&folder)?;
+        let run = ExportedRun {
+            extent: registry::extent(&run.manifest.model),
             columns: recording.state_columns().to_vec(),
         };
-        let mut exporter = exporter(form, subject, folder)?;
+        let mut exporter = exporter(format, run, folder)?;
         let Ok(frames) = recording.frames() else { continue };
-        // Where a recording is torn, what is intact is exported.
+        // The intact frames of a damaged recording are exported.
         for frame in frames.map_while(Result::ok) {
-            exporter.see(&frame)?;
+            exporter.write_frame(&frame)?;
         }
         exporter.finish()?;
         exported += 1;
@@ -133,17 +110,17 @@ pub fn export(source: &Source, form: Form, folder: &Path) -> Result<usize, Expor
 }
 
 fn exporter(
-    form: Form,
-    subject: Subject,
+    format: ExportFormat,
+    run: ExportedRun,
     folder: PathBuf,
 ) -> Result<Box<dyn Exporter>, ExportError> {
-    Ok(match form {
-        Form::Csv => Box::new(tables::Tables::new(subject, folder, tables::csv_file)),
-        Form::Gnuplot => Box::new(gnuplot::Gnuplot::new(subject, folder)),
-        Form::Xyz => Box::new(xyz::Xyz::new(subject, folder)),
+    Ok(match format {
+        ExportFormat::Csv => Box::new(tables::Tables::new(run, folder, tables::csv_file)),
+        ExportFormat::Gnuplot => Box::new(gnuplot::Gnuplot::new(run, folder)),
+        ExportFormat::Xyz => Box::new(xyz::Xyz::new(run, folder)),
         #[cfg(feature = "parquet")]
-        Form::Parquet => Box::new(tables::Tables::new(subject, folder, parquet::parquet_file)),
+        ExportFormat::Parquet => Box::new(tables::Tables::new(run, folder, parquet::parquet_file)),
         #[cfg(not(feature = "parquet"))]
-        Form::Parquet => return Err(ExportError(NEEDS_PARQUET.to_owned())),
+        ExportFormat::Parquet => return Err(ExportError::NotBuiltIn),
     })
 }

@@ -1,7 +1,7 @@
-//! Tables as Parquet: the columns of the CSV form, all as doubles but for the frame.
+//! Parquet tables with the columns of the CSV format: all doubles except the frame.
 
-use super::ExportError;
 use super::tables::TableFile;
+use crate::write_file::WriteError;
 use parquet::basic::{Compression, Repetition, Type as Physical, ZstdLevel};
 use parquet::data_type::{DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -12,23 +12,23 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Rows that are gathered before they are written: what bounds the memory.
+/// Rows per row group, which bound the memory.
 const ROWS_A_GROUP: usize = 1 << 16;
 
 struct ParquetFile {
     path: PathBuf,
-    /// Empty once the file has ended.
+    /// `None` after the file was closed.
     writer: Option<SerializedFileWriter<File>>,
     frames: Vec<i64>,
-    /// Time, and then the columns.
+    /// The time, then the columns.
     columns: Vec<Vec<f64>>,
 }
 
-/// Begins a Parquet table.
+/// Creates a Parquet table.
 pub(super) fn parquet_file(
     path: &Path,
     columns: &[String],
-) -> Result<Box<dyn TableFile>, ExportError> {
+) -> Result<Box<dyn TableFile>, WriteError> {
     let path = path.with_extension("parquet");
     let begin = || -> Result<SerializedFileWriter<File>, ParquetError> {
         let field = |name: &str, physical| {
@@ -44,7 +44,7 @@ pub(super) fn parquet_file(
         let properties = WriterProperties::builder().set_compression(zstd).build();
         SerializedFileWriter::new(File::create(&path)?, Arc::new(schema), Arc::new(properties))
     };
-    let writer = begin().map_err(|error| ExportError::at(&path, error))?;
+    let writer = begin().map_err(|error| WriteError::new(&path, error))?;
     let columns = vec![Vec::new(); columns.len() + 1];
     Ok(Box::new(ParquetFile { path, writer: Some(writer), frames: Vec::new(), columns }))
 }
@@ -72,23 +72,23 @@ impl ParquetFile {
 }
 
 impl TableFile for ParquetFile {
-    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), ExportError> {
+    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), WriteError> {
         self.frames.push(frame.cast_signed());
         for (column, value) in self.columns.iter_mut().zip([time].iter().chain(values)) {
             column.push(*value);
         }
         if self.frames.len() == ROWS_A_GROUP {
-            self.write_group().map_err(|error| ExportError::at(&self.path, error))?;
+            self.write_group().map_err(|error| WriteError::new(&self.path, error))?;
         }
         Ok(())
     }
 
-    fn finish(&mut self) -> Result<(), ExportError> {
+    fn finish(&mut self) -> Result<(), WriteError> {
         let written = self.write_group();
         let closed = written.and_then(|()| match self.writer.take() {
             Some(writer) => writer.close().map(drop),
             None => Ok(()),
         });
-        closed.map_err(|error| ExportError::at(&self.path, error))
+        closed.map_err(|error| WriteError::new(&self.path, error))
     }
 }

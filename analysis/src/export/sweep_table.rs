@@ -1,9 +1,9 @@
-//! The metrics of all runs of a sweep as one Parquet table, in folders that are named by the sweep's coordinates
-//! (`temperature_k=300/`, as Hive does), so that data frames and SQL engines read it as it is.
+//! The metrics of all runs of a sweep as one Parquet table, in folders named by the sweep's coordinates
+//! (`temperature_k=300/`, the Hive convention), so that data frames and SQL engines can read it directly.
 
-use super::ExportError;
-use crate::coordinates;
-use crate::metrics::{Metric, Place, RunPlace};
+use crate::input::coordinates;
+use crate::metric::{Metric, MetricScope, RunScope};
+use crate::write_file::WriteError;
 use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
@@ -16,13 +16,13 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Folders of one table at most: coordinates that would make more of them are columns.
+/// Maximum number of folders per table; further coordinates are columns.
 const MOST_FOLDERS: usize = 1000;
 
-/// A metric of a run, and where the run is.
-type Row<'a> = (&'a Metric, &'a RunPlace);
+/// A metric with its run.
+type Row<'a> = (&'a Metric, &'a RunScope);
 
-/// Values of one column, one a row.
+/// Values of one column, one per row.
 enum Column {
     Text(Vec<String>),
     Whole(Vec<i64>),
@@ -31,11 +31,11 @@ enum Column {
     Optional(Vec<Option<f64>>),
 }
 
-/// Writes the metrics of single runs to `folder/metrics/`, in place of what was there, and returns how many rows there are.
+/// Writes the metrics of single runs to `folder/metrics/`, replaces earlier ones, and returns the number of rows.
 ///
 /// # Errors
-/// A file or folder that can't be written.
-pub fn write(metrics: &[Metric], folder: &Path) -> Result<usize, ExportError> {
+/// A file or folder that cannot be written.
+pub fn write(metrics: &[Metric], folder: &Path) -> Result<usize, WriteError> {
     let table = folder.join("metrics");
     let fresh = folder.join("metrics.new");
     let rows: Vec<Row<'_>> = metrics.iter().filter_map(row).collect();
@@ -47,29 +47,29 @@ pub fn write(metrics: &[Metric], folder: &Path) -> Result<usize, ExportError> {
     remove(&fresh)?;
     for (part, rows) in &parts {
         let folder = fresh.join(part);
-        fs::create_dir_all(&folder).map_err(|error| ExportError::at(&folder, error))?;
+        fs::create_dir_all(&folder).map_err(|error| WriteError::new(&folder, error))?;
         let path = folder.join("metrics.parquet");
-        write_part(&path, &columns(rows, &keys)).map_err(|error| ExportError::at(&path, error))?;
+        write_part(&path, &columns(rows, &keys)).map_err(|error| WriteError::new(&path, error))?;
     }
-    // Parts of an earlier sweep would be read with those of this one.
+    // Otherwise, parts of an earlier sweep would be read together with this one.
     remove(&table)?;
     if !parts.is_empty() {
-        fs::rename(&fresh, &table).map_err(|error| ExportError::at(&table, error))?;
+        fs::rename(&fresh, &table).map_err(|error| WriteError::new(&table, error))?;
     }
     Ok(rows.len())
 }
 
 fn row(metric: &Metric) -> Option<Row<'_>> {
-    match &metric.place {
-        Place::Run(place) => Some((metric, place)),
-        Place::Sweep(_) => None,
+    match &metric.scope {
+        MetricScope::Run(place) => Some((metric, place)),
+        MetricScope::Sweep(_) => None,
     }
 }
 
-fn remove(folder: &Path) -> Result<(), ExportError> {
+fn remove(folder: &Path) -> Result<(), WriteError> {
     match fs::remove_dir_all(folder) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(ExportError::at(folder, error))
+            Err(WriteError::new(folder, error))
         }
         Ok(()) | Err(_) => Ok(()),
     }
@@ -97,7 +97,7 @@ fn all_keys(rows: &[Row<'_>]) -> Vec<String> {
     keys
 }
 
-fn folders(run: &RunPlace, keys: &[String]) -> PathBuf {
+fn folders(run: &RunScope, keys: &[String]) -> PathBuf {
     let places = run.coordinates.iter().filter(|place| keys.contains(&place.key));
     places.map(|place| format!("{}={}", column_name(&place.key), escaped(&place.value))).collect()
 }
@@ -107,7 +107,7 @@ fn column_name(key: &str) -> &str {
     coordinates::last_part(key)
 }
 
-/// Characters that a folder's name can't hold, as Hive and URLs write them: `%` and two hexadecimal digits a byte.
+/// Escapes characters that a folder name cannot contain, as Hive and URLs do: `%` and two hexadecimal digits per byte.
 fn escaped(value: &str) -> String {
     let mut text = String::with_capacity(value.len());
     for byte in value.bytes() {
@@ -120,9 +120,9 @@ fn escaped(value: &str) -> String {
     text
 }
 
-/// The columns of some rows; coordinates that are no folders come first.
+/// The columns of rows; coordinates that are not folders come first.
 fn columns<'a>(rows: &[Row<'a>], folders: &[String]) -> Vec<(String, Column)> {
-    let text = |of: fn(&'a Metric, &'a RunPlace) -> &'a str| {
+    let text = |of: fn(&'a Metric, &'a RunScope) -> &'a str| {
         Column::Text(rows.iter().map(|(metric, run)| of(metric, run).to_owned()).collect())
     };
     let mut columns = Vec::new();

@@ -1,6 +1,7 @@
-//! A table a topic, with the frame and its time in the first columns.
+//! One table per topic, with the frame and its time in the first columns.
 
-use super::{ExportError, Exporter, Subject};
+use super::{ExportedRun, Exporter};
+use crate::write_file::WriteError;
 use kinetoscope_recording::channels;
 use kinetoscope_recording::fields::{FieldValue, read_fields};
 use kinetoscope_recording::reader::RecordedFrame;
@@ -11,49 +12,49 @@ use std::path::{Path, PathBuf};
 
 /// A table that is written row by row.
 pub(super) trait TableFile {
-    /// Adds a row: the frame, its time, and a value a column.
-    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), ExportError>;
+    /// Adds a row: the frame, its time, and one value per column.
+    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), WriteError>;
 
-    /// Ends the file.
-    fn finish(&mut self) -> Result<(), ExportError>;
+    /// Closes the file.
+    fn finish(&mut self) -> Result<(), WriteError>;
 }
 
-/// Begins a table of these columns, without frame and time, in a file of this name without its ending.
-pub(super) type Begin = fn(&Path, &[String]) -> Result<Box<dyn TableFile>, ExportError>;
+/// Creates a table with these columns, without frame and time, in a file with this name without its extension.
+pub(super) type Begin = fn(&Path, &[String]) -> Result<Box<dyn TableFile>, WriteError>;
 
 /// All tables of a recording.
 pub(super) struct Tables {
-    subject: Subject,
+    run: ExportedRun,
     folder: PathBuf,
     begin: Begin,
     open: BTreeMap<String, Box<dyn TableFile>>,
 }
 
 impl Tables {
-    pub(super) fn new(subject: Subject, folder: PathBuf, begin: Begin) -> Self {
-        Self { subject, folder, begin, open: BTreeMap::new() }
+    pub(super) fn new(run: ExportedRun, folder: PathBuf, begin: Begin) -> Self {
+        Self { run, folder, begin, open: BTreeMap::new() }
     }
 
     fn table(
         &mut self,
         topic: &str,
         columns: &[String],
-    ) -> Result<&mut Box<dyn TableFile>, ExportError> {
+    ) -> Result<&mut Box<dyn TableFile>, WriteError> {
         if !self.open.contains_key(topic) {
             let path = self.folder.join(topic.trim_start_matches('/'));
             self.open.insert(topic.to_owned(), (self.begin)(&path, columns)?);
         }
-        // It was put there just now, if not before.
-        self.open.get_mut(topic).ok_or_else(|| ExportError::at(&self.folder, "a table is lost"))
+        // Inserted above if it was missing.
+        self.open.get_mut(topic).ok_or_else(|| WriteError::new(&self.folder, "a table is lost"))
     }
 }
 
 impl Exporter for Tables {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError> {
         let (index, time) = (frame.clock.frame, frame.clock.time);
         if let Some(state) = frame.state() {
             let mut columns = vec!["particle".to_owned()];
-            columns.extend_from_slice(&self.subject.columns);
+            columns.extend_from_slice(&self.run.columns);
             let table = self.table(channels::STATE, &columns)?;
             let mut values = vec![0.0; columns.len()];
             for particle in 0..state.rows() {
@@ -70,7 +71,7 @@ impl Exporter for Tables {
             else {
                 continue;
             };
-            // A message of series has a row an entry, any other one row; texts say nothing that the frame does not.
+            // A message of series has one row per entry, any other message one row; texts are skipped.
             let fields: Vec<_> = fields
                 .into_iter()
                 .filter(|field| !matches!(field.values.first(), Some(FieldValue::Text(_))))
@@ -87,7 +88,7 @@ impl Exporter for Tables {
         Ok(())
     }
 
-    fn finish(&mut self) -> Result<(), ExportError> {
+    fn finish(&mut self) -> Result<(), WriteError> {
         self.open.values_mut().try_for_each(|table| table.finish())
     }
 }
@@ -105,24 +106,24 @@ struct CsvFile {
     writer: csv::Writer<BufWriter<File>>,
 }
 
-/// Begins a CSV table. Numbers are written so that they read back to the same bits.
-pub(super) fn csv_file(path: &Path, columns: &[String]) -> Result<Box<dyn TableFile>, ExportError> {
+/// Creates a CSV table. Numbers read back to the same bits.
+pub(super) fn csv_file(path: &Path, columns: &[String]) -> Result<Box<dyn TableFile>, WriteError> {
     let path = path.with_extension("csv");
-    let file = File::create(&path).map_err(|error| ExportError::at(&path, error))?;
+    let file = File::create(&path).map_err(|error| WriteError::new(&path, error))?;
     let mut writer = csv::Writer::from_writer(BufWriter::new(file));
     let header = ["frame", "time"].into_iter().chain(columns.iter().map(String::as_str));
-    writer.write_record(header).map_err(|error| ExportError::at(&path, error))?;
+    writer.write_record(header).map_err(|error| WriteError::new(&path, error))?;
     Ok(Box::new(CsvFile { path, writer }))
 }
 
 impl TableFile for CsvFile {
-    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), ExportError> {
+    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), WriteError> {
         let numbers = values.iter().map(|value| format!("{value:?}"));
         let record = [frame.to_string(), format!("{time:?}")].into_iter().chain(numbers);
-        self.writer.write_record(record).map_err(|error| ExportError::at(&self.path, error))
+        self.writer.write_record(record).map_err(|error| WriteError::new(&self.path, error))
     }
 
-    fn finish(&mut self) -> Result<(), ExportError> {
-        self.writer.flush().map_err(|error| ExportError::at(&self.path, error))
+    fn finish(&mut self) -> Result<(), WriteError> {
+        self.writer.flush().map_err(|error| WriteError::new(&self.path, error))
     }
 }

@@ -1,26 +1,27 @@
-//! Extended XYZ, which OVITO draws and ASE reads: every column of the state, the box, and the time.
+//! Extended XYZ for OVITO and ASE: every column of the state, the box, and the time.
 
-use super::{ExportError, Exporter, Subject};
+use super::{ExportedRun, Exporter};
+use crate::write_file::WriteError;
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
 pub(super) struct Xyz {
-    subject: Subject,
+    run: ExportedRun,
     path: PathBuf,
     file: Option<BufWriter<File>>,
 }
 
 impl Xyz {
-    pub(super) fn new(subject: Subject, folder: PathBuf) -> Self {
-        Self { subject, path: folder.join("state.xyz"), file: None }
+    pub(super) fn new(run: ExportedRun, folder: PathBuf) -> Self {
+        Self { run, path: folder.join("state.xyz"), file: None }
     }
 
     /// The second line of a frame: box, columns, time.
     fn comment(&self, frame: u64, time: f64) -> String {
-        let lattice = self.subject.bounds().map_or_else(String::new, |[low, high]| {
-            // The plane gets a thickness: readers refuse a box without a volume.
+        let lattice = self.run.extent.bounds.map_or_else(String::new, |[low, high]| {
+            // The box has a thickness, because readers reject a box without a volume.
             let [width, height] = [0, 1].map(|axis| high[axis] - low[axis]);
             let depth = width.min(height);
             format!(
@@ -36,10 +37,10 @@ impl Xyz {
         )
     }
 
-    /// The columns that have no place of their own.
+    /// The columns without a standard XYZ property.
     fn others(&self) -> impl Iterator<Item = (usize, &String)> {
         let known = ["x", "y", "z", "vx", "vy", "vz", "radius"];
-        let columns = self.subject.columns.iter().enumerate();
+        let columns = self.run.columns.iter().enumerate();
         columns.filter(move |(_, name)| !known.contains(&name.as_str()))
     }
 
@@ -47,16 +48,16 @@ impl Xyz {
         let Some(state) = frame.state() else { return Ok(()) };
         writeln!(file, "{}", state.rows())?;
         writeln!(file, "{}", self.comment(frame.clock.frame, frame.clock.time))?;
-        let places = ["x", "y", "z", "vx", "vy", "vz"].map(|name| self.subject.index(name));
-        let radius = self.subject.index("radius");
+        let places = ["x", "y", "z", "vx", "vy", "vz"].map(|name| self.run.index(name));
+        let radius = self.run.index("radius");
         for particle in 0..state.rows() {
             let row = state.row(particle);
-            // No element: OVITO takes any name as a type.
+            // The type is not an element; OVITO accepts any name.
             write!(file, "X")?;
             for place in places {
                 write!(file, " {:?}", place.map_or(0.0, |column| row[column]))?;
             }
-            write!(file, " {:?}", radius.map_or(self.subject.radius(), |column| row[column]))?;
+            write!(file, " {:?}", radius.map_or(self.run.extent.radius, |column| row[column]))?;
             for (column, _) in self.others() {
                 write!(file, " {:?}", row[column])?;
             }
@@ -67,8 +68,8 @@ impl Xyz {
 }
 
 impl Exporter for Xyz {
-    fn see(&mut self, frame: &RecordedFrame) -> Result<(), ExportError> {
-        let failed = |error| ExportError::at(&self.path, error);
+    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError> {
+        let failed = |error| WriteError::new(&self.path, error);
         let mut file = match self.file.take() {
             Some(file) => file,
             None => BufWriter::new(File::create(&self.path).map_err(failed)?),
@@ -78,8 +79,8 @@ impl Exporter for Xyz {
         Ok(())
     }
 
-    fn finish(&mut self) -> Result<(), ExportError> {
+    fn finish(&mut self) -> Result<(), WriteError> {
         let flushed = self.file.as_mut().map_or(Ok(()), BufWriter::flush);
-        flushed.map_err(|error| ExportError::at(&self.path, error))
+        flushed.map_err(|error| WriteError::new(&self.path, error))
     }
 }

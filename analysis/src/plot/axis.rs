@@ -1,26 +1,26 @@
-//! Axes: range, ticks that can be read, and a caption with the unit.
+//! Axes: range, readable ticks, and a caption with the unit.
 
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// How values lie along an axis.
+/// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Scale {
-    /// Evenly.
+    /// Linear.
     Linear,
-    /// By their logarithm; values that are not above zero can't be drawn.
+    /// Logarithmic; values that are not positive are not drawn.
     Logarithmic,
 }
 
-/// What an axis shows.
+/// The quantity on an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
-    /// The quantity, in words.
+    /// The name of the quantity.
     pub label: String,
-    /// Its unit; empty for a dimensionless one.
+    /// The unit; empty for a dimensionless quantity.
     pub unit: String,
-    /// How values lie along it.
+    /// The scale.
     pub scale: Scale,
 }
 
@@ -37,14 +37,14 @@ impl Axis {
         Self { label: label.into(), unit: unit.into(), scale: Scale::Logarithmic }
     }
 
-    /// Whether a value has a place on this axis.
+    /// Whether the axis can show a value.
     #[must_use]
     pub fn can_show(&self, value: f64) -> bool {
         value.is_finite() && (self.scale == Scale::Linear || value > 0.0)
     }
 }
 
-/// An axis laid out for its data. Drawn coordinates are values over a power of ten, or decimal logarithms.
+/// Layout of an axis for its data. Drawn coordinates are values over a power of ten, or decimal logarithms.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layout {
     scale: Scale,
@@ -56,15 +56,15 @@ pub(super) struct Layout {
     pub(super) caption: String,
 }
 
-/// A range below this share of the value is rounding: the curve is flat.
+/// Relative range below which a curve is flat within rounding.
 const FLAT_RELATIVE: f64 = 1e-9;
-/// A flat curve still gets an axis: of this share of the value.
+/// Relative range of the axis of a flat curve.
 const FLAT_RANGE_RELATIVE: f64 = 0.02;
-/// Room between the outermost data and the frame, as a share of the range.
+/// Margin between data and frame, as a fraction of the range.
 const MARGIN: f64 = 0.05;
 
 impl Layout {
-    /// Lays out an axis for values of which the extremes are given, in the axis' unit.
+    /// Lays out an axis for values between two extremes, in the axis' unit.
     pub(super) fn new(axis: &Axis, least: f64, greatest: f64) -> Self {
         let mut layout = Self {
             scale: axis.scale,
@@ -98,14 +98,14 @@ impl Layout {
         self.high = high + missing + margin;
     }
 
-    /// Sets the drawn range anew, for equal scales along both axes.
+    /// Replaces the drawn range, for equal scales along both axes.
     pub(super) fn set_range(&mut self, low: f64, high: f64) {
         self.low = low;
         self.high = high;
         self.set_ticks();
     }
 
-    /// Draws in another axis' power of ten, for equal scales along both axes.
+    /// Uses the power of ten of another axis, for equal scales along both axes.
     pub(super) fn adopt_exponent(&mut self, axis: &Axis, exponent: i32) {
         let factor = power_of_ten(self.exponent) / power_of_ten(exponent);
         self.exponent = exponent;
@@ -133,13 +133,13 @@ impl Layout {
         (self.ticks, self.decimals) = even_ticks(self.low, self.high);
     }
 
-    /// Characters of the longest text beside a tick.
+    /// Number of characters of the longest tick label.
     pub(super) fn longest_text(&self) -> usize {
         let lengths = self.ticks.iter().map(|tick| self.tick_text(*tick).chars().count());
         lengths.max().unwrap_or(0)
     }
 
-    /// A value's place along the axis.
+    /// The drawn coordinate of a value.
     pub(super) fn place(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => value / power_of_ten(self.exponent),
@@ -147,7 +147,7 @@ impl Layout {
         }
     }
 
-    /// What stands beside a tick.
+    /// The label of a tick.
     pub(super) fn tick_text(&self, tick: f64) -> String {
         match self.scale {
             Scale::Linear => {
@@ -191,17 +191,17 @@ fn caption(axis: &Axis, exponent: i32) -> String {
     }
 }
 
-/// The power of ten that ticks are written in: none for numbers that read well as they are.
+/// The power of ten in the caption; zero if plain numbers are readable.
 fn common_exponent(size: f64) -> i32 {
     if size == 0.0 || (1e-2..1e5).contains(&size) { 0 } else { size.log10().floor() as i32 }
 }
 
-/// Ten to the power, exact where a decimal literal is: a division by 10^e then rounds once.
+/// A power of ten, exact for decimal literals, so that a division by 10^e rounds only once.
 fn power_of_ten(exponent: i32) -> f64 {
     10.0_f64.powi(exponent)
 }
 
-/// About six ticks at multiples of 1, 2 or 5 times a power of ten, and the decimals that tell them apart.
+/// About six ticks at multiples of 1, 2 or 5 times a power of ten, and the number of decimals that distinguishes them.
 fn even_ticks(low: f64, high: f64) -> (Vec<f64>, usize) {
     let rough = (high - low) / 6.0;
     let power = rough.log10().floor();
@@ -217,8 +217,8 @@ fn even_ticks(low: f64, high: f64) -> (Vec<f64>, usize) {
     ((first..=last).map(|index| index as f64 * step).collect(), decimals)
 }
 
-/// Logarithmic ticks (as decimal logarithms): powers of ten, with 2 and 5 between where there is room; `None` on a range
-/// too narrow to hold three of them.
+/// Logarithmic ticks (as decimal logarithms): powers of ten, with 2 and 5 in between if there is space; `None` for a
+/// range that cannot hold three of them.
 fn decade_ticks(low: f64, high: f64) -> Option<Vec<f64>> {
     let decades = high - low;
     let stride = ((decades / 8.0).ceil() as i64).max(1);
@@ -237,7 +237,7 @@ fn decade_ticks(low: f64, high: f64) -> Option<Vec<f64>> {
     (ticks.len() >= 3).then_some(ticks)
 }
 
-/// A number in few characters, with a power of ten where plain digits would be many.
+/// Formats a number in few characters, with a power of ten if it is very large or small.
 #[must_use]
 pub fn short_number(value: f64) -> String {
     if value == 0.0 {
@@ -253,7 +253,7 @@ pub fn short_number(value: f64) -> String {
     if mantissa == "1" { power } else { format!("{mantissa}·{power}") }
 }
 
-/// A number in three digits.
+/// Formats a number with three digits.
 #[must_use]
 pub fn three_digits(value: f64) -> String {
     short_number(format!("{value:.2e}").parse().unwrap_or(value))
@@ -267,7 +267,7 @@ fn trim_zeros(digits: &str) -> String {
     }
 }
 
-/// The digits of an exponent, raised.
+/// Formats an exponent as superscript digits.
 fn superscript(exponent: i32) -> String {
     exponent
         .to_string()

@@ -1,20 +1,21 @@
-//! The sheet that plots are drawn on: size, colors, text, and the legend above the axes.
+//! The canvas of plots: size, colors, text, and the legend above the axes.
 
 use super::DrawingError;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// The drawing library rounds to whole pixels: everything is drawn this many times larger and shown smaller.
+/// Enlargement of the drawing, because the drawing library rounds to whole pixels; the document is shown smaller by the
+/// same factor.
 pub(super) const FINENESS: i32 = 8;
 
-/// A sheet while it is drawn on, in fine pixels.
-pub(super) type Sheet<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// A canvas in fine pixels.
+pub(super) type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 pub(super) const INK: RGBColor = RGBColor(38, 38, 38);
 pub(super) const PALE: RGBColor = RGBColor(222, 222, 222);
 
-/// Colors that the color-blind can tell apart (Okabe and Ito 2008), without the yellow that is pale on white.
+/// Colors that color-blind readers can distinguish (Okabe and Ito 2008), without yellow, which is too pale on white.
 const CURVES: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -25,12 +26,12 @@ const CURVES: [RGBColor; 7] = [
     RGBColor(90, 90, 90),
 ];
 
-/// The color of the curve with this number.
+/// The color of a curve by its index.
 pub(super) const fn curve_color(index: usize) -> RGBColor {
     CURVES[index % CURVES.len()]
 }
 
-/// A length given in shown pixels, in fine pixels.
+/// Converts a length from shown pixels to fine pixels.
 pub(super) const fn fine(length: i32) -> i32 {
     length * FINENESS
 }
@@ -49,16 +50,16 @@ pub(super) fn stroke(color: RGBColor, half_pixels: u32) -> ShapeStyle {
     }
 }
 
-/// Width of a text in shown pixels, over-estimated: the reader's font is not known.
+/// Estimated maximum width of a text in shown pixels; the reader's font is unknown.
 pub(super) fn text_width(text: &str, size: i32) -> i32 {
     let characters = i32::try_from(text.chars().count()).unwrap_or(i32::MAX / 100);
     characters * size / 2
 }
 
-/// Draws on a white sheet of this size in shown pixels and returns the document.
+/// Draws on a white canvas of this size in shown pixels and returns the document.
 pub(super) fn draw<F>(width: i32, height: i32, content: F) -> Result<String, DrawingError>
 where
-    F: FnOnce(&Sheet<'_>) -> Result<(), DrawingError>,
+    F: FnOnce(&Canvas<'_>) -> Result<(), DrawingError>,
 {
     let size = (fine(width).unsigned_abs(), fine(height).unsigned_abs());
     let mut document = String::new();
@@ -72,7 +73,7 @@ where
     Ok(document.replacen(&drawn, &format!("width=\"{width}\" height=\"{height}\""), 1))
 }
 
-/// The drawing library's error in its own words.
+/// Converts an error of the drawing library.
 pub(super) fn failure<E: std::error::Error>(error: E) -> DrawingError {
     DrawingError(error.to_string())
 }

@@ -1,52 +1,52 @@
-//! Curves, points with error bars and theory lines over two axes.
+//! Charts: curves, points with error bars, and theory lines over two axes.
 
 use super::DrawingError;
 use super::axis::{Axis, Layout};
 use super::canvas::{
-    INK, PALE, Sheet, curve_color, draw, failure, fine, stroke, text_style, text_width,
+    Canvas, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
 };
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use serde::{Deserialize, Serialize};
 
-/// A point with the error of its y.
+/// A point with the standard error of y.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// Abscissa.
+    /// x.
     pub x: f64,
-    /// Ordinate.
+    /// y.
     pub y: f64,
-    /// One standard error of y.
+    /// The standard error of y.
     pub error: Option<f64>,
 }
 
 impl Point {
-    /// A point without an error.
+    /// A point without an error bar.
     #[must_use]
     pub const fn bare(x: f64, y: f64) -> Self {
         Self { x, y, error: None }
     }
 }
 
-/// How a curve is drawn.
+/// Style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Style {
+pub enum CurveStyle {
     /// A line through the points.
     Line,
-    /// A dashed line through the points: theory.
+    /// A dashed line through the points, for theory.
     Theory,
-    /// Dots with error bars: data.
+    /// Dots with error bars, for data.
     Data,
 }
 
 /// A named set of points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
-    /// What the legend says.
+    /// The name in the legend.
     pub name: String,
-    /// How it is drawn.
-    pub style: Style,
-    /// Number of its color: curves that belong together share one.
+    /// The style.
+    pub style: CurveStyle,
+    /// Index of the color; related curves share one.
     pub color: usize,
     /// The points, in the order of the line.
     pub points: Vec<Point>,
@@ -55,17 +55,17 @@ pub struct Curve {
 /// Curves over two axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Chart {
-    /// The file's name without its ending.
+    /// The file name without its extension.
     pub stem: String,
-    /// What is shown.
+    /// The title.
     pub title: String,
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// Whether a unit is as long along x as along y.
+    /// Whether both axes have the same scale.
     pub equal_aspect: bool,
-    /// What is drawn, later curves above earlier ones.
+    /// The curves; later ones are drawn on top.
     pub curves: Vec<Curve>,
 }
 
@@ -82,10 +82,10 @@ const LEGEND_SAMPLE: i32 = 30;
 const LEGEND_GAP: i32 = 22;
 
 impl Chart {
-    /// The chart as an SVG document; `None` where no curve has a point that the axes can show.
+    /// The chart as an SVG document; `None` if no curve has a point that the axes can show.
     ///
     /// # Errors
-    /// What the drawing library could not draw.
+    /// An error of the drawing library.
     pub fn svg(&self) -> Result<Option<String>, DrawingError> {
         let curves = self.visible_curves();
         let Some((mut x, mut y)) = self.layouts(&curves) else { return Ok(None) };
@@ -113,13 +113,13 @@ impl Chart {
             let below = (fine(across), fine(height - 16));
             sheet.draw(&Text::new(x.caption.clone(), below, style.clone())).map_err(failure)?;
             let upright = style.transform(FontTransform::Rotate270);
-            let beside = (fine(18), fine(down));
-            sheet.draw(&Text::new(y.caption.clone(), beside, upright)).map_err(failure)
+            let position = (fine(18), fine(down));
+            sheet.draw(&Text::new(y.caption.clone(), position, upright)).map_err(failure)
         })
         .map(Some)
     }
 
-    /// The curves that have something to show, without the points that the axes can't show.
+    /// The curves with visible points, without points that the axes cannot show.
     fn visible_curves(&self) -> Vec<Curve> {
         let mut curves = self.curves.clone();
         for curve in &mut curves {
@@ -140,7 +140,7 @@ impl Chart {
         Some((Layout::new(&self.x, left, right), Layout::new(&self.y, bottom, top)))
     }
 
-    /// Makes a unit as long along x as along y by widening the shorter range; `shape` is width over height.
+    /// Makes both scales equal by widening the shorter range; `shape` is width over height.
     fn equalise(&self, x: &mut Layout, y: &mut Layout, shape: f64) {
         let exponent = x.exponent().max(y.exponent());
         x.adopt_exponent(&self.x, exponent);
@@ -156,7 +156,7 @@ impl Chart {
     }
 }
 
-/// Room for the caption and the tick texts left of the axis.
+/// Space for the caption and the tick labels left of the axis.
 fn left_labels(y: &Layout) -> i32 {
     46 + TICK_TEXT / 2 * (y.longest_text() as i32 + 1)
 }
@@ -168,7 +168,7 @@ fn extremes(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// Spreads the legend over rows that fit the sheet: position from the left, and curve.
+/// Arranges the legend in rows that fit the canvas: position from the left, and curve.
 fn legend_rows(curves: &[Curve]) -> Vec<Vec<(i32, &Curve)>> {
     let mut rows: Vec<Vec<(i32, &Curve)>> = Vec::new();
     let mut left = i32::MAX;
@@ -187,7 +187,7 @@ fn legend_rows(curves: &[Curve]) -> Vec<Vec<(i32, &Curve)>> {
 }
 
 fn draw_legend_row(
-    sheet: &Sheet<'_>,
+    sheet: &Canvas<'_>,
     top: i32,
     entries: &[(i32, &Curve)],
 ) -> Result<(), DrawingError> {
@@ -196,8 +196,8 @@ fn draw_legend_row(
         let color = curve_color(curve.color);
         let ends = [(fine(*left), middle), (fine(left + LEGEND_SAMPLE), middle)];
         match curve.style {
-            Style::Line => sheet.draw(&PathElement::new(ends, stroke(color, 4))),
-            Style::Theory => {
+            CurveStyle::Line => sheet.draw(&PathElement::new(ends, stroke(color, 4))),
+            CurveStyle::Theory => {
                 let [from, to] = ends;
                 let dashes =
                     (from.0..to.0).step_by(fine(11).unsigned_abs() as usize).map(|start| {
@@ -206,7 +206,7 @@ fn draw_legend_row(
                     });
                 dashes.into_iter().try_for_each(|dash| sheet.draw(&dash))
             }
-            Style::Data => {
+            CurveStyle::Data => {
                 let center = (fine(left + LEGEND_SAMPLE / 2), middle);
                 sheet.draw(&Circle::new(center, fine(4), color.filled()))
             }
@@ -220,7 +220,7 @@ fn draw_legend_row(
 }
 
 fn draw_plot(
-    area: &Sheet<'_>,
+    area: &Canvas<'_>,
     x: &Layout,
     y: &Layout,
     curves: &[Curve],
@@ -248,14 +248,14 @@ fn draw_plot(
         let places: Vec<(f64, f64)> =
             curve.points.iter().map(|point| (x.place(point.x), y.place(point.y))).collect();
         match curve.style {
-            Style::Line => {
+            CurveStyle::Line => {
                 chart.draw_series(LineSeries::new(places, stroke(color, 3))).map_err(failure)?;
             }
-            Style::Theory => {
+            CurveStyle::Theory => {
                 let dashes = DashedLineSeries::new(places, fine(7), fine(4), stroke(color, 3));
                 chart.draw_series(dashes).map_err(failure)?;
             }
-            Style::Data => {
+            CurveStyle::Data => {
                 chart
                     .draw_series(
                         places.iter().map(|place| Circle::new(*place, fine(4), color.filled())),
@@ -268,7 +268,7 @@ fn draw_plot(
     Ok(())
 }
 
-/// The bars of a curve's errors; a lower end that a logarithmic axis can't show stops at the frame.
+/// The error bars of a curve. A lower end that a logarithmic axis cannot show ends at the frame.
 fn error_bars(
     curve: &Curve,
     x: &Layout,
@@ -299,7 +299,7 @@ fn error_bars(
         .collect()
 }
 
-/// Keeps at most about `most` points of a long curve: of each run of neighbors the least and the greatest, in order.
+/// Keeps about `most` points of a long curve: the minimum and maximum of each group of neighbors, in order.
 #[must_use]
 pub fn thinned(points: Vec<Point>, most: usize) -> Vec<Point> {
     if points.len() <= most {

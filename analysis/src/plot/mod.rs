@@ -1,4 +1,4 @@
-//! Plots as SVG: curves with axes, and pictures of a state to scale.
+//! Plots as SVG: charts with axes, and pictures of a state to scale.
 
 mod axis;
 mod canvas;
@@ -6,34 +6,27 @@ mod chart;
 mod picture;
 
 pub use axis::{Axis, Scale, short_number, three_digits};
-pub use chart::{Chart, Curve, Point, Style, thinned};
-pub use picture::{Body, Container, InnerWall, MOST_BODIES, Picture};
+pub use chart::{Chart, Curve, CurveStyle, Point, thinned};
+pub use picture::{Container, DrawnParticle, InnerWall, MAX_DRAWN_PARTICLES, Picture};
 
 use serde::{Deserialize, Serialize};
 
-/// A plot, and the file that it goes to.
+/// A plot with its file name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Plot {
     /// Curves and points over two axes.
     Chart(Chart),
-    /// Particles in their container, to scale.
+    /// A picture of particles in their container, to scale.
     Picture(Picture),
 }
 
-/// A plot that could not be drawn, with the drawing library's words.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A plot that could not be drawn, with the message of the drawing library.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
 pub struct DrawingError(pub String);
 
-impl std::fmt::Display for DrawingError {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for DrawingError {}
-
 impl Plot {
-    /// The file's name without its ending.
+    /// The file name without its extension.
     #[must_use]
     pub fn stem(&self) -> &str {
         match self {
@@ -42,7 +35,7 @@ impl Plot {
         }
     }
 
-    /// What is shown.
+    /// The title.
     #[must_use]
     pub fn title(&self) -> &str {
         match self {
@@ -51,7 +44,7 @@ impl Plot {
         }
     }
 
-    /// Says in the title which run it is about.
+    /// Appends the run to the title.
     pub fn add_to_title(&mut self, run: &str) {
         let title = match self {
             Self::Chart(chart) => &mut chart.title,
@@ -62,10 +55,10 @@ impl Plot {
         }
     }
 
-    /// The plot as an SVG document; `None` where there is nothing to show.
+    /// The plot as an SVG document; `None` if it is empty.
     ///
     /// # Errors
-    /// What the drawing library could not draw.
+    /// An error of the drawing library.
     pub fn svg(&self) -> Result<Option<String>, DrawingError> {
         match self {
             Self::Chart(chart) => chart.svg(),

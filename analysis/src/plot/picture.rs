@@ -2,23 +2,23 @@
 
 use super::DrawingError;
 use super::axis::{short_number, three_digits};
-use super::canvas::{INK, Sheet, draw, failure, fine, stroke, text_style};
+use super::canvas::{Canvas, INK, draw, failure, fine, stroke, text_style};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use serde::{Deserialize, Serialize};
 
-/// A particle as it is drawn.
+/// A drawn particle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Body {
-    /// Center, in the picture's length unit.
+pub struct DrawnParticle {
+    /// The center, in the picture's length unit.
     pub center: [f64; 2],
-    /// Radius; `None` for a point, drawn as a dot.
+    /// The radius; `None` for a point, drawn as a dot.
     pub radius: Option<f64>,
-    /// Speed, for its color.
+    /// The speed, which determines the color.
     pub speed: f64,
 }
 
-/// The walls of a container.
+/// The outer walls.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Container {
     /// A rectangle from its lower left to its upper right corner.
@@ -27,10 +27,10 @@ pub enum Container {
     Circle([f64; 2], f64),
 }
 
-/// A wall within the container.
+/// A wall inside the container.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum InnerWall {
-    /// A straight piece between two points.
+    /// A segment between two points.
     Segment([f64; 2], [f64; 2]),
     /// A circle by center and radius.
     Circle([f64; 2], f64),
@@ -39,26 +39,26 @@ pub enum InnerWall {
 /// Particles in their container.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Picture {
-    /// The file's name without its ending.
+    /// The file name without its extension.
     pub stem: String,
-    /// What is shown.
+    /// The title.
     pub title: String,
-    /// Numbers written below the title, such as "N = 1000, r = 1 m".
+    /// The caption below the title, such as "N = 1000, r = 1 m".
     pub caption: String,
-    /// Unit of lengths; empty for dimensionless ones.
+    /// The unit of lengths; empty for dimensionless lengths.
     pub length_unit: String,
-    /// Unit of speeds; empty for dimensionless ones.
+    /// The unit of speeds; empty for dimensionless speeds.
     pub speed_unit: String,
-    /// The walls.
+    /// The container.
     pub container: Container,
-    /// Walls within it; what of them lies outside is not drawn.
+    /// Walls inside the container; their parts outside are not drawn.
     pub inner_walls: Vec<InnerWall>,
-    /// The particles, the first of them where they are too many to draw.
-    pub bodies: Vec<Body>,
+    /// The particles, limited to the first [`MAX_DRAWN_PARTICLES`].
+    pub bodies: Vec<DrawnParticle>,
 }
 
-/// More particles than this are not drawn: the file would be too large for a viewer.
-pub const MOST_BODIES: usize = 10_000;
+/// Maximum number of drawn particles; with more, the file would be too large for a viewer.
+pub const MAX_DRAWN_PARTICLES: usize = 10_000;
 
 const WIDTH: i32 = 620;
 const HEADER: i32 = 66;
@@ -66,7 +66,7 @@ const SIDE: i32 = 34;
 const BAR_ROOM: i32 = 110;
 const LARGEST: i32 = 470;
 
-/// Where lengths lie on the sheet.
+/// Transformation from lengths to the canvas.
 struct View {
     left: f64,
     top: f64,
@@ -76,7 +76,7 @@ struct View {
 }
 
 impl View {
-    /// Fits the container into the sheet; also the sheet's height.
+    /// Fits the container into the canvas; also returns the height of the canvas.
     fn new(container: Container) -> (Self, i32) {
         let (low, high) = match container {
             Container::Rectangle(low, high) => (low, high),
@@ -107,7 +107,7 @@ impl View {
 }
 
 impl Picture {
-    /// A container without anything in it.
+    /// An empty container.
     #[must_use]
     pub fn empty(container: Container, length_unit: &str, speed_unit: &str) -> Self {
         Self {
@@ -125,7 +125,7 @@ impl Picture {
     /// The picture as an SVG document.
     ///
     /// # Errors
-    /// What the drawing library could not draw.
+    /// An error of the drawing library.
     pub fn svg(&self) -> Result<String, DrawingError> {
         let (view, height) = View::new(self.container);
         let fastest = self.bodies.iter().map(|body| body.speed).fold(0.0, f64::max);
@@ -157,10 +157,10 @@ impl Picture {
         })
     }
 
-    /// The bodies that have a place on the sheet, and how many are too far outside, or nowhere.
-    fn seen(&self, view: &View) -> (Vec<&Body>, usize) {
+    /// The particles on the canvas, and the number of those outside.
+    fn seen(&self, view: &View) -> (Vec<&DrawnParticle>, usize) {
         let [least, most] = [0.0, f64::from(fine(WIDTH - BAR_ROOM))];
-        let on_sheet = |body: &&Body| {
+        let on_sheet = |body: &&DrawnParticle| {
             let reach = body.radius.unwrap_or(0.0) * view.scale;
             let across = (body.center[0] - view.low[0]) * view.scale + view.left;
             let up = (body.center[1] - view.low[1]) * view.scale;
@@ -170,12 +170,12 @@ impl Picture {
                 && up - reach >= -room
                 && up + reach <= view.height * view.scale + room
         };
-        let seen: Vec<&Body> = self.bodies.iter().filter(on_sheet).collect();
+        let seen: Vec<&DrawnParticle> = self.bodies.iter().filter(on_sheet).collect();
         let outside = self.bodies.len() - seen.len();
         (seen, outside)
     }
 
-    /// The container's size in words.
+    /// Formats the size of the container.
     fn size_text(&self) -> String {
         let unit = if self.length_unit.is_empty() {
             String::new()
@@ -193,7 +193,7 @@ impl Picture {
         }
     }
 
-    fn draw_container(&self, sheet: &Sheet<'_>, view: &View) -> Result<(), DrawingError> {
+    fn draw_container(&self, sheet: &Canvas<'_>, view: &View) -> Result<(), DrawingError> {
         let line = stroke(INK, 3);
         match self.container {
             Container::Rectangle(low, high) => {
@@ -221,7 +221,7 @@ impl Picture {
         Ok(())
     }
 
-    /// The part of a straight piece that lies in a rectangle (Liang and Barsky 1984).
+    /// The part of a segment inside the rectangle (Liang and Barsky 1984).
     fn within(&self, from: [f64; 2], to: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         let Container::Rectangle(low, high) = self.container else { return Some([from, to]) };
         let (mut first, mut last) = (0.0_f64, 1.0_f64);
@@ -244,7 +244,7 @@ impl Picture {
 
     fn draw_color_bar(
         &self,
-        sheet: &Sheet<'_>,
+        sheet: &Canvas<'_>,
         height: i32,
         fastest: f64,
     ) -> Result<(), DrawingError> {
@@ -261,7 +261,7 @@ impl Picture {
         sheet.draw(&Text::new(unit, above, caption)).map_err(failure)?;
         for step in 0..STEPS {
             let edge = |step: i32| fine(bottom) - fine(bottom - top) * step / STEPS;
-            // Each step reaches under the next one, so that no seam shows.
+            // Steps overlap, so that no seam is visible.
             let corners =
                 [(fine(left), edge((step + 2).min(STEPS))), (fine(left + 16), edge(step))];
             let share = (f64::from(step) + 0.5) / f64::from(STEPS);
@@ -276,7 +276,7 @@ impl Picture {
     }
 }
 
-/// Dark blue for rest to orange for the fastest: even in brightness on white.
+/// Color scale from dark blue (at rest) to orange (fastest), with uniform brightness on white.
 fn speed_color(share: f64) -> RGBColor {
     const STOPS: [[f64; 3]; 4] =
         [[40.0, 44.0, 120.0], [30.0, 130.0, 170.0], [120.0, 180.0, 90.0], [240.0, 150.0, 30.0]];

@@ -1,12 +1,12 @@
-//! Letters as strokes, for what a color bar says: numbers and units of speed.
+//! Letters as strokes, for the labels of a color bar: numbers and units of speed.
 
-/// Points of a stroke, in units of the grid: 4 wide and 6 high, from the upper left corner.
+/// Points of a stroke in grid units: 4 wide and 6 high, from the upper left corner.
 type Stroke = &'static [[u8; 2]];
 
 /// Height of the grid.
 const GRID_HEIGHT: f64 = 6.0;
 
-/// The strokes of a letter and its width; `None` for one that no color bar has.
+/// The strokes of a letter and its width; `None` for an unknown letter.
 fn glyph(letter: char) -> Option<(&'static [Stroke], f64)> {
     let (strokes, width): (&'static [Stroke], f64) = match letter {
         '0' => (&[&[[1, 0], [3, 0], [4, 1], [4, 5], [3, 6], [1, 6], [0, 5], [0, 1], [1, 0]]], 4.0),
@@ -76,7 +76,7 @@ fn glyph(letter: char) -> Option<(&'static [Stroke], f64)> {
 /// Space between two letters.
 const GAP: f64 = 1.7;
 
-/// The segments of a text around its middle, px. A letter without strokes leaves a gap.
+/// The segments of a text around its middle, px. An unknown letter leaves a gap.
 pub(super) fn strokes(text: &str, middle: [f64; 2], height: f64) -> Vec<[[f64; 2]; 2]> {
     let unit = height / GRID_HEIGHT;
     let letters: Vec<(&[Stroke], f64)> =

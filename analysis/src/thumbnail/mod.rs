@@ -1,5 +1,4 @@
-//! A small picture of a recording, still or moving, for a page or a slide: drawn from the recording's own scenes, with their
-//! colors, without a viewer.
+//! Thumbnails of a recording, static or animated, drawn from the recorded scenes with their colors.
 
 mod glyphs;
 mod png_file;
@@ -11,34 +10,33 @@ use kinetoscope_recording::drawing::{Shape, read_shapes};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use raster::Raster;
-use sheet::Sheet;
+use sheet::PageLayout;
 use std::num::NonZeroU32;
 use std::path::Path;
 
-/// Topics in the order in which they are drawn, the lowest first. Arrows and force chains would hide a small picture.
+/// Topics in drawing order, the lowest first. Arrows and force chains would cover a small picture.
 const LAYERS: [&str; 4] = ["/trail", "/walls", "/discs", "/legend"];
 
-/// The shapes of a frame, layer by layer.
+/// The shapes of a frame by layer.
 type Drawing = [Vec<Shape>; LAYERS.len()];
 
-/// The form of a picture.
+/// The format of a thumbnail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PictureForm {
-    /// The last frame as lines and discs, to any scale.
+pub enum ThumbnailFormat {
+    /// The last frame as vector graphics.
     Svg,
-    /// Pixels.
+    /// Pixels, as PNG or APNG.
     Png {
-        /// How many frames, evenly spread over the recording and played as fast as it, as an APNG that browsers play; 1 is
-        /// the last frame.
+        /// Number of frames, evenly spread over the recording and played at its speed as an APNG; 1 is the last frame.
         frames: NonZeroU32,
     },
 }
 
-impl PictureForm {
-    /// By the end of a file's name, and for so many frames.
+impl ThumbnailFormat {
+    /// Selects the format by the extension of a file name and the number of frames.
     ///
     /// # Errors
-    /// What can't be, in words.
+    /// An unsupported combination, with the reason.
     pub fn of(path: &Path, frames: NonZeroU32) -> Result<Self, &'static str> {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         match ending.to_ascii_lowercase().as_str() {
@@ -50,75 +48,64 @@ impl PictureForm {
     }
 }
 
-/// What a picture shall be.
+/// Options of a thumbnail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Wish {
-    /// Its form.
-    pub form: PictureForm,
-    /// Width, px.
+pub struct ThumbnailOptions {
+    /// The format.
+    pub format: ThumbnailFormat,
+    /// The width, px.
     pub width: NonZeroU32,
 }
 
-/// Why there is no picture.
-#[derive(Debug)]
+/// Why a recording has no thumbnail.
+#[derive(Debug, thiserror::Error)]
 pub enum ThumbnailError {
-    /// The recording can't be read.
-    Read(ReadError),
-    /// It can't be drawn, in words.
-    Undrawn(String),
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// It cannot be drawn, with the reason.
+    #[error("{0}")]
+    NotDrawn(String),
 }
 
-impl From<ReadError> for ThumbnailError {
-    fn from(error: ReadError) -> Self {
-        Self::Read(error)
-    }
-}
-
-impl std::fmt::Display for ThumbnailError {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Read(error) => error.fmt(formatter),
-            Self::Undrawn(why) => formatter.write_str(why),
-        }
-    }
-}
-
-impl std::error::Error for ThumbnailError {}
-
-/// Draws a recording and returns the file's bytes, the same for the same recording and wish.
+/// Draws a recording and returns the bytes of the file; equal recordings and options give equal bytes.
 ///
 /// # Errors
-/// A recording that is not whole, or that has no drawing.
-pub fn thumbnail(recording: &Recording, wish: Wish) -> Result<Vec<u8>, ThumbnailError> {
+/// A damaged recording, or one without drawings.
+pub fn thumbnail(
+    recording: &Recording,
+    options: ThumbnailOptions,
+) -> Result<Vec<u8>, ThumbnailError> {
     let playback_rate = recording.provenance().playback_rate;
     let mut frames = 0;
     for frame in recording.frames()? {
         frame?;
         frames += 1;
     }
-    let wanted = match wish.form {
-        PictureForm::Svg => NonZeroU32::MIN,
-        PictureForm::Png { frames } => frames,
+    let wanted = match options.format {
+        ThumbnailFormat::Svg => NonZeroU32::MIN,
+        ThumbnailFormat::Png { frames } => frames,
     };
     let drawings = drawings(recording, &chosen(frames, u64::from(wanted.get())))?;
-    let undrawn =
-        || ThumbnailError::Undrawn("the recording has no drawing: record \"discs\" too".to_owned());
-    let sheet = Sheet::new(&drawings, wish.width.get()).ok_or_else(undrawn)?;
-    match wish.form {
-        PictureForm::Svg => {
+    let undrawn = || {
+        ThumbnailError::NotDrawn("the recording has no drawing: record \"discs\" too".to_owned())
+    };
+    let sheet = PageLayout::new(&drawings, options.width.get()).ok_or_else(undrawn)?;
+    match options.format {
+        ThumbnailFormat::Svg => {
             let last = drawings.last().ok_or_else(undrawn)?;
             Ok(svg::document(&sheet, last).into_bytes())
         }
-        PictureForm::Png { .. } => {
+        ThumbnailFormat::Png { .. } => {
             let rasters: Vec<Raster> =
                 drawings.iter().map(|drawing| Raster::of(&sheet, drawing)).collect();
             let seconds = frames as f64 / playback_rate / rasters.len() as f64;
-            png_file::file(&rasters, seconds).map_err(ThumbnailError::Undrawn)
+            png_file::file(&rasters, seconds).map_err(ThumbnailError::NotDrawn)
         }
     }
 }
 
-/// Which of so many frames are drawn: evenly spread from the first to the last, or the last alone.
+/// Indices of the drawn frames: evenly spread from the first to the last, or only the last.
 fn chosen(frames: u64, wanted: u64) -> Vec<u64> {
     let Some(last) = frames.checked_sub(1) else { return Vec::new() };
     let wanted = wanted.min(frames);
@@ -128,7 +115,7 @@ fn chosen(frames: u64, wanted: u64) -> Vec<u64> {
     (0..wanted).map(|picture| picture * last / (wanted - 1)).collect()
 }
 
-/// What is drawn in each chosen frame. What is drawn once belongs to all that follow.
+/// The drawings of the chosen frames. A layer that is recorded once applies to all following frames.
 fn drawings(recording: &Recording, chosen: &[u64]) -> Result<Vec<Drawing>, ThumbnailError> {
     let mut layers = Drawing::default();
     let mut drawings = Vec::with_capacity(chosen.len());
@@ -151,7 +138,7 @@ fn draw(frame: &RecordedFrame, layers: &mut Drawing) -> Result<(), ThumbnailErro
         if let Some(message) = message {
             *layer = read_shapes(message.payload()).ok_or_else(|| {
                 let frame = frame.clock.frame;
-                ThumbnailError::Undrawn(format!("{topic} of frame {frame} is no drawing"))
+                ThumbnailError::NotDrawn(format!("{topic} of frame {frame} is no drawing"))
             })?;
         }
     }

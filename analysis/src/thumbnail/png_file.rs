@@ -1,16 +1,16 @@
-//! Rasters as a PNG file, or several as an APNG, with at most 256 colors: a fifth of the size.
+//! Rasters as a PNG file, or several as an APNG, with at most 256 colors, which makes files five times smaller.
 
 use super::raster::Raster;
 use kinetoscope_recording::drawing::Rgb;
 use std::collections::HashMap;
 
-/// How long an animation rests on its last picture before it begins anew, s.
+/// Duration of the last picture before an animation restarts, s.
 const REST: f64 = 2.0;
 
-/// The bytes of a file. Each picture of an animation but the last stays for so many seconds.
+/// Encodes a file. Each picture of an animation except the last is shown for `seconds`.
 ///
 /// # Errors
-/// The encoder's words.
+/// The message of the encoder.
 pub(super) fn file(rasters: &[Raster], seconds: f64) -> Result<Vec<u8>, String> {
     let Some(first) = rasters.first() else { return Err("there is no frame".to_owned()) };
     let mut palette = Palette::of(rasters);
@@ -33,7 +33,7 @@ pub(super) fn file(rasters: &[Raster], seconds: f64) -> Result<Vec<u8>, String> 
             let stays = if is_last { seconds + REST } else { seconds };
             let milliseconds = (stays * 1000.0).round().clamp(1.0, f64::from(u16::MAX)) as u16;
             writer.set_frame_delay(milliseconds, 1000).map_err(words)?;
-            // Back to the origin first: dimension and position are checked together.
+            // The origin is reset first, because dimension and position are validated together.
             writer.reset_frame_position().map_err(words)?;
             writer.set_frame_dimension(part.width, part.height).map_err(words)?;
             writer.set_frame_position(part.left, part.top).map_err(words)?;
@@ -58,7 +58,7 @@ impl Part {
         Self { left: 0, top: 0, width: raster.width, height: raster.height }
     }
 
-    /// The smallest rectangle that holds all pixels that differ; one pixel where none does.
+    /// The smallest rectangle with all different pixels; one pixel if none differs.
     fn changed(before: &Raster, after: &Raster) -> Self {
         let width = after.width as usize;
         let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
@@ -77,7 +77,7 @@ impl Part {
         Self { left, top, width: right - left, height: bottom - top }
     }
 
-    /// The palette's indices of its pixels, row by row.
+    /// The palette indices of its pixels, row by row.
     fn indices(&self, raster: &Raster, palette: &mut Palette) -> Vec<u8> {
         let rows = self.top..self.top + self.height;
         rows.flat_map(|row| {
@@ -89,7 +89,7 @@ impl Part {
     }
 }
 
-/// The most frequent colors; any other is shown as the nearest of them.
+/// The most frequent colors; other colors are replaced by the nearest of them.
 struct Palette {
     colors: Vec<Rgb>,
     nearest: HashMap<Rgb, u8>,
@@ -107,7 +107,7 @@ impl Palette {
         }
         let mut counted: Vec<(u64, Rgb)> =
             counts.into_iter().map(|(color, count)| (count, color)).collect();
-        // Equal counts by their color: the file does not depend on the map's order.
+        // Equal counts are ordered by color, so the file does not depend on the order of the map.
         counted.sort_unstable_by(|one, other| other.cmp(one));
         let colors: Vec<Rgb> =
             counted.into_iter().take(Self::SIZE).map(|(_, color)| color).collect();

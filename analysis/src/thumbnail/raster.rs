@@ -1,17 +1,18 @@
-//! A drawing as pixels. How much of a pixel a shape covers follows from the distance of the pixel's center to its edge.
+//! Rasterization of a drawing. The coverage of a pixel follows from the distance of its center to the edge of the
+//! shape.
 
 use super::Drawing;
 use super::glyphs;
-use super::sheet::Sheet;
+use super::sheet::PageLayout;
 use kinetoscope_recording::drawing::{Rgb, Shape};
 
 /// Dark gray, for text.
 const INK: Rgb = [0x20, 0x20, 0x20];
 
-/// Shares of a pixel that are told apart: few, so that the colors of a drawing fit a palette.
+/// Number of coverage levels: few, so that the colors of a drawing fit a palette.
 const RIM_STEPS: f64 = 8.0;
 
-/// A picture, row by row from its upper left corner.
+/// A picture, row by row from the upper left corner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Raster {
     pub(super) width: u32,
@@ -20,8 +21,8 @@ pub(super) struct Raster {
 }
 
 impl Raster {
-    /// Draws on white.
-    pub(super) fn of(sheet: &Sheet, drawing: &Drawing) -> Self {
+    /// Draws on a white background.
+    pub(super) fn of(sheet: &PageLayout, drawing: &Drawing) -> Self {
         let (width, height) = (sheet.width, sheet.height);
         let pixels = vec![[0xff; 3]; width as usize * height as usize];
         let mut raster = Self { width, height, pixels };
@@ -31,7 +32,7 @@ impl Raster {
         raster
     }
 
-    fn draw(&mut self, sheet: &Sheet, shape: &Shape) {
+    fn draw(&mut self, sheet: &PageLayout, shape: &Shape) {
         match shape {
             Shape::Disc { center, radius, color } => {
                 let (center, radius) = (sheet.place(*center), sheet.length(*radius));
@@ -48,7 +49,7 @@ impl Raster {
             Shape::Rectangle { center, size, color } => {
                 let center = sheet.place(*center);
                 let [width, height] = size.map(|length| sheet.length(length) / 2.0);
-                // Neighbors overlap a little, so that no seam shows.
+                // Neighbors overlap slightly, so that no seam is visible.
                 let half = [width + 0.5, height];
                 let reach = half[0].max(half[1]);
                 self.fill(*color, [center, center], reach, |point| {
@@ -80,8 +81,8 @@ impl Raster {
         });
     }
 
-    /// Mixes a color into the pixels of a box around two points. `depth` is how deep a point lies inside of the shape, px,
-    /// negative outside.
+    /// Blends a color into the pixels of a box around two points. `depth` is the distance of a point from the edge of
+    /// the shape, px, positive inside.
     fn fill(
         &mut self,
         color: Rgb,
@@ -89,7 +90,7 @@ impl Raster {
         reach: f64,
         depth: impl Fn([f64; 2]) -> f64,
     ) {
-        // A cast from float saturates: what lies beyond the edges, or is no number, is not drawn.
+        // A cast from float saturates, so parts outside the picture and NaN are not drawn.
         let span = |axis: usize, end: u32| {
             let low = around[0][axis].min(around[1][axis]) - reach - 1.0;
             let high = around[0][axis].max(around[1][axis]) + reach + 1.0;
@@ -119,8 +120,8 @@ fn mixed(under: Rgb, over: Rgb, share: f64) -> Rgb {
 mod tests {
     use super::*;
 
-    /// A disc covers its area: the sum of what is covered of all pixels is pi r^2, within what a straight edge through each
-    /// pixel of the rim neglects, below 1 % for a radius of 20 px.
+    /// Law: the total coverage of a disc is pi r^2. Tolerance: 1 % for a radius of 20 px, because edges are straight
+    /// within each pixel.
     #[test]
     fn a_disc_covers_its_area() {
         let container = Shape::Segments {
@@ -131,7 +132,7 @@ mod tests {
         let black = [0; 3];
         let disc = Shape::Disc { center: [0.43, 0.52], radius: 0.2, color: black };
         let drawing = [Vec::new(), vec![container], vec![disc], Vec::new()];
-        let sheet = Sheet::new(std::slice::from_ref(&drawing), 106).unwrap();
+        let sheet = PageLayout::new(std::slice::from_ref(&drawing), 106).unwrap();
         let raster = Raster::of(&sheet, &drawing);
         let covered: f64 =
             raster.pixels.iter().map(|pixel| 1.0 - f64::from(pixel[0]) / 255.0).sum();

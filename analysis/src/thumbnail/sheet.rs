@@ -1,35 +1,35 @@
-//! Where lengths lie on a picture.
+//! Transformation from lengths to pixels of a picture.
 
 use super::Drawing;
 use kinetoscope_recording::drawing::Shape;
 
-/// Space around what is drawn, over its width.
+/// Margin over the width of the drawing.
 const MARGIN: f64 = 0.03;
-/// Height of a picture over its width, at most: a chimney is cut off at its top.
+/// Maximum ratio of height to width; taller drawings are cut off at the top.
 const HIGHEST: f64 = 2.0;
 /// Height of letters over the picture's width.
 const TEXT_HEIGHT: f64 = 0.019;
-/// Room for a letter over the height of letters.
+/// Width of a letter over its height.
 const LETTER: f64 = 1.0;
-/// Width of the viewers' panels for which the lines' widths are meant, px.
+/// Width of a viewer's panel that recorded line widths refer to, px.
 const PANEL_WIDTH: f64 = 800.0;
 
-/// The sheet of paper of a picture, or of all pictures of an animation.
+/// Page of a picture, or of all pictures of an animation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sheet {
+pub(super) struct PageLayout {
     /// Width, px.
     pub(super) width: u32,
     /// Height, px.
     pub(super) height: u32,
-    /// Pixels a length unit.
+    /// Pixels per length unit.
     scale: f64,
     left: f64,
     top: f64,
 }
 
-impl Sheet {
-    /// A sheet for the walls and the color bar; where no wall is a line, for all that these drawings show. `None` where
-    /// nothing is drawn.
+impl PageLayout {
+    /// Creates a page for the walls and the color bar; without walls drawn as lines, for everything in these drawings.
+    /// `None` for an empty drawing.
     pub(super) fn new(drawings: &[Drawing], width: u32) -> Option<Self> {
         let is_line = |shape: &Shape| matches!(shape, Shape::Segments { .. });
         let mut bounds = Bounds::NOTHING;
@@ -57,22 +57,22 @@ impl Sheet {
             height: height as u32,
             scale,
             left: low[0] - margin,
-            // The lower edge is kept where the top is cut off.
+            // The lower edge stays in place if the top is cut off.
             top: low[1] - margin + height / scale,
         })
     }
 
-    /// From the upper left corner, px.
+    /// Position of a point from the upper left corner, px.
     pub(super) fn place(&self, point: [f64; 2]) -> [f64; 2] {
         [(point[0] - self.left) * self.scale, (self.top - point[1]) * self.scale]
     }
 
-    /// A length in px.
+    /// Converts a length to px.
     pub(super) fn length(&self, length: f64) -> f64 {
         length * self.scale
     }
 
-    /// A line's width in px.
+    /// Converts a line width to px.
     pub(super) fn line_width(&self, width_px: f64) -> f64 {
         (width_px * f64::from(self.width) / PANEL_WIDTH).max(1.0)
     }

@@ -1,24 +1,24 @@
 //! A drawing as an SVG document.
 
 use super::Drawing;
-use super::sheet::Sheet;
+use super::sheet::PageLayout;
 use kinetoscope_recording::drawing::{Rgb, Shape};
 use std::fmt::Write;
 
-/// Draws on white.
-pub(super) fn document(sheet: &Sheet, drawing: &Drawing) -> String {
+/// Draws on a white background.
+pub(super) fn document(sheet: &PageLayout, drawing: &Drawing) -> String {
     let (width, height) = (sheet.width, sheet.height);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
     );
     for shape in drawing.iter().flatten() {
-        // Writing to a string does not fail.
+        // Writing to a String cannot fail.
         let _ = write_shape(&mut svg, sheet, shape);
     }
     svg + "</svg>\n"
 }
 
-fn write_shape(svg: &mut String, sheet: &Sheet, shape: &Shape) -> std::fmt::Result {
+fn write_shape(svg: &mut String, sheet: &PageLayout, shape: &Shape) -> std::fmt::Result {
     match shape {
         Shape::Disc { center, radius, color } => {
             let ([x, y], radius) = (sheet.place(*center), sheet.length(*radius));
@@ -29,7 +29,7 @@ fn write_shape(svg: &mut String, sheet: &Sheet, shape: &Shape) -> std::fmt::Resu
             let corner = [center[0] - size[0] / 2.0, center[1] + size[1] / 2.0];
             let ([x, y], [width, height]) =
                 (sheet.place(corner), size.map(|length| sheet.length(length)));
-            // Neighbors overlap a little, so that no seam shows.
+            // Neighbors overlap slightly, so that no seam is visible.
             let (width, fill) = (width + 0.3, hexadecimal(*color));
             writeln!(
                 svg,

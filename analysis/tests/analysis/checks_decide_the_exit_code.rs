@@ -33,7 +33,7 @@ relative_tolerance = 1e-9
 /// Pressure T + replicate: means T + 0.5, slope 1.
 fn frames(run: &RunManifest) -> Frames {
     let ModelConfig::Gas(config) = &run.model else { panic!("not a gas") };
-    let temperature = kinetoscope_analysis::laws::gas::temperature_k(config).unwrap();
+    let temperature = kinetoscope_analysis::models::gas::laws::temperature_k(config).unwrap();
     two_frames(&GasPressure {
         measured_since_start_n_per_m: temperature + f64::from(run.replicate),
         ..GasPressure::default()

@@ -16,7 +16,7 @@ fn document(name: &str) -> String {
 #[test]
 fn the_document_is_what_the_table_says() {
     assert!(
-        document("metrics.md") == kinetoscope_analysis::catalog::reference(),
+        document("metrics.md") == kinetoscope_analysis::report::metrics_reference(),
         "docs/metrics.md is old: run `cargo run --bin analyze-recordings -- --metrics > docs/metrics.md`"
     );
 }

@@ -1,0 +1,177 @@
+//! Comparison of metrics with those of an earlier analysis: by statistics, not by equality.
+
+use crate::checks::{CheckKind, CheckResult, in_unit, subject};
+use crate::metric::{Metric, MetricScope, SCHEMA};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// Maximum difference in combined standard errors. Chance exceeds it for one in 16,000 unchanged metrics.
+const MOST_STANDARD_ERRORS: f64 = 4.0;
+/// Differences below this fraction of the value are rounding errors.
+const ROUNDING_SHARE: f64 = 1e-9;
+
+/// The metrics of an earlier analysis.
+#[derive(Debug, Deserialize)]
+pub struct Baseline {
+    schema: u32,
+    /// The name of the experiment.
+    pub experiment: String,
+    metrics: Vec<BaselineMetric>,
+}
+
+#[derive(Debug, Deserialize)]
+struct BaselineMetric {
+    name: String,
+    value: Option<f64>,
+    standard_error: Option<f64>,
+    run: Option<BaselineRun>,
+    sweep: Option<BaselineSweep>,
+}
+
+#[derive(Debug, Deserialize)]
+struct BaselineRun {
+    coordinates: BTreeMap<String, String>,
+    replicate: u32,
+}
+
+#[derive(Debug, Deserialize)]
+struct BaselineSweep {
+    along: Option<String>,
+    coordinates: BTreeMap<String, String>,
+}
+
+/// Identifies a metric independently of its recording's file name, which changes with the physics.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct MetricId {
+    name: String,
+    coordinates: BTreeMap<String, String>,
+    replicate: Option<u32>,
+    along: Option<String>,
+}
+
+impl Baseline {
+    /// Reads a `metrics.json`.
+    ///
+    /// # Errors
+    /// A text that is not a `metrics.json`, or one of another schema, with the user's next step.
+    pub fn read(text: &str) -> Result<Self, String> {
+        let again = "write it anew with this version of analyze-recordings";
+        let read: Self = serde_json::from_str(text)
+            .map_err(|error| format!("is no metrics.json ({error}): {again}"))?;
+        if read.schema == SCHEMA {
+            Ok(read)
+        } else {
+            Err(format!("has schema {}, this version reads {SCHEMA}: {again}", read.schema))
+        }
+    }
+
+    /// Compares all metrics: one result per metric with a standard error or that is missing now, and one note per
+    /// changed metric without a standard error.
+    #[must_use]
+    pub fn compare_all(&self, metrics: &[Metric]) -> (Vec<CheckResult>, Vec<String>) {
+        let now: BTreeMap<MetricId, &Metric> =
+            metrics.iter().map(|metric| (subject_of(metric), metric)).collect();
+        let (mut check_results, mut notes) = (Vec::new(), Vec::new());
+        for earlier in &self.metrics {
+            let of = earlier.subject();
+            match now.get(&of) {
+                Some(metric) => match compare(earlier, metric) {
+                    BaselineComparison::Judged(result) => check_results.push(result),
+                    BaselineComparison::Changed(note) => notes.push(note),
+                    BaselineComparison::Same => {}
+                },
+                None => check_results.push(gone(&of)),
+            }
+        }
+        (check_results, notes)
+    }
+}
+
+impl BaselineMetric {
+    fn subject(&self) -> MetricId {
+        let name = self.name.clone();
+        match (&self.run, &self.sweep) {
+            (Some(run), _) => MetricId {
+                name,
+                coordinates: run.coordinates.clone(),
+                replicate: Some(run.replicate),
+                along: None,
+            },
+            (None, Some(sweep)) => MetricId {
+                name,
+                coordinates: sweep.coordinates.clone(),
+                replicate: None,
+                along: sweep.along.clone(),
+            },
+            (None, None) => {
+                MetricId { name, coordinates: BTreeMap::new(), replicate: None, along: None }
+            }
+        }
+    }
+}
+
+fn subject_of(metric: &Metric) -> MetricId {
+    let (replicate, along) = match &metric.scope {
+        MetricScope::Run(run) => (Some(run.replicate), None),
+        MetricScope::Sweep(sweep) => (None, sweep.along.clone()),
+    };
+    let places = metric.coordinates().iter();
+    MetricId {
+        name: metric.name().to_owned(),
+        coordinates: places.map(|place| (place.key.clone(), place.value.clone())).collect(),
+        replicate,
+        along,
+    }
+}
+
+enum BaselineComparison {
+    Judged(CheckResult),
+    Changed(String),
+    Same,
+}
+
+fn compare(earlier: &BaselineMetric, metric: &Metric) -> BaselineComparison {
+    let before = earlier.value.unwrap_or(f64::NAN);
+    let apart = metric.value - before;
+    let rounding = metric.rounding + ROUNDING_SHARE * before.abs();
+    let same = apart.abs() <= rounding || (before.is_nan() && !metric.value.is_finite());
+    let errors = [earlier.standard_error, metric.standard_error];
+    let numbers = format!("{}, before {}", in_unit(metric.value, metric), in_unit(before, metric));
+    if errors == [None, None] {
+        return if same {
+            BaselineComparison::Same
+        } else {
+            let subject = subject(metric);
+            BaselineComparison::Changed(format!(
+                "{subject} has changed and is not judged, as it has no standard error: {numbers}"
+            ))
+        };
+    }
+    let error = errors.map(|error| error.unwrap_or(0.0));
+    let common = error[0].hypot(error[1]);
+    let passed = same || apart.abs() <= MOST_STANDARD_ERRORS * common;
+    let finding = format!(
+        "{numbers}: {:.1} of {MOST_STANDARD_ERRORS} standard errors apart",
+        if same { 0.0 } else { apart.abs() / common }
+    );
+    BaselineComparison::Judged(CheckResult {
+        passed,
+        kind: CheckKind::Baseline,
+        subject: subject(metric),
+        finding,
+    })
+}
+
+fn gone(of: &MetricId) -> CheckResult {
+    let places = of.coordinates.iter().map(|(key, value)| format!("{key} = {value}"));
+    let replicate = of.replicate.filter(|replicate| *replicate > 0);
+    let replicate = replicate.map(|replicate| format!("replicate = {replicate}"));
+    let places = places.chain(replicate).collect::<Vec<_>>().join(", ");
+    let at = if places.is_empty() { places } else { format!(" at {places}") };
+    CheckResult {
+        passed: false,
+        kind: CheckKind::Baseline,
+        subject: format!("{}{at}", of.name),
+        finding: "the baseline has it, and it is not there any more".to_owned(),
+    }
+}

@@ -1,0 +1,44 @@
+//! Errors of the input: paths that name nothing to analyze, and recordings that cannot be read.
+
+use kinetoscope_object_storage::error::StoreError;
+use std::path::Path;
+
+/// A path that names nothing to analyze, with the user's next step.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{reason}")]
+pub struct InvalidPath {
+    /// What is wrong.
+    pub reason: String,
+    /// Whether the same command may succeed later.
+    pub is_retryable: bool,
+}
+
+impl InvalidPath {
+    pub(super) fn new(reason: String) -> Self {
+        Self { reason, is_retryable: false }
+    }
+
+    pub(super) fn without_recordings(path: &Path) -> Self {
+        Self::new(format!(
+            "{} holds no finished recording (*.mcap). Run an experiment first, or again where it was stopped; a partial file is read only when named itself",
+            path.display()
+        ))
+    }
+}
+
+impl From<StoreError> for InvalidPath {
+    fn from(error: StoreError) -> Self {
+        Self { reason: error.to_string(), is_retryable: error.is_retryable }
+    }
+}
+
+/// A recording of which no frame can be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct UnreadableRecording(pub String);
+
+impl UnreadableRecording {
+    pub(crate) fn new(reason: impl std::fmt::Display) -> Self {
+        Self(reason.to_string())
+    }
+}

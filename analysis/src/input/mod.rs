@@ -1,0 +1,272 @@
+//! Finds the recordings behind paths and groups them by folder and experiment.
+
+pub mod coordinates;
+mod error;
+mod object_storage;
+pub mod recording;
+
+pub use error::{InvalidPath, UnreadableRecording};
+
+use crate::input::recording::{OpenRun, is_partial};
+use kinetoscope_manifest::{Coordinate, ExperimentRecord};
+use kinetoscope_object_storage::address::Address;
+use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::reader::Recording;
+use kinetoscope_recording::storage::{LocalFolders, Storage};
+use std::collections::BTreeMap;
+use std::io::{self, Read as _};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Name of the file next to the recordings that describes the experiment.
+pub const SIDE_CAR: &str = "experiment.toml";
+
+/// Recordings that are analyzed together: those of one folder.
+#[derive(Debug)]
+pub struct RecordingFolder {
+    /// The storage that contains the folder.
+    storage: Arc<dyn Storage>,
+    /// The folder or its address.
+    pub folder: PathBuf,
+    /// Name of the experiment, from `experiment.toml` or else from the folder.
+    pub name: String,
+    /// The record of the experiment, if the folder contains one for these recordings.
+    pub record: Option<ExperimentRecord>,
+    /// Index of the record's run per file name.
+    index: BTreeMap<String, usize>,
+    /// The recordings, sorted.
+    pub files: Vec<PathBuf>,
+    /// Whether the whole folder was given rather than some of its files.
+    pub whole: bool,
+    /// Notes for the user.
+    pub notes: Vec<String>,
+    /// What could not be read, with reasons.
+    pub unreadable: Vec<String>,
+}
+
+/// Finds the recordings behind paths and addresses (`s3://BUCKET/PREFIX`): one entry per folder, in the order of the
+/// paths.
+///
+/// # Errors
+/// The first path without recordings.
+pub fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, InvalidPath> {
+    let mut found: Vec<RecordingFolder> = Vec::new();
+    let mut named: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
+    for path in paths {
+        let is_remote = Address::is_one(path);
+        let before = found.len();
+        if is_remote && !file_name(path).ends_with(".mcap") {
+            search_remote(path, &mut found)?;
+            if found.len() == before {
+                return Err(InvalidPath::without_recordings(path));
+            }
+        } else if path.is_dir() {
+            search(path, &mut found)?;
+            if found.len() == before {
+                return Err(InvalidPath::without_recordings(path));
+            }
+        } else if is_remote || path.is_file() {
+            let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+            let folder = folder.unwrap_or(Path::new(".")).to_path_buf();
+            named.entry(folder).or_default().push(path.clone());
+        } else {
+            return Err(InvalidPath::new(format!("{} does not exist", path.display())));
+        }
+    }
+    for (folder, mut files) in named {
+        files.sort();
+        files.dedup();
+        if !found.iter().any(|source| source.folder == folder) {
+            let storage: Arc<dyn Storage> = if Address::is_one(&folder) {
+                object_storage::open(&folder)?
+            } else {
+                Arc::new(LocalFolders)
+            };
+            found.push(source(storage, folder, files, false));
+        }
+    }
+    Ok(found)
+}
+
+/// Adds the recordings under an address.
+fn search_remote(address: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
+    let store = object_storage::open(address)?;
+    for (folder, files) in object_storage::folders(&store)? {
+        if !found.iter().any(|source| source.folder == folder) {
+            found.push(source(store.clone(), folder, files, true));
+        }
+    }
+    Ok(())
+}
+
+/// Adds the recordings of a folder and its subfolders.
+fn search(folder: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
+    let unlisted =
+        |error| InvalidPath::new(format!("{} can't be listed: {error}", folder.display()));
+    let entries = std::fs::read_dir(folder).map_err(unlisted)?;
+    let mut paths: Vec<PathBuf> = entries
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()
+        .map_err(unlisted)?;
+    paths.sort();
+    let is_recording = |path: &&PathBuf| {
+        let name = file_name(path);
+        name.ends_with(".mcap") && !is_partial(&name) && path.is_file()
+    };
+    let files: Vec<PathBuf> = paths.iter().filter(is_recording).cloned().collect();
+    if !files.is_empty() && !found.iter().any(|source| source.folder == folder) {
+        found.push(source(Arc::new(LocalFolders), folder.to_path_buf(), files, true));
+    }
+    for path in paths.iter().filter(|path| path.is_dir() && !path.is_symlink()) {
+        search(path, found)?;
+    }
+    Ok(())
+}
+
+fn source(
+    storage: Arc<dyn Storage>,
+    folder: PathBuf,
+    files: Vec<PathBuf>,
+    whole: bool,
+) -> RecordingFolder {
+    let remote = Address::is_one(&folder).then(|| folder.clone());
+    let name = remote.or_else(|| std::fs::canonicalize(&folder).ok());
+    let name = name.as_deref().map_or_else(|| "recordings".to_owned(), file_name);
+    let mut source = RecordingFolder {
+        storage,
+        folder,
+        name,
+        record: None,
+        index: BTreeMap::new(),
+        files,
+        whole,
+        notes: Vec::new(),
+        unreadable: Vec::new(),
+    };
+    source.read_side_car();
+    source
+}
+
+impl RecordingFolder {
+    /// Whether the folder is on object storage.
+    #[must_use]
+    pub fn is_remote(&self) -> bool {
+        Address::is_one(&self.folder)
+    }
+
+    /// Opens one of the recordings.
+    ///
+    /// # Errors
+    /// As [`Recording::open`].
+    pub fn recording(&self, path: &Path) -> Result<Recording, ReadError> {
+        Recording::open_in(Arc::clone(&self.storage), path)
+    }
+
+    /// Reads a small text file.
+    fn text(&self, path: &Path) -> io::Result<String> {
+        let mut text = String::new();
+        self.storage.open(path)?.input.read_to_string(&mut text)?;
+        Ok(text)
+    }
+
+    fn read_side_car(&mut self) {
+        let path = self.folder.join(SIDE_CAR);
+        let text = match self.text(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return,
+            Err(error) => {
+                self.unreadable.push(format!(
+                    "{}: {error}; its recordings are read without it",
+                    path.display()
+                ));
+                return;
+            }
+        };
+        match ExperimentRecord::from_toml(&text, SIDE_CAR) {
+            Ok(record) => self.sort_by(record),
+            Err(diagnostics) => {
+                let path = path.display();
+                self.unreadable.push(format!(
+                    "{path} does not read: its recordings are taken without it, and its checks are not judged. Run the experiment again to write it anew\n{diagnostics}"
+                ));
+            }
+        }
+    }
+
+    /// Removes recordings that do not belong to the latest run of the experiment.
+    fn sort_by(&mut self, record: ExperimentRecord) {
+        let names = record.runs.iter().enumerate().map(|(at, run)| (run.file.clone(), at));
+        let index: BTreeMap<String, usize> = names.collect();
+        let belongs = |path: &PathBuf| index.contains_key(&finished_name(&file_name(path)));
+        let (files, stale): (Vec<_>, Vec<_>) = self.files.drain(..).partition(belongs);
+        if files.is_empty() || !self.whole && !stale.is_empty() {
+            // Files that were given individually are read, but not as parts of this experiment.
+            self.files = files.into_iter().chain(stale).collect();
+            self.files.sort();
+            self.notes.push(format!(
+                "not all of these recordings belong to the experiment as run last ({SIDE_CAR}): they are compared by their manifests alone"
+            ));
+            return;
+        }
+        for path in &stale {
+            self.notes.push(format!(
+                "{} is stale: the experiment as run last has no such run; left out",
+                file_name(path)
+            ));
+        }
+        self.files = files;
+        self.name.clone_from(&record.name);
+        if self.whole {
+            let missing = record.runs.len() - self.files.len();
+            if missing > 0 {
+                self.notes.push(format!(
+                    "{missing} of {} runs have no finished recording yet: run the experiment again to go on",
+                    record.runs.len()
+                ));
+            }
+        }
+        self.index = index;
+        self.record = Some(record);
+    }
+
+    /// Opens the recordings, with their coordinates in the sweep, in the order of the experiment.
+    pub fn open(&mut self) -> Vec<(OpenRun, Vec<Coordinate>)> {
+        let mut opened = Vec::new();
+        for path in &self.files {
+            match self.recording(path).map_err(UnreadableRecording::new).and_then(recording::opened)
+            {
+                Ok(run) => opened.push((file_name(path), run)),
+                Err(UnreadableRecording(why)) => self.unreadable.push(why),
+            }
+        }
+        let Some(record) = &self.record else {
+            let texts: Vec<&str> = opened.iter().map(|(_, run)| run.canonical.as_str()).collect();
+            let places = coordinates::of_manifests(&texts);
+            return opened.into_iter().map(|(_, run)| run).zip(places).collect();
+        };
+        let mut ordered: Vec<(usize, OpenRun, Vec<Coordinate>)> = Vec::new();
+        for (file, run) in opened {
+            let Some(&index) = self.index.get(&finished_name(&file)) else { continue };
+            let entry = &record.runs[index];
+            if run.content_key == entry.content_key.to_string() {
+                ordered.push((index, run, entry.coordinates.clone()));
+            } else {
+                self.notes.push(format!(
+                    "{file} is stale: its content key is not that of the experiment as run last; left out"
+                ));
+            }
+        }
+        ordered.sort_by_key(|(index, ..)| *index);
+        ordered.into_iter().map(|(_, run, coordinates)| (run, coordinates)).collect()
+    }
+}
+
+/// File name of the finished recording of a partial file; other names are unchanged.
+fn finished_name(file: &str) -> String {
+    file.strip_suffix(".partial.mcap")
+        .map_or_else(|| file.to_owned(), |stem| format!("{stem}.mcap"))
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}

@@ -1,0 +1,59 @@
+//! One open recording with its manifest.
+
+use crate::input::error::UnreadableRecording;
+use kinetoscope_manifest::{RunManifest, parse_run};
+use kinetoscope_recording::reader::Recording;
+use std::path::Path;
+
+/// An open recording and its manifest.
+pub struct OpenRun {
+    recording: Recording,
+    /// The file name without its folder.
+    pub file: String,
+    /// The canonical text of the run's manifest.
+    pub canonical: String,
+    /// The run's manifest.
+    pub manifest: RunManifest,
+    /// The run's content key.
+    pub content_key: String,
+}
+
+impl OpenRun {
+    /// The recording.
+    #[must_use]
+    pub fn recording(&self) -> &Recording {
+        &self.recording
+    }
+}
+
+/// Opens a recording and reads its manifest.
+///
+/// # Errors
+/// A file that is not a Kinetoscope recording, or an invalid manifest.
+pub fn open(path: &Path) -> Result<OpenRun, UnreadableRecording> {
+    opened(Recording::open(path).map_err(UnreadableRecording::new)?)
+}
+
+/// Reads the manifest of an open recording.
+///
+/// # Errors
+/// An invalid manifest.
+pub fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
+    let canonical = recording.manifest().to_owned();
+    let path = recording.path();
+    let manifest = parse_run(&canonical).map_err(|diagnostics| {
+        let path = path.display();
+        UnreadableRecording(format!(
+            "{path}: its manifest is not one that this version reads; no frame was read\n{diagnostics}"
+        ))
+    })?;
+    let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
+    let content_key = recording.provenance().content_key.clone();
+    Ok(OpenRun { recording, file, canonical, manifest, content_key })
+}
+
+/// Whether a file name is that of a recording in progress.
+#[must_use]
+pub fn is_partial(file: &str) -> bool {
+    file.ends_with(".partial.mcap")
+}

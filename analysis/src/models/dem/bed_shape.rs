@@ -1,0 +1,76 @@
+//! Shape of a bed: its surface, its length on the floor, and the angle of a heap's flanks.
+
+use crate::statistics::least_squares_line;
+
+/// Upper surface of discs (x, y, radius, mass): the highest point above each column of two mean diameters, from the
+/// left wall; `None` for empty columns.
+fn surface(discs: &[[f64; 4]], width: f64) -> (f64, Vec<Option<f64>>) {
+    let mean = discs.iter().map(|disc| disc[2]).sum::<f64>() / discs.len() as f64;
+    let columns = (width / (4.0 * mean)).floor().max(1.0);
+    let pitch = width / columns;
+    let mut tops: Vec<Option<f64>> = vec![None; columns as usize];
+    for &[x, y, radius, _] in discs {
+        let column = ((x / pitch).max(0.0) as usize).min(tops.len() - 1);
+        let top = tops[column].get_or_insert(0.0);
+        *top = top.max(y + radius);
+    }
+    (pitch, tops)
+}
+
+/// Length of the deposit from the left wall to the first gap as wide as a column, m.
+pub(super) fn reach_m(discs: &[[f64; 4]], width: f64) -> Option<f64> {
+    let (pitch, tops) = surface(discs, width);
+    let columns = tops.iter().position(Option::is_none).unwrap_or(tops.len());
+    let edge = columns as f64 * pitch;
+    let ends = discs.iter().filter(|disc| disc[0] < edge).map(|disc| disc[0] + disc[2]);
+    (columns > 0).then(|| ends.fold(0.0, f64::max))
+}
+
+/// Fractions of a heap's height between which its surface angle is measured: its foot and its tip are round.
+const FLANK: [f64; 2] = [0.15, 0.85];
+
+/// Mean angle of a heap's two flanks, degrees: least squares of the surface height over the distance from the center of
+/// area of the discs.
+pub(super) fn slope_deg(discs: &[[f64; 4]], width: f64) -> Option<f64> {
+    let (pitch, tops) = surface(discs, width);
+    let areas = discs.iter().map(|disc| disc[2] * disc[2]).sum::<f64>();
+    let middle = discs.iter().map(|disc| disc[0] * disc[2] * disc[2]).sum::<f64>() / areas;
+    let floor = discs.iter().map(|disc| disc[1] - disc[2]).fold(f64::INFINITY, f64::min);
+    let height = tops.iter().flatten().fold(0.0_f64, |top, &at| top.max(at)) - floor;
+    let [low, high] = FLANK.map(|share| floor + share * height);
+    let columns = tops.iter().enumerate();
+    let flanks: Vec<(f64, f64)> = columns
+        .filter_map(|(column, top)| Some((((column as f64 + 0.5) * pitch - middle).abs(), (*top)?)))
+        .filter(|(_, top)| (low..=high).contains(top))
+        .collect();
+    if flanks.len() < 4 {
+        return None;
+    }
+    least_squares_line(&flanks).map(|line| (-line.slope).atan().to_degrees())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Setup: a triangle of discs with a slope of 1 : 2 on a lattice of 1 mm; its angle is 26.57 degrees.
+    #[test]
+    fn the_slope_of_a_triangle_is_its_own() {
+        let mut discs = Vec::new();
+        for row in 0..30 {
+            let half = 2 * (30 - row);
+            for column in -half..=half {
+                let x = 0.1 + 1e-3 * f64::from(column);
+                discs.push([x, 1e-3 * (f64::from(row) + 0.5), 5e-4, 1.0]);
+            }
+        }
+        let slope = slope_deg(&discs, 0.2).unwrap();
+        assert!((slope - 26.57).abs() < 1.5, "{slope}");
+        // A distant disc is not part of the bed.
+        let level: Vec<[f64; 4]> =
+            (0..20).map(|column| [1e-3 * (f64::from(column) + 0.5), 5e-4, 5e-4, 1.0]).collect();
+        let stray = [0.15, 5e-4, 5e-4, 1.0];
+        let reach = reach_m(&[&level[..], &[stray]].concat(), 0.2).unwrap();
+        assert!((reach - 0.02).abs() < 1e-12, "{reach}");
+    }
+}

@@ -1,0 +1,216 @@
+//! Laws of spring–dashpot contacts, beds and granular gases.
+
+use crate::metric::Law;
+use kinetoscope_manifest::model::{
+    DISC, DemConfig, DemContactPair, DiscRadius, Dissipation, ForceTail, Placement, WALL,
+};
+use kinetoscope_manifest::quantity::{Finite, NonNegative};
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
+
+/// Conservation of energy, including dissipated energy and wall work.
+pub const ENERGY_LEDGER: Law = Law {
+    statement: "kinetic + gravitational + elastic + dissipated - wall work is constant",
+    source: "conservation of energy; what is left is the integrator's",
+};
+
+/// Restitution as a function of the damping ratio zeta = eta / (2 sqrt(k m_eff)).
+pub const RESTITUTION: Law = Law {
+    statement: "e wanted; from a damping, e = exp(-pi zeta / sqrt(1 - zeta^2)) with the attractive tail",
+    source: "Schwager and Poeschel 2007",
+};
+
+/// Contact duration.
+pub const CONTACT_DURATION: Law = Law {
+    statement: "pi / w, w^2 = k/m_eff - (eta/(2 m_eff))^2; with a clamped force to its end, and then eta/k until the surfaces part",
+    source: "damped harmonic oscillator; Schwager and Poeschel 2007",
+};
+
+/// Static load on the floor.
+pub const WEIGHT: Law = Law {
+    statement: "sum of m g, for discs at rest",
+    source: "equilibrium of forces without friction at the side walls",
+};
+
+/// Vertical stress in a bed at rest.
+pub const WEIGHT_ABOVE: Law = Law {
+    statement: "sum of m g over the box's width, of the discs whose centers are above, mean over the layer's heights",
+    source: "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum rho g (h - y)",
+};
+
+/// Cooling of a granular gas (Haff's law).
+pub const HAFF: Law = Law {
+    statement: "1/tau = (1 - e^2) w0/4 of T = T0/(1 + t/tau)^2, w0 = 2 sqrt(pi) n s g sqrt(T0), g = (1 - 7f/16)/(1 - f)^2",
+    source: "Haff 1983; Enskog's collision rate in two dimensions, Henderson 1975",
+};
+
+/// Velocity transmission through a row of equal discs that collide one after the other.
+pub const ROW_OF_DISCS: Law = Law {
+    statement: "((1 + e)/2)^(N - 1) where each gap is longer than the way in a contact, v pi/w",
+    source: "conservation of momentum, collision by collision; Herrmann and Seitz 1982",
+};
+
+/// Discharge rate as a function of the orifice width (Beverloo's law).
+pub const BEVERLOO: Law = Law {
+    statement: "3/2 of the opening less 1.4 diameters, in two dimensions",
+    source: "Beverloo, Leniger and van de Velde 1961",
+};
+
+/// Runout of a collapsing column.
+pub const RUN_OUT: Law = Law {
+    statement: "between 2/3 and 1 of the aspect ratio: linear for low columns, about 0.7 for tall ones",
+    source: "Staron and Hinch 2005; Lube et al. 2005",
+};
+
+/// Load on the floor of a silo (Janssen's law).
+pub const JANSSEN: Law = Law {
+    statement: "F = Ws (1 - exp(-W/Ws)): the walls carry the rest of the weight W",
+    source: "Janssen 1895",
+};
+
+/// Reduction of the effective orifice width, in mean diameters.
+pub const EMPTY_ANNULUS: f64 = 1.4;
+
+/// Whether all walls are frictionless.
+#[must_use]
+pub fn walls_are_smooth(config: &DemConfig) -> bool {
+    let smooth = |name: &str, own: Option<NonNegative>| {
+        let is_this = |pair: &&DemContactPair| {
+            let [one, other] = [&*pair.between[0], &*pair.between[1]];
+            [one, other] == [name, WALL] || [other, one] == [name, WALL]
+        };
+        let pair = config.contact_pairs.iter().find(is_this);
+        let mixed = own.map_or(config.friction.get(), |own| own.get().min(config.friction.get()));
+        pair.and_then(|pair| pair.constants.friction).map_or(mixed, NonNegative::get) == 0.0
+    };
+    if config.materials.is_empty() {
+        return smooth(DISC, None);
+    }
+    let mut materials = config.materials.iter();
+    materials.all(|material| smooth(&material.name, material.constants.friction))
+}
+
+/// Haff's 1/tau, 1/s, of equal frictionless discs at a granular temperature T0 = <v^2>/2.
+#[must_use]
+pub fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<f64> {
+    let DiscRadius::Equal(radius) = config.radius_m else { return None };
+    let Dissipation::Restitution(restitution) = config.dissipation else { return None };
+    let area = config.width_m.get() * config.height_m.get();
+    let density = f64::from(config.discs.get()) / area;
+    let (radius, e) = (radius.get(), restitution.get());
+    let fraction = density * PI * radius * radius;
+    let crowding = (1.0 - 7.0 * fraction / 16.0) / ((1.0 - fraction) * (1.0 - fraction));
+    let collisions = 2.0 * PI.sqrt() * density * 2.0 * radius * crowding * temperature.sqrt();
+    let plain = config.friction.get() == 0.0 && config.materials.is_empty();
+    plain.then(|| (1.0 - e * e) * collisions / 4.0)
+}
+
+/// Velocity of a row's last disc, divided by that of its first disc, if every gap is longer than v pi/w.
+#[must_use]
+pub fn transmitted_velocity(config: &DemConfig) -> Option<f64> {
+    let Placement::Given(state) = &config.placement else { return None };
+    let DiscRadius::Equal(radius) = config.radius_m else { return None };
+    let Dissipation::Restitution(restitution) = config.dissipation else { return None };
+    let e = restitution.get();
+    let zeta = damping_ratio(e, config.force_tail);
+    let frequency = (2.0 * config.stiffness_n_per_m.get() / config.mass_kg.get()).sqrt();
+    let way = state.velocities.first()?[0].get() * PI / (frequency * (1.0 - zeta * zeta).sqrt());
+    let gap = |pair: &[[Finite; 2]]| pair[1][0].get() - pair[0][0].get() - 2.0 * radius.get();
+    let is_apart = state.positions.windows(2).all(|pair| gap(pair) >= way);
+    let collisions = state.positions.len() as i32 - 1;
+    is_apart.then(|| ((1.0 + e) / 2.0).powi(collisions))
+}
+
+/// Damping ratio eta / (2 sqrt(k m_eff)) of a restitution, in [0, 1]; found by bisection, because the restitution
+/// decreases with the damping ratio.
+fn damping_ratio(wanted: f64, tail: ForceTail) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..100 {
+        let middle = (low + high) / 2.0;
+        if restitution(middle, tail) > wanted { low = middle } else { high = middle }
+    }
+    (low + high) / 2.0
+}
+
+/// Duration of a wall contact without gravity, s; `None` near and above critical damping.
+#[must_use]
+pub fn wall_contact_duration_s(config: &DemConfig) -> Option<f64> {
+    let (stiffness, mass) = (config.stiffness_n_per_m.get(), config.mass_kg.get());
+    let frequency = (stiffness / mass).sqrt();
+    let zeta = match config.dissipation {
+        Dissipation::Restitution(wanted) => damping_ratio(wanted.get(), config.force_tail),
+        Dissipation::Damping(damping) => damping.get() / (2.0 * (stiffness * mass).sqrt()),
+    };
+    let root = (1.0 - zeta * zeta).sqrt();
+    if zeta.is_nan() || zeta >= 0.99 {
+        return None;
+    }
+    let w = frequency * root;
+    Some(match config.force_tail {
+        ForceTail::Attractive => PI / w,
+        // The force ends when k delta = eta v; the surfaces separate delta / v = eta / k later.
+        ForceTail::Clamped => clamped_phase(zeta) / w + 2.0 * zeta / frequency,
+    })
+}
+
+/// w times the time until a clamped force ends, below critical damping (Schwager and Pöschel 2007, equations 17 to 19).
+fn clamped_phase(zeta: f64) -> f64 {
+    let root = (1.0 - zeta * zeta).sqrt();
+    let angle = (2.0 * zeta * root / (1.0 - 2.0 * zeta * zeta)).atan();
+    if zeta < FRAC_1_SQRT_2 { PI - angle } else { -angle }
+}
+
+/// Restitution of a disc at a wall: the given one, or that of the damping with m_eff = m.
+#[must_use]
+pub fn wall_restitution(config: &DemConfig) -> f64 {
+    match config.dissipation {
+        Dissipation::Restitution(wanted) => wanted.get(),
+        Dissipation::Damping(damping) => {
+            let critical = 2.0 * (config.stiffness_n_per_m.get() * config.mass_kg.get()).sqrt();
+            restitution(damping.get() / critical, config.force_tail)
+        }
+    }
+}
+
+/// Coefficient of restitution of a linear spring and dashpot as a function of the damping ratio (Schwager and Pöschel
+/// 2007, equations 17 to 21 for the clamped force).
+#[must_use]
+pub fn restitution(damping_ratio: f64, tail: ForceTail) -> f64 {
+    let zeta = damping_ratio;
+    let root = (1.0 - zeta * zeta).abs().sqrt();
+    match tail {
+        ForceTail::Attractive if zeta < 1.0 => (-PI * zeta / root).exp(),
+        ForceTail::Attractive => 0.0,
+        ForceTail::Clamped if zeta < 1.0 => (-zeta / root * clamped_phase(zeta)).exp(),
+        ForceTail::Clamped if zeta == 1.0 => (-2.0_f64).exp(),
+        ForceTail::Clamped => {
+            let ratio = (zeta + root) / (zeta - root);
+            (-zeta / root * ratio.ln()).exp()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Source: table of the DEM exercise, damping ratios for e = 0.9, 0.8, 0.5, 0.2 in both conventions.
+    #[test]
+    fn restitution_follows_from_the_damping_ratio() {
+        let table = [
+            (0.9, 0.033_518_45, 0.034_265_20),
+            (0.8, 0.070_850_30, 0.074_355_10),
+            (0.5, 0.215_453_76, 0.255_275_64),
+            (0.2, 0.455_949_81, 0.731_246_93),
+        ];
+        for (wanted, attractive, clamped) in table {
+            assert!((restitution(attractive, ForceTail::Attractive) - wanted).abs() < 1e-7);
+            assert!((restitution(clamped, ForceTail::Clamped) - wanted).abs() < 1e-7);
+        }
+        // Far above critical damping, the clamped restitution approaches 1 / (4 zeta^2).
+        assert!((restitution(1e3, ForceTail::Clamped) * 4e6 - 1.0).abs() < 1e-4);
+        let critical = (-2.0_f64).exp();
+        for zeta in [1.0 - 1e-6, 1.0, 1.0 + 1e-6] {
+            assert!((restitution(zeta, ForceTail::Clamped) - critical).abs() < 1e-5);
+        }
+    }
+}

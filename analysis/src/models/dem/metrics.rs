@@ -1,0 +1,46 @@
+//! Metrics of a DEM run.
+
+use super::laws as law;
+use crate::metric::definition::definitions;
+
+definitions! {
+    KINETIC: "energy.kinetic", "J", "/energy, last frame", [], 0.0;
+    GRAVITATIONAL: "energy.gravitational", "J", "/energy, last frame", [], 0.0;
+    ELASTIC: "energy.elastic", "J", "/energy, last frame", [], 0.0;
+    DISSIPATED: "energy.dissipated", "J", "/energy, last frame", [], 0.0;
+    FRICTION: "energy.friction", "J", "/energy, last frame: the part of energy.dissipated that friction took", [], 0.0;
+    WALL_WORK: "energy.wall_work", "J", "/energy, last frame: work of the walls since the start", [], 0.0;
+    DISCS_REMOVED: "discs_removed", "1", "/wall_forces: discs that left through the outlet, last frame", [], 0.0;
+    TOTAL_CHANGE: "energy.total_change_relative", "1", "/energy: mechanical energy, last frame against the first and what discs brought that fell in, over the size of that", [], 0.0;
+    RESIDUAL: "energy.residual_relative", "1", "/energy: change of the ledger's sum over the energy at the start and of discs that fell in, last frame", [law::ENERGY_LEDGER], 1e-9;
+    RESIDUAL_DRIFT: "energy.residual", "J", "/energy: change of the ledger's sum, last frame against the first", [law::ENERGY_LEDGER], 0.0;
+    RESIDUAL_PER_REBOUND: "energy.residual_per_rebound", "J", "/energy and /state: the ledger's residual over the rebounds seen of a single disc", [law::ENERGY_LEDGER], 0.0;
+    LARGEST_RESIDUAL: "energy.largest_residual_relative", "1", "/energy: largest size of the ledger's residual over the energy at the start and of discs that fell in", [law::ENERGY_LEDGER], 1e-9;
+    KINETIC_DISAGREEMENT: "energy.kinetic_disagreement_relative", "1", "kinetic energy of /state against /energy, largest over frames, over the energy at the start", [], 0.0;
+    RESTITUTION: "restitution.measured", "1", "/state: sqrt(energy after / before) of each rebound of a single disc, mean", [law::RESTITUTION], 0.0;
+    CONTACT_DURATION: "contact_duration.measured", "s", "/state: from touch to parting of each rebound of a single disc, by its parabolas before and after, mean", [law::CONTACT_DURATION], 0.0;
+    LARGEST_OVERLAP: "largest_overlap_over_radius", "1", "/contact_count: largest since the start", [], 0.0;
+    COORDINATION: "coordination_number", "1", "/contact_count: contacts a disc, last frame", [], 0.0;
+    GRANULAR_TEMPERATURE: "granular_temperature", "m^2/s^2", "/temperature: <(v - <v>)^2> / 2, last frame", [], 0.0;
+    PACKING_FRACTION: "packing_fraction", "1", "/state: discs' area over the box's", [], 0.0;
+    BED_HEIGHT: "bed.height", "m", "/state: twice the height of the discs' center of area over the floor, last frame", [], 0.0;
+    BED_PACKING_FRACTION: "bed.packing_fraction", "1", "/state: discs' area over box width times bed.height, last frame", [], 0.0;
+    WEIGHT: "bed.weight", "N", "/state: sum of m g of the discs, last frame", [], 0.0;
+    FLOOR_FORCE: "floor.force", "N", "/state: sum of k times overlap with the floor, last frame", [law::WEIGHT], 0.0;
+    FLOOR_STRESS: "floor.stress", "N/m", "/state: floor.force over the box's width", [law::WEIGHT], 0.0;
+    SIDE_WALL_STRESS: "side_wall.stress", "N/m", "/state: sum of k times overlap with both side walls, over twice bed.height, last frame", [], 0.0;
+    STRESS_AT_FLOOR: "stress.vertical_at_floor", "N/m", "/contact_forces and /state: sigma_yy = (sum of f_y l_y + sum of m u_y u_y)/A (Love 1927, Weber 1966; kinetic part Goldhirsch 2010) in the lowest layer, a mean diameter thick, f and branch l of the contacts as far as they lie in it, u against the layer's mean; mean over the frames of the last tenth of the run, their standard deviation as its error", [law::WEIGHT_ABOVE], 0.0;
+    STRESS_AT_MID_HEIGHT: "stress.vertical_at_mid_height", "N/m", "the same in the lowest layer that has at most half of the weight above it", [law::WEIGHT_ABOVE], 0.0;
+    STRESS_RATIO: "stress.horizontal_over_vertical", "1", "the same: sum of sigma_xx over sum of sigma_yy of all layers", [], 0.0;
+    STRESS_DISTANCE: "stress.distance_from_weight", "1", "the same: largest |sigma_yy - weight above/width| of a layer, over the weight of all discs/width: what walls carry, or what still moves", [], 0.0;
+    PISTON_FORCE: "piston.force", "N", "/wall_forces: mean upward force of the first level wall that moves, over the last tenth of the run", [law::WEIGHT], 0.0;
+    OPENING_WIDTH: "outlet.width", "m", "manifest: width of the opening between two level walls at rest", [], 0.0;
+    FREE_OPENING_WIDTH: "outlet.free_width", "m", "manifest: outlet.width less 1.4 mean diameters, Beverloo's empty annulus", [], 0.0;
+    OUTFLOW_RATE: "outlet.rate", "1/s", "/wall_forces: slope of the number of removed discs between a tenth and six tenths of the last", [], 0.0;
+    COOLING_RATE: "cooling.rate", "1/s", "/temperature: slope of sqrt(T0/T) - 1 over time, through the origin", [law::HAFF], 0.0;
+    TRANSMITTED_VELOCITY: "row.transmitted_velocity", "1", "/state: velocity of a row's last disc at the end over that of its first at the start", [law::ROW_OF_DISCS], 1e-12;
+    SLOPE: "bed.slope", "degrees", "/state: mean slope of the surface on both sides of the bed's middle, between 15 and 85 percent of its height, last frame", [], 0.0;
+    REACH: "bed.reach", "m", "/state: how far from the left-hand wall discs stand without a gap of two diameters, last frame", [], 0.0;
+    RUN_OUT: "bed.run_out", "1", "/state: bed.reach over that of the first frame, less 1", [], 0.0;
+    SETTLING_TIME: "settling_time", "s", "/energy: time of the last frame whose kinetic energy is above a thousandth of the mechanical energy at the start; none where it is the last of all", [], 0.0;
+}

@@ -1,0 +1,242 @@
+//! Stress in a bed by height, derived from the contact forces.
+//!
+//! The stress of Love (1927) and Weber (1966), averaged over a layer with the area A, compression positive:
+//!
+//! sigma_ab = (1/A) [ sum over contacts f_a l_b + sum over discs m u_a u_b ],
+//!
+//! f is the force on a disc. l is the branch to its center from the center of the touched disc, or from the wall,
+//! limited to the part within the layer. u is the velocity relative to the mean of the layer (Goldhirsch 2010). For
+//! discs at rest between frictionless walls, the balance of forces at every height gives sigma_yy exactly: the weight
+//! of the discs whose centers are above, over the width.
+
+use super::figures::wall_at;
+use crate::plot::InnerWall;
+use crate::statistics::Estimate;
+use kinetoscope_manifest::model::{DemConfig, PeriodicSides};
+use kinetoscope_recording::channels::DemContactForces;
+
+/// Maximum number of layers.
+const MOST_LAYERS: f64 = 200.0;
+/// Fraction of the run's duration after which frames are averaged.
+const COUNTS_FROM: f64 = 0.9;
+
+/// State of one disc, SI units.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DiscState {
+    pub(super) position: [f64; 2],
+    pub(super) velocity: [f64; 2],
+    pub(super) mass: f64,
+}
+
+/// Stress in a layer of the bed, averaged over frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct StressLayer {
+    /// Height of the layer's middle above the floor, m.
+    pub(crate) height_m: f64,
+    /// sigma_yy, N/m.
+    pub(crate) vertical: Estimate,
+    /// sigma_xx, N/m.
+    pub(crate) horizontal: Estimate,
+    /// Weight of the discs above, divided by the width, N/m, averaged over the layer's heights.
+    pub(crate) weight_above: f64,
+}
+
+/// Stress in layers one mean diameter thick, averaged over the last tenth of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct StressProfile {
+    width: f64,
+    thickness: f64,
+    /// Downward acceleration of gravity, m/s^2.
+    gravity: f64,
+    since_s: f64,
+    layers: Vec<LayerMeans>,
+    horizontal_over_vertical: FrameMean,
+}
+
+#[derive(Clone, Debug, Default)]
+struct LayerMeans {
+    vertical: FrameMean,
+    horizontal: FrameMean,
+    weight: FrameMean,
+}
+
+/// Contribution of one frame to a layer: sums of f l in N m, kinetic sums, and weight.
+#[derive(Clone, Copy, Debug, Default)]
+struct LayerSums {
+    branches: [f64; 2],
+    mass: f64,
+    momentum: [f64; 2],
+    twice_kinetic: [f64; 2],
+    /// Weight of the layer's discs, N, and the same weighted by the fraction of the layer below their centers.
+    weight: f64,
+    weight_over_layer: f64,
+}
+
+/// Mean of a value over frames. Its error is the standard deviation of the frames: a bed oscillates slowly as a whole,
+/// so frames are not independent samples.
+#[derive(Clone, Copy, Debug, Default)]
+struct FrameMean {
+    frames: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl FrameMean {
+    /// Adds a frame (Welford 1962).
+    fn add(&mut self, value: f64) {
+        self.frames += 1.0;
+        let apart = value - self.mean;
+        self.mean += apart / self.frames;
+        self.squares += apart * (value - self.mean);
+    }
+
+    fn estimate(&self) -> Option<Estimate> {
+        let deviation = (self.squares / (self.frames - 1.0)).sqrt();
+        let standard_error = (self.frames > 1.0).then_some(deviation);
+        (self.frames > 0.0).then_some(Estimate { value: self.mean, standard_error })
+    }
+}
+
+impl StressProfile {
+    /// Creates an empty profile; `None` if the box does not support the bed.
+    pub(super) fn new(config: &DemConfig) -> Option<Self> {
+        let gravity = -config.gravity_m_per_s2[1].get();
+        let has_floor = !matches!(config.periodic, PeriodicSides::Y | PeriodicSides::Both);
+        floor_m(config, 0.0).filter(|_| has_floor && gravity > 0.0)?;
+        let height = config.height_m.get();
+        let thickness = (2.0 * config.radius_m.mean()).max(height / MOST_LAYERS);
+        let count = (height / thickness).ceil() as usize;
+        Some(Self {
+            width: config.width_m.get(),
+            thickness,
+            gravity,
+            since_s: COUNTS_FROM * config.duration_s.get(),
+            layers: vec![LayerMeans::default(); count],
+            horizontal_over_vertical: FrameMean::default(),
+        })
+    }
+
+    /// Adds a frame; frames before the last tenth of the run are ignored.
+    pub(super) fn add_frame(
+        &mut self,
+        time_s: f64,
+        floor: f64,
+        grains: impl Iterator<Item = DiscState>,
+        forces: &DemContactForces,
+    ) {
+        if time_s < self.since_s {
+            return;
+        }
+        let mut sums = vec![LayerSums::default(); self.layers.len()];
+        for grain in grains {
+            self.add_grain(&mut sums, floor, &grain);
+        }
+        for contact in 0..forces.from_x_m.len() {
+            self.add_contact(&mut sums, floor, forces, contact);
+        }
+        self.add_sums(&sums);
+    }
+
+    /// Index of the layer at a height above the floor, limited to the existing layers.
+    fn layer_at(&self, height: f64) -> usize {
+        ((height / self.thickness).max(0.0) as usize).min(self.layers.len() - 1)
+    }
+
+    fn add_grain(&self, sums: &mut [LayerSums], floor: f64, grain: &DiscState) {
+        let height = grain.position[1] - floor;
+        let layer = self.layer_at(height);
+        let sum = &mut sums[layer];
+        let weight = grain.mass * self.gravity;
+        sum.mass += grain.mass;
+        sum.weight += weight;
+        sum.weight_over_layer += weight * (height / self.thickness - layer as f64);
+        for axis in [0, 1] {
+            let momentum = grain.mass * grain.velocity[axis];
+            sum.momentum[axis] += momentum;
+            sum.twice_kinetic[axis] += momentum * grain.velocity[axis];
+        }
+    }
+
+    fn add_contact(
+        &self,
+        sums: &mut [LayerSums],
+        floor: f64,
+        forces: &DemContactForces,
+        contact: usize,
+    ) {
+        let [from, to] = [forces.from_y_m[contact] - floor, forces.to_y_m[contact] - floor];
+        let across = forces.from_x_m[contact] - forces.to_x_m[contact];
+        let products =
+            [forces.force_x_n[contact] * across, forces.force_y_n[contact] * (from - to)];
+        let (low, high) = if from < to { (from, to) } else { (to, from) };
+        let [first, last] = [low, high].map(|height| self.layer_at(height));
+        for (layer, sum) in sums.iter_mut().enumerate().take(last + 1).skip(first) {
+            let bottom = layer as f64 * self.thickness;
+            let within = high.min(bottom + self.thickness) - low.max(bottom);
+            // A horizontal branch lies in one layer.
+            let share = if first == last { 1.0 } else { within / (high - low) };
+            sum.branches[0] += share * products[0];
+            sum.branches[1] += share * products[1];
+        }
+    }
+
+    fn add_sums(&mut self, sums: &[LayerSums]) {
+        let area = self.width * self.thickness;
+        let (mut above, mut whole) = (0.0, [0.0; 2]);
+        for (means, sum) in self.layers.iter_mut().zip(sums).rev() {
+            let stress = [0, 1].map(|axis: usize| {
+                let mean_flow = if sum.mass > 0.0 {
+                    sum.momentum[axis] * sum.momentum[axis] / sum.mass
+                } else {
+                    0.0
+                };
+                (sum.branches[axis] + sum.twice_kinetic[axis] - mean_flow) / area
+            });
+            means.horizontal.add(stress[0]);
+            means.vertical.add(stress[1]);
+            means.weight.add((above + sum.weight_over_layer) / self.width);
+            above += sum.weight;
+            whole = [whole[0] + stress[0], whole[1] + stress[1]];
+        }
+        if whole[1] > 0.0 {
+            self.horizontal_over_vertical.add(whole[0] / whole[1]);
+        }
+    }
+
+    /// The layers with discs, from the floor upwards; empty if no frame was averaged.
+    pub(crate) fn layers(&self) -> Vec<StressLayer> {
+        let layers = self.layers.iter().enumerate().map_while(|(layer, means)| {
+            let weight_above = means.weight.estimate()?.value;
+            let stress = StressLayer {
+                height_m: (layer as f64 + 0.5) * self.thickness,
+                vertical: means.vertical.estimate()?,
+                horizontal: means.horizontal.estimate()?,
+                weight_above,
+            };
+            (weight_above > 0.0).then_some(stress)
+        });
+        layers.collect()
+    }
+
+    /// Ratio of sigma_xx to sigma_yy of the whole bed.
+    pub(super) fn horizontal_over_vertical(&self) -> Option<Estimate> {
+        self.horizontal_over_vertical.estimate()
+    }
+}
+
+/// Height of the floor, m: that of the box, or of the manifest's only wall if it is horizontal and as wide as the box.
+/// `None` if other walls also support the discs.
+pub(super) fn floor_m(config: &DemConfig, time_s: f64) -> Option<f64> {
+    match config.walls.as_slice() {
+        [] => Some(0.0),
+        [wall] => match wall_at(wall, time_s) {
+            InnerWall::Segment(from, to) => {
+                let (left, right) = (from[0].min(to[0]), from[0].max(to[0]));
+                let spans = left <= 0.0 && right >= config.width_m.get();
+                (spans && from[1] == to[1]).then_some(from[1])
+            }
+            InnerWall::Circle(..) => None,
+        },
+        _ => None,
+    }
+}

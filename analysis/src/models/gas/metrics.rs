@@ -1,0 +1,38 @@
+//! Metrics of a gas run.
+
+use super::kinetics_laws as kinetics;
+use super::laws as law;
+use crate::metric::definition::definitions;
+
+definitions! {
+    PRESSURE_MEASURED: "pressure.measured", "N/m", "/pressure: impulse on the wall since the start; error R P / (v_rms t sqrt(2N))", [law::KINETIC_PRESSURE, kinetics::CLAUSIUS], 0.0;
+    PRESSURE_MEAN_SPEED: "pressure.mean_speed_formula", "N/m", "/pressure: N m <v>^2 / (2A), the gas document's formula (12)", [law::SPEED_LAW], 0.0;
+    PRESSURE_MEAN_SQUARE: "pressure.mean_square_formula", "N/m", "/pressure: N m <v^2> / (2A)", [law::SPEED_LAW], 0.0;
+    PRESSURE_IDEAL: "pressure.ideal_gas", "N/m", "/pressure: N k_B T / A", [law::IDEAL_GAS], 0.0;
+    TEMPERATURE_MEAN_SQUARE: "temperature.mean_square", "K", "speeds of the last frame: m <v^2> / (2 k_B)", [law::SPEED_LAW], 0.0;
+    TEMPERATURE_MEAN_SPEED: "temperature.mean_speed", "K", "speeds of the last frame: m <v>^2 / (2 k_B), the gas document's equation (13)", [law::SPEED_LAW], 0.0;
+    MEAN_SPEED: "mean_speed", "m/s", "mean |v|, last frame", [law::SPEED_LAW], 0.0;
+    RMS_SPEED: "rms_speed", "m/s", "sqrt <v^2>, last frame", [law::SPEED_LAW], 0.0;
+    MEAN_VELOCITY: "mean_velocity", "m/s", "|mean v|, last frame", [], 0.0;
+    HIT_RATE: "hit_rate", "1/s", "/collisions: hits of the wall over time; error from the scatter of the particles' own rates", [law::HIT_RATE], 0.0;
+    ENERGY_DRIFT: "energy.drift_relative", "1", "/energy: kinetic energy, last frame against the first", [law::INVARIANTS], 1e-9;
+    SPEED_CHANGE: "largest_speed_change_relative", "1", "/energy: largest of any particle and frame", [law::INVARIANTS], 1e-9;
+    ANGULAR_MOMENTUM_CHANGE: "largest_angular_momentum_change_relative", "1", "/energy: largest of any particle and frame, over m r v", [law::INVARIANTS], 1e-9;
+    OUTSIDE: "particles_outside", "1", "/energy: most of any frame", [law::INVARIANTS], 0.0;
+    RESIDUAL: "energy.residual_relative", "1", "/ledger: error of the ledger over the energy at the start", [law::LEDGER], 1e-9;
+    EFFUSION_RATE: "effusion_rate", "1/s", "/ledger: particles that left over time; error sqrt of their number", [law::EFFUSION], 0.0;
+    ADIABATIC_INVARIANT: "adiabatic_invariant", "1", "/ledger: energy times area, last frame over the first", [law::ADIABATIC], 0.0;
+    TEMPERATURE_THERMALISED: "temperature.thermalised", "K", "speeds of the last frame; error T / sqrt(N)", [law::THERMALISATION], 0.0;
+    EXCESS_H: "excess_h", "1", "/ledger: H above Maxwell's, last frame; error of discs that have collided, sqrt(2 (bins - 2))/(2N)", [kinetics::LEAST_H], 0.0;
+    EXCESS_H_AT_START: "excess_h.start", "1", "/ledger: H above Maxwell's, first frame", [], 0.0;
+    H_FUNCTION: "h_function", "1", "/ledger and speeds, last frame: H above Maxwell's and -ln(pi e <v^2>), velocities in m/s; error as of excess_h", [kinetics::LEAST_H], 0.0;
+    MEAN_OVER_RMS: "mean_speed_over_rms", "1", "speeds of the last frame: <v>/sqrt(<v^2>); error of discs 0.135/sqrt(N)", [kinetics::MAXWELL_MEAN], 0.0;
+    KURTOSIS: "speed_kurtosis", "1", "speeds of the last frame: <v^4>/<v^2>^2; error of discs 2/sqrt(N)", [kinetics::MAXWELL_KURTOSIS], 0.0;
+    PAIR_RATE: "pair_collision_rate", "1/s", "/collisions: collisions of two discs a disc over the second half of the run; error by the root of their number", [kinetics::ENSKOG_RATE], 0.0;
+    COMPRESSIBILITY: "compressibility_factor", "1", "/collisions, /energy: 1 + W/(2 E t), W the virial of the pairs since the start; error 1.13 (Z - 1) over the root of their number", [kinetics::HENDERSON], 0.0;
+    PRESSURE_DRIFT: "pressure.second_half_over_first", "1", "/pressure: mean over the second half of the run over that of the first; error sqrt(3) R / (v_rms t/2 sqrt(2N))", [kinetics::STATIONARY], 0.0;
+    INSIDE_HALF: "share_inside_half_radius", "1", "/state, last frame: share of the particles within r/2; error sqrt(p (1 - p)/N)", [kinetics::SHARE_INSIDE], 0.0;
+    INSIDE_HALF_AT_START: "share_inside_half_radius.start", "1", "/state, first frame: the same", [kinetics::SHARE_INSIDE], 0.0;
+    HISTOGRAM_CHI_SQUARE: "speed_histogram.chi_square_per_bin", "1", "/speeds, last frame: mean over bins of (count - expected)^2 / expected against the law of the start, where 5 or more are expected; error sqrt(2/bins)", [law::HISTOGRAM], 0.0;
+    HISTOGRAM_MAXWELL: "speed_histogram.distance_from_maxwell", "1", "/speeds, last frame: half of the integral of |density - Maxwell's at the same <v^2>|", [], 0.0;
+}

@@ -1,0 +1,24 @@
+//! The analysis of each model: one folder per model, the contract that it fulfills, and the list of all.
+//!
+//! To add a model, add its folder, its `mod` line here, and its line in [`registry::MODELS`].
+
+pub mod contract;
+pub mod figures;
+pub mod registry;
+pub mod series;
+pub mod snapshots;
+
+pub mod dem;
+pub mod gas;
+pub mod orbit;
+pub mod packing;
+
+/// (x - reference) / |reference|.
+fn relative_change(x: f64, reference: f64) -> f64 {
+    (x - reference) / reference.abs()
+}
+
+/// The larger of two numbers, or NaN if either is NaN, so that a numerical blow-up stays visible.
+fn max_or_nan(a: f64, b: f64) -> f64 {
+    if a >= b || a.is_nan() { a } else { b }
+}

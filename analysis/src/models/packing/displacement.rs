@@ -1,0 +1,94 @@
+//! Mean square displacement and velocity autocorrelation function.
+
+use crate::models::series::Series;
+use crate::statistics::{Estimate, mean_of_independent};
+use kinetoscope_recording::reader::StateTable;
+
+/// Maximum number of tracked particles: more would hardly reduce the errors, and each costs memory and time per frame.
+const MOST_PARTICLES: usize = 1000;
+
+/// Fraction of a box side that a disc may travel between two frames. The nearest image is certain up to half a side;
+/// collisions may speed a disc up in between.
+const MAX_DISPLACEMENT_OVER_SIDE: f64 = 0.25;
+
+/// Initial state, and both functions of the time since then.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Displacement {
+    /// Sides of the box if it is periodic.
+    sides: Option<[f64; 2]>,
+    start: Vec<[f64; 4]>,
+    /// Time of the last frame.
+    time: f64,
+    /// Positions in the last frame.
+    positions: Vec<[f64; 2]>,
+    /// Displacements from the start to the last frame.
+    displacements: Vec<[f64; 2]>,
+    /// Whether a disc traveled so far between two frames that its displacement is unknown.
+    is_displacement_unknown: bool,
+    /// Time and mean |x - x(0)|^2.
+    pub(crate) mean_square: Series<(f64, f64)>,
+    /// Time and sum of v . v(0) over sum of v(0)^2.
+    pub(crate) velocity_autocorrelation: Series<(f64, f64)>,
+    last_squares: Vec<f64>,
+}
+
+impl Displacement {
+    /// Creates an empty record for a box with walls, or for a periodic box with these sides.
+    pub(super) fn new(sides: Option<[f64; 2]>) -> Self {
+        Self { sides, ..Self::default() }
+    }
+
+    /// Adds the next frame's state.
+    pub(super) fn add_frame(&mut self, time: f64, state: &StateTable) {
+        let index = |name: &str| state.columns().iter().position(|column| column == name);
+        let places = ["x", "y", "vx", "vy"].map(index);
+        let [Some(x), Some(y), Some(vx), Some(vy)] = places else { return };
+        let rows = (0..state.rows().min(MOST_PARTICLES)).map(|particle| {
+            let row = state.row(particle);
+            [row[x], row[y], row[vx], row[vy]]
+        });
+        if self.start.is_empty() {
+            self.start = rows.clone().collect();
+            self.positions = self.start.iter().map(|start| [start[0], start[1]]).collect();
+            self.displacements = vec![[0.0; 2]; self.start.len()];
+            self.time = time;
+        }
+        let (mut product, mut square) = (0.0, 0.0);
+        for (particle, (now, start)) in rows.zip(&self.start).enumerate() {
+            let speed = now[2].hypot(now[3]);
+            for axis in 0..2 {
+                let moved = now[axis] - self.positions[particle][axis];
+                self.displacements[particle][axis] += match self.sides {
+                    Some(sides) => {
+                        let far = MAX_DISPLACEMENT_OVER_SIDE * sides[axis];
+                        let nearest = moved - sides[axis] * (moved / sides[axis]).round();
+                        self.is_displacement_unknown |=
+                            speed * (time - self.time) > far || nearest.abs() > far;
+                        nearest
+                    }
+                    None => moved,
+                };
+            }
+            self.positions[particle] = [now[0], now[1]];
+            product += now[2] * start[2] + now[3] * start[3];
+            square += start[2] * start[2] + start[3] * start[3];
+        }
+        self.time = time;
+        self.last_squares.clear();
+        if !self.is_displacement_unknown {
+            self.last_squares.extend(self.displacements.iter().map(|[x, y]| x * x + y * y));
+        }
+        if !self.last_squares.is_empty() {
+            let moved: f64 = self.last_squares.iter().sum();
+            self.mean_square.add((time, moved / self.last_squares.len() as f64));
+        }
+        if square > 0.0 {
+            self.velocity_autocorrelation.add((time, product / square));
+        }
+    }
+
+    /// Mean square displacement of the last frame; its error is from the scatter of the particles.
+    pub(super) fn last_mean_square(&self) -> Option<Estimate> {
+        mean_of_independent(&self.last_squares)
+    }
+}

@@ -1,0 +1,28 @@
+//! Metrics of a packing run.
+
+use super::laws as law;
+use crate::metric::definition::definitions;
+
+definitions! {
+    TEMPERATURE_INITIAL: "temperature.initial", "", "<v^2>, first frame", [], 0.0;
+    TEMPERATURE_FINAL: "temperature.final", "", "<v^2>, last frame", [law::COOLING], 0.0;
+    TEMPERATURE_RATIO: "temperature.final_over_initial", "1", "<v^2>, last over first", [law::COOLING], 1e-9;
+    TEMPERATURE_KINETIC: "temperature.kinetic_final", "", "<v^2>/2 = k_B T/m, last frame", [], 0.0;
+    ENERGY_DRIFT: "energy.drift_relative", "1", "kinetic energy, last frame against the first", [law::ELASTIC_ENERGY], 1e-9;
+    A2_FINAL: "a2.final", "1", "<v^4>/(2 <v^2>^2) - 1, last frame", [], 0.0;
+    A2_MEAN: "a2.mean", "1", "mean over time (over events for alpha < 1) after 5 events a disc; error by blocking", [law::A2_FIXED_ENERGY, law::A2_FIXED_MOMENTUM, law::A2_COOLING], 0.0;
+    COLLISION_RATE: "collision_rate", "", "/collisions: pair collisions a disc and unit of time; error by blocking", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
+    MEAN_FREE_TIME: "mean_free_time", "", "1 over collision_rate: mean time of a disc between two collisions with others", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
+    CONTACT_VALUE: "contact_value.by_rate", "1", "collision_rate over 2 sqrt(pi) n <s> sqrt(kT/m) of discs without walls, s the diameter: g(r) at contact, of several sizes <s_ij g_ij>/<s>", [law::CONTACT_VALUE], 0.0;
+    WALL_RATE: "wall_rate", "", "/collisions: wall collisions a disc and unit of time; error by blocking", [law::WALL_RATE], 0.0;
+    COMPRESSIBILITY: "compressibility_factor", "1", "/pressure: P A/(N kT) by the pair virial since the start; error by blocking", [law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES], 0.0;
+    COMPRESSIBILITY_BY_RATE: "compressibility_factor.by_rate", "1", "1 + (1 + alpha)/2 (sqrt(pi)/4) s w sqrt(m/kT) from the collision rate w; of several sizes s is the mean distance of centers in a collision by the contact values of the law", [law::VIRIAL_IDENTITY], 0.0;
+    PRESSURE_VIRIAL: "pressure.virial", "", "/pressure: by the pair virial since the start", [], 0.0;
+    PRESSURE_WALL: "pressure.wall", "", "/pressure: impulse on the walls since the start", [], 0.0;
+    PACKING_FRACTION: "packing_fraction", "1", "n pi r^2 / (lx ly)", [], 0.0;
+    PSI6_GLOBAL: "psi6.global", "1", "/state: |mean over discs of psi6|, psi6 = mean of exp(6 i theta) over neighbors within 1.5 diameters, of discs of one size: for several there is no theory of it and no one distance that tells neighbors; mean over the sampled frames, error by blocking", [], 0.0;
+    PSI6_LOCAL: "psi6.local", "1", "/state: mean over discs of |psi6|, over the sampled frames, error by blocking", [], 0.0;
+    PAIR_CORRELATION: "pair_correlation.near_contact", "1", "/state: g(r) over 1 to 1.1 diameters: pairs within 1.1 over those between 1 and 1.1 of as many points at random in the room of the centers, mean over the sampled frames, error by blocking", [], 0.0;
+    DISPLACEMENT: "mean_square_displacement.final", "", "/state: mean |x - x(0)|^2 of the first 1000 discs, last frame; error from their scatter; in a periodic box by the nearest images from frame to frame, and none where a disc may have gone a quarter of a side between two", [], 0.0;
+    VELOCITY_MEMORY: "velocity_autocorrelation.final", "1", "/state: sum of v . v(0) over sum of v(0)^2 of the first 1000 discs, last frame", [], 0.0;
+}

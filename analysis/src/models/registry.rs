@@ -1,0 +1,54 @@
+//! The list of models: the only place outside their folders that names them.
+
+use super::{dem, gas, orbit, packing};
+use crate::metric::Definition;
+use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
+use crate::models::snapshots::Snapshots;
+use kinetoscope_manifest::model::ModelConfig;
+
+/// The analyses of all models, in the order of the metrics reference.
+pub const MODELS: &[&ModelAnalysis] =
+    &[&dem::ANALYSIS, &gas::ANALYSIS, &packing::ANALYSIS, &orbit::ANALYSIS];
+
+/// The analysis of the model with this name.
+#[must_use]
+pub fn of_model(name: &str) -> Option<&'static ModelAnalysis> {
+    MODELS.iter().find(|model| model.name == name).copied()
+}
+
+/// The metrics of a model's runs; empty for an unknown name.
+#[must_use]
+pub fn metrics_of(name: &str) -> &'static [&'static Definition] {
+    of_model(name).map_or(&[], |model| model.metrics)
+}
+
+/// The observer of a run, with snapshots at its start, at these times, and at its end; `None` for an unregistered model.
+#[must_use]
+pub fn observer(config: &ModelConfig, snapshots_at: &[f64]) -> Option<Box<dyn PlottedObserver>> {
+    (of_model(config.name())?.observer)(config, Snapshots::at(snapshots_at))
+}
+
+/// Size of the particles and of their container.
+#[must_use]
+pub fn extent(config: &ModelConfig) -> Extent {
+    of_model(config.name()).and_then(|model| (model.extent)(config)).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// Checks and readers find a metric by its name: a model lists no name twice, and no sweep metric hides a run's.
+    #[test]
+    fn every_metric_name_is_unique_within_a_model() {
+        for model in MODELS {
+            let mut names = BTreeSet::new();
+            let sweeps = MODELS.iter().flat_map(|model| model.sweep_metrics);
+            for definition in model.metrics.iter().chain(sweeps) {
+                assert!(names.insert(definition.name), "{}: {}", model.name, definition.name);
+                assert!(definition.rounding >= 0.0);
+            }
+        }
+    }
+}

@@ -1,0 +1,449 @@
+//! Analysis of one experiment: runs its recordings' analyses, derives sweep metrics, evaluates checks, and collects
+//! plots.
+
+pub mod files;
+pub mod html;
+pub mod metric_files;
+#[cfg(feature = "parquet")]
+pub mod metrics_parquet;
+mod metrics_reference;
+pub mod table;
+
+pub use metrics_reference::metrics_reference;
+
+use crate::checks::baseline::Baseline;
+use crate::checks::ci_formats::ExperimentChecks;
+use crate::checks::{CheckKind, CheckResult, evaluate};
+use crate::input::RecordingFolder;
+use crate::input::UnreadableRecording;
+use crate::input::coordinates;
+use crate::input::recording::OpenRun;
+use crate::metric::{Metric, MetricScope};
+use crate::models::figures::Figures;
+use crate::plot::Plot;
+use crate::report::table::{Style, Terminal, six_digits, table};
+use crate::run::cache::AnalysisCache;
+use crate::run::{self, RunAnalysis, RunStatus};
+use crate::sweep;
+use kinetoscope_manifest::{Check, Coordinate, ExperimentRecord, TimingTable};
+use std::fmt::Write as _;
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::{self, available_parallelism};
+
+/// The analysis of one experiment.
+#[derive(Debug)]
+pub struct AnalysisReport {
+    /// The experiment's name.
+    pub name: String,
+    /// The user's description; may be empty.
+    pub description: String,
+    /// The runs, in the order of the experiment.
+    pub runs: Vec<RunAnalysis>,
+    /// All metrics: fits, means over replicates, runs.
+    pub metrics: Vec<Metric>,
+    /// The results of the checks.
+    pub check_results: Vec<CheckResult>,
+    /// The plots, each with a unique file name.
+    pub plots: Vec<(String, Plot)>,
+    /// Notes for the user.
+    pub notes: Vec<String>,
+    /// What could not be read, with reasons.
+    pub unreadable: Vec<String>,
+    /// The run times, if `timing.json` is next to the recordings.
+    pub timing: Option<TimingTable>,
+}
+
+/// Maximum number of sweep points with plots of single runs.
+const MOST_RUNS_DRAWN: usize = 6;
+/// Maximum number of sweep points in the terminal; the files contain all.
+const MOST_POINTS_SHOWN: usize = 6;
+
+/// Options of an analysis.
+#[derive(Clone, Debug, Default)]
+pub struct AnalysisOptions {
+    /// Checks in addition to the experiment's own.
+    pub checks: Vec<Check>,
+    /// Times of snapshots in addition to start and end, in the model's unit.
+    pub snapshots_at: Vec<f64>,
+    /// The cache of analyses.
+    pub cache: Option<AnalysisCache>,
+    /// Whether all recordings are read, including cached ones.
+    pub fresh: bool,
+}
+
+/// One recording to be analyzed.
+struct AnalysisTask {
+    run: OpenRun,
+    coordinates: Vec<Coordinate>,
+    with_figures: bool,
+}
+
+impl AnalysisTask {
+    /// Loads the analysis of an unchanged recording from the cache, or reads the recording.
+    fn analyze(
+        &self,
+        options: &AnalysisOptions,
+        threads: NonZeroUsize,
+    ) -> Result<RunAnalysis, UnreadableRecording> {
+        let Self { run, coordinates, with_figures } = self;
+        let (figures, snapshots_at) = (*with_figures, &options.snapshots_at);
+        let cached = options
+            .cache
+            .as_ref()
+            .filter(|_| !options.fresh)
+            .and_then(|cache| cache.load(run, coordinates, figures, snapshots_at));
+        if let Some(found) = cached {
+            return Ok(found);
+        }
+        let found = run::analyze(run, coordinates.clone(), figures, snapshots_at, threads)?;
+        if let Some(cache) = &options.cache {
+            cache.store(run, &found, figures, snapshots_at);
+        }
+        Ok(found)
+    }
+}
+
+/// Analyzes all recordings in parallel on all CPUs; results are in the order of the tasks.
+fn analyze_all(
+    tasks: &[AnalysisTask],
+    options: &AnalysisOptions,
+) -> Vec<Result<RunAnalysis, UnreadableRecording>> {
+    let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let workers = tasks.len().min(cores.get());
+    let threads = NonZeroUsize::new(cores.get() / workers.max(1)).unwrap_or(NonZeroUsize::MIN);
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut found = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(task) = tasks.get(index) else { return found };
+            found.push((index, task.analyze(options, threads)));
+        }
+    };
+    let mut found: Vec<_> = thread::scope(|scope| {
+        let others: Vec<_> = (1..workers).map(|_| scope.spawn(work)).collect();
+        let mut found = work();
+        for other in others {
+            match other.join() {
+                Ok(theirs) => found.extend(theirs),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        found
+    });
+    found.sort_by_key(|(index, _)| *index);
+    found.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
+/// draws them. Returns what could not be read, with reasons.
+#[must_use]
+pub fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<String> {
+    let drawn = source.record.as_ref().map(drawn_files);
+    let tasks: Vec<AnalysisTask> = source
+        .open()
+        .into_iter()
+        .map(|(run, coordinates)| {
+            let with_figures = drawn.as_ref().is_none_or(|drawn| drawn.contains(&run.file));
+            AnalysisTask { run, coordinates, with_figures }
+        })
+        .collect();
+    let results = analyze_all(&tasks, options).into_iter();
+    let unread = results.filter_map(|result| result.err().map(|UnreadableRecording(why)| why));
+    source.unreadable.drain(..).chain(unread).collect()
+}
+
+/// The recordings that [`analyze`] draws if all runs are complete.
+fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
+    let mut drawn: Vec<(&[Coordinate], String)> = Vec::new();
+    for run in &record.runs {
+        if drawn.len() == sweep::figures::MOST_CURVES {
+            break;
+        }
+        if !drawn.iter().any(|(coordinates, _)| *coordinates == run.coordinates) {
+            drawn.push((&run.coordinates, run.file.clone()));
+        }
+    }
+    drawn.into_iter().map(|(_, file)| file).collect()
+}
+
+/// Analyzes the recordings of one folder.
+#[must_use]
+pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
+    let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
+    let tasks: Vec<AnalysisTask> = source
+        .open()
+        .into_iter()
+        .map(|(run, coordinates)| {
+            // One run per point is drawn, up to the number of curves in a chart, because plots take most of the memory.
+            let with_figures =
+                drawn.len() < sweep::figures::MOST_CURVES && !drawn.contains(&coordinates);
+            if with_figures {
+                drawn.push(coordinates.clone());
+            }
+            AnalysisTask { run, coordinates, with_figures }
+        })
+        .collect();
+    let mut runs: Vec<RunAnalysis> = Vec::new();
+    let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
+    for result in analyze_all(&tasks, options) {
+        match result {
+            Ok(run) => runs.push(run),
+            Err(UnreadableRecording(why)) => unreadable.push(why),
+        }
+    }
+    for run in &runs {
+        match &run.ending {
+            RunStatus::Complete => {}
+            RunStatus::Damaged(why) => unreadable.push(why.clone()),
+            other => notes.push(format!(
+                "{}: {} after {} frames, t = {}; not part of means and fits",
+                run.file,
+                other.text(),
+                run.frames,
+                last_time(run)
+            )),
+        }
+    }
+    let timing = timing_beside(source, &mut notes);
+    let points = sweep::points(&runs);
+    let (mut metrics, refused) = sweep::fits::fits(&points);
+    notes.extend(refused);
+    metrics.extend(sweep::replicate_means(&points));
+    metrics.extend(runs.iter().flat_map(RunAnalysis::metrics));
+    let plots = plots(&runs, &points, &mut notes);
+    // The checks of an experiment do not apply to a part of it.
+    let own = source.record.as_ref().filter(|_| source.whole);
+    let own = own.map_or(&[][..], |record| &record.checks);
+    let check_results =
+        own.iter().chain(&options.checks).flat_map(|check| evaluate(check, &metrics)).collect();
+    let record = source.record.as_ref();
+    let description = record.map_or_else(String::new, |record| record.description.clone());
+    AnalysisReport {
+        name: source.name.clone(),
+        description,
+        runs,
+        metrics,
+        check_results,
+        plots,
+        notes,
+        unreadable,
+        timing,
+    }
+}
+
+/// The timing table next to the recordings; an unreadable table adds a note.
+fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<TimingTable> {
+    let path = source.folder.join(TimingTable::FILE);
+    let text = match std::fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
+        Err(error) => {
+            notes.push(format!("{} can't be read: {error}", path.display()));
+            return None;
+        }
+    };
+    let complaint = match TimingTable::from_json(&text) {
+        Ok(table) if table.schema != TimingTable::SCHEMA => {
+            format!("has the layout {}, this version reads {}", table.schema, TimingTable::SCHEMA)
+        }
+        Ok(table) if table.experiment != source.name => {
+            format!("is about the experiment {}", table.experiment)
+        }
+        Ok(table) => return Some(table),
+        Err(error) => format!("is no timing table: {error}"),
+    };
+    notes.push(format!(
+        "{} {complaint}; not shown. run-experiment --time --output writes it anew",
+        path.display()
+    ));
+    None
+}
+
+fn plots(
+    runs: &[RunAnalysis],
+    points: &[sweep::SweepPoint<'_>],
+    notes: &mut Vec<String>,
+) -> Vec<(String, Plot)> {
+    let mut all: Vec<(String, Plot)> = Vec::new();
+    let mut add = |stem: String, plot: Plot| {
+        let taken = |stem: &str| all.iter().any(|(other, _)| other == stem);
+        let mut name = stem.clone();
+        let mut number = 2;
+        while taken(&name) {
+            name = format!("{stem}_{number}");
+            number += 1;
+        }
+        all.push((name, plot));
+    };
+    for plot in sweep::figures::plots(points) {
+        add(plot.stem().to_owned(), plot);
+    }
+    let drawn: Vec<&RunAnalysis> =
+        runs.iter().filter(|run| run.figures != Figures::default()).collect();
+    for plot in sweep::figures::comparisons(&drawn) {
+        add(plot.stem().to_owned(), plot);
+    }
+    for run in drawn.iter().take(MOST_RUNS_DRAWN) {
+        for plot in &run.figures.plots {
+            let place = coordinates::file_part(&run.coordinates);
+            let mut plot = plot.clone();
+            plot.add_to_title(&coordinates::label(&run.coordinates));
+            add(format!("{}{place}", plot.stem()), plot);
+        }
+    }
+    if drawn.len() > MOST_RUNS_DRAWN {
+        notes.push(format!(
+            "the first {MOST_RUNS_DRAWN} points of the sweep have plots of their own; plots of several runs show the first {}",
+            sweep::figures::MOST_CURVES
+        ));
+    }
+    all
+}
+
+impl AnalysisReport {
+    /// Name of the model; empty if no run could be read.
+    pub(crate) fn model(&self) -> &str {
+        self.runs.first().map_or("", |run| run.model().name())
+    }
+
+    /// The checks and their results, for the formats of CI systems.
+    #[must_use]
+    pub fn checks(&self) -> ExperimentChecks<'_> {
+        let Self { name, check_results, unreadable, .. } = self;
+        ExperimentChecks { name, check_results, unreadable }
+    }
+
+    /// Compares the metrics with those of an earlier analysis.
+    pub fn compare(&mut self, baseline: &Baseline) {
+        let (check_results, notes) = baseline.compare_all(&self.metrics);
+        self.check_results.extend(check_results);
+        self.notes.extend(notes);
+    }
+
+    /// Whether all checks passed.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.check_results.iter().all(|result| result.passed)
+    }
+
+    /// Formats the report for the terminal.
+    #[must_use]
+    pub fn text(&self, terminal: Terminal) -> String {
+        let mut text = String::new();
+        let runs = match self.runs.len() {
+            0 => "nothing readable".to_owned(),
+            1 => format!("{}, 1 run", self.model()),
+            runs => format!("{}, {runs} runs", self.model()),
+        };
+        let heading = format!("{} ({runs})", self.name);
+        let _ = writeln!(text, "{}", terminal.paint(Style::Heading, &heading));
+        if !self.description.is_empty() {
+            let _ = writeln!(text, "{}", terminal.wrapped(&self.description, 0));
+        }
+        for note in &self.notes {
+            let _ = writeln!(text, "{}", terminal.wrapped(&format!("note: {note}"), 2));
+        }
+        for why in &self.unreadable {
+            let line = terminal.wrapped(&format!("unreadable: {why}"), 2);
+            let _ = writeln!(text, "{}", terminal.paint(Style::Bad, &line));
+        }
+        for (title, metrics) in self.sections() {
+            let _ = writeln!(text, "\n{}", terminal.wrapped(&title, 2));
+            if !metrics.is_empty() {
+                let _ = writeln!(text, "{}", table(&metrics, terminal));
+            }
+        }
+        for (kind, title) in
+            [(CheckKind::Check, "checks"), (CheckKind::Baseline, "against the baseline")]
+        {
+            text += &self.check_text(kind, title, terminal);
+        }
+        text
+    }
+
+    /// Formats the results of one kind. Of baseline comparisons, only failures are listed.
+    fn check_text(&self, kind: CheckKind, title: &str, terminal: Terminal) -> String {
+        let results = || self.check_results.iter().filter(|result| result.kind == kind);
+        if results().next().is_none() {
+            return String::new();
+        }
+        let mut text = format!("\n{title}\n");
+        let inside = Terminal { width: terminal.width - 2, ..terminal };
+        let counted = kind == CheckKind::Baseline;
+        for result in results().filter(|result| !(counted && result.passed)) {
+            let (style, word) =
+                if result.passed { (Style::Good, "ok") } else { (Style::Bad, "FAILED") };
+            let line = inside.wrapped(&format!("{word} {}", result.text()), 4);
+            let _ = writeln!(text, "  {}", line.replacen(word, &terminal.paint(style, word), 1));
+        }
+        if counted {
+            let held = results().filter(|result| result.passed).count();
+            let _ = writeln!(text, "  {held} of {} metrics are where they were", results().count());
+        }
+        text
+    }
+
+    /// The metrics to show with their titles: fits, then the points of a short sweep.
+    pub(crate) fn sections(&self) -> Vec<(String, Vec<&Metric>)> {
+        let mut sections = Vec::new();
+        let fits: Vec<&Metric> = self
+            .metrics
+            .iter()
+            .filter(|metric| matches!(&metric.scope, MetricScope::Sweep(scope) if scope.along.is_some()))
+            .collect();
+        let places = fits.iter().map(|metric| (metric.coordinates().to_vec(), *metric));
+        for (place, fits) in coordinates::grouped(places) {
+            let place = coordinates::text(&place);
+            let title = if place.is_empty() {
+                "the sweep".to_owned()
+            } else {
+                format!("the sweep at {place}")
+            };
+            sections.push((title, fits));
+        }
+        let points =
+            coordinates::grouped(self.runs.iter().map(|run| (run.coordinates.clone(), run)));
+        for (place, runs) in points.iter().take(MOST_POINTS_SHOWN) {
+            let here = |metric: &&Metric| metric.coordinates() == place.as_slice();
+            let means: Vec<&Metric> = self
+                .metrics
+                .iter()
+                .filter(here)
+                .filter(
+                    |metric| matches!(&metric.scope, MetricScope::Sweep(scope) if scope.along.is_none()),
+                )
+                .collect();
+            let name = coordinates::text(place);
+            if means.is_empty() {
+                for run in runs {
+                    let of_run = |metric: &&Metric| matches!(&metric.scope, MetricScope::Run(scope) if scope.file == run.file);
+                    let metrics = self.metrics.iter().filter(of_run).collect();
+                    sections.push((run_title(run, &name), metrics));
+                }
+            } else {
+                let complete = runs.iter().filter(|run| run.is_complete()).count();
+                let name = if name.is_empty() { String::new() } else { format!("{name}, ") };
+                sections.push((format!("{name}mean of {complete} replicates"), means));
+            }
+        }
+        if points.len() > MOST_POINTS_SHOWN {
+            let rest = points.len() - MOST_POINTS_SHOWN;
+            sections
+                .push((format!("{rest} more points of the sweep: see metrics.csv"), Vec::new()));
+        }
+        sections.retain(|(title, metrics)| !metrics.is_empty() || title.ends_with("metrics.csv"));
+        sections
+    }
+}
+
+fn run_title(run: &RunAnalysis, place: &str) -> String {
+    let name = if place.is_empty() { run.file.clone() } else { place.to_owned() };
+    format!("{name}: {} frames to t = {}, {}", run.frames, last_time(run), run.ending.text())
+}
+
+/// Formats the simulated time of the last frame with its unit.
+fn last_time(run: &RunAnalysis) -> String {
+    format!("{} {}", six_digits(run.end_time), run.time_unit).trim_end().to_owned()
+}

@@ -1,0 +1,178 @@
+//! Cache of the analyses of unchanged recordings, in a folder next to the results.
+
+use crate::input::recording::OpenRun;
+use crate::metric::{Definition, Measurement};
+use crate::models::figures::Figures;
+use crate::models::registry::metrics_of;
+use crate::run::{RunAnalysis, RunStatus};
+use crate::statistics::Estimate;
+use crate::write_file;
+use kinetoscope_manifest::Coordinate;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Folder of the cached analyses next to the results. It can be deleted at any time.
+pub const FOLDER: &str = ".analyzed";
+
+/// A cached analysis is valid only if all of this is unchanged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct CacheKey {
+    /// The program file: another version may derive other values.
+    program: FileStamp,
+    /// The recording.
+    recording: FileStamp,
+    content_key: String,
+    snapshots_at: Vec<f64>,
+}
+
+/// Size and modification time of a file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct FileStamp {
+    bytes: u64,
+    changed_ns: u128,
+}
+
+impl FileStamp {
+    fn new(bytes: u64, changed: SystemTime) -> Option<Self> {
+        let changed_ns = changed.duration_since(UNIX_EPOCH).ok()?.as_nanos();
+        Some(Self { bytes, changed_ns })
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct CachedAnalysis {
+    identity: CacheKey,
+    frames: u64,
+    end_time: f64,
+    time_unit: String,
+    /// The simulation fault; `None` for a complete run.
+    fault: Option<String>,
+    measurements: Vec<CachedMeasurement>,
+    /// `None` if no plots were requested.
+    figures: Option<Figures>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct CachedMeasurement {
+    name: String,
+    value: f64,
+    standard_error: Option<f64>,
+    theory: Option<f64>,
+    /// Index of the law among those of the definition.
+    law: Option<usize>,
+}
+
+/// The cache of one folder of results.
+#[derive(Clone, Debug)]
+pub struct AnalysisCache {
+    folder: PathBuf,
+    program: FileStamp,
+}
+
+impl AnalysisCache {
+    /// The cache in the folder of the results; `None` if the program file cannot be identified.
+    #[must_use]
+    pub fn in_folder(output: &Path) -> Option<Self> {
+        let program = std::env::current_exe().ok()?;
+        let program = std::fs::metadata(program).ok()?;
+        let program = FileStamp::new(program.len(), program.modified().ok()?)?;
+        Some(Self { folder: output.join(FOLDER), program })
+    }
+
+    fn path(&self, file: &str) -> PathBuf {
+        self.folder.join(format!("{file}.numbers"))
+    }
+
+    fn identity(&self, run: &OpenRun, snapshots_at: &[f64]) -> Option<CacheKey> {
+        Some(CacheKey {
+            program: self.program.clone(),
+            recording: FileStamp::new(run.recording().bytes(), run.recording().changed()?)?,
+            content_key: run.content_key.clone(),
+            snapshots_at: snapshots_at.to_vec(),
+        })
+    }
+
+    /// The cached analysis of an unchanged recording; `None` if it must be read.
+    #[must_use]
+    pub fn load(
+        &self,
+        run: &OpenRun,
+        coordinates: &[Coordinate],
+        with_figures: bool,
+        snapshots_at: &[f64],
+    ) -> Option<RunAnalysis> {
+        let identity = self.identity(run, snapshots_at)?;
+        let bytes = std::fs::read(self.path(&run.file)).ok()?;
+        let cached: CachedAnalysis = postcard::from_bytes(&bytes).ok()?;
+        if cached.identity != identity || with_figures && cached.figures.is_none() {
+            return None;
+        }
+        let numbers = cached.measurements.into_iter();
+        let model = run.manifest.model.name();
+        Some(RunAnalysis {
+            file: run.file.clone(),
+            coordinates: coordinates.to_vec(),
+            manifest: run.manifest.clone(),
+            frames: cached.frames,
+            end_time: cached.end_time,
+            time_unit: cached.time_unit,
+            ending: cached.fault.map_or(RunStatus::Complete, RunStatus::Fault),
+            measurements: numbers
+                .map(|number| measurement(model, &number))
+                .collect::<Option<_>>()?,
+            figures: cached.figures.filter(|_| with_figures).unwrap_or_default(),
+        })
+    }
+
+    /// Stores the analysis of a finished run. If it cannot be written, the next analysis reads the recording.
+    pub fn store(
+        &self,
+        run: &OpenRun,
+        found: &RunAnalysis,
+        with_figures: bool,
+        snapshots_at: &[f64],
+    ) {
+        let fault = match &found.ending {
+            RunStatus::Complete => None,
+            RunStatus::Fault(what) => Some(what.clone()),
+            RunStatus::Unfinished | RunStatus::Damaged(_) => return,
+        };
+        let Some(identity) = self.identity(run, snapshots_at) else { return };
+        let cached = CachedAnalysis {
+            identity,
+            frames: found.frames,
+            end_time: found.end_time,
+            time_unit: found.time_unit.clone(),
+            fault,
+            measurements: found.measurements.iter().map(number).collect(),
+            figures: with_figures.then(|| found.figures.clone()),
+        };
+        if let Ok(bytes) = postcard::to_stdvec(&cached) {
+            let path = self.path(&run.file);
+            drop(
+                write_file::create_folder(&self.folder)
+                    .and_then(|()| write_file::replace(&path, bytes)),
+            );
+        }
+    }
+}
+
+fn number(measurement: &Measurement) -> CachedMeasurement {
+    let laws = measurement.definition.laws;
+    CachedMeasurement {
+        name: measurement.name().to_owned(),
+        value: measurement.estimate.value,
+        standard_error: measurement.estimate.standard_error,
+        theory: measurement.theory,
+        law: measurement.law.and_then(|law| laws.iter().position(|other| *other == law)),
+    }
+}
+
+fn measurement(model: &str, number: &CachedMeasurement) -> Option<Measurement> {
+    let named = |definition: &&&Definition| definition.name == number.name;
+    let definition = metrics_of(model).iter().find(named)?;
+    let law = number.law.and_then(|law| definition.laws.get(law)).copied();
+    let estimate = Estimate { value: number.value, standard_error: number.standard_error };
+    Some(Measurement::new(definition, estimate).against_law(number.theory, law))
+}

@@ -1,0 +1,164 @@
+//! Analysis of one recording.
+
+pub mod cache;
+
+use crate::input::UnreadableRecording;
+use crate::input::recording::{OpenRun, is_partial};
+use crate::metric::{Measurement, Metric, MetricScope, RunScope};
+use crate::models::figures::Figures;
+use crate::models::registry;
+use kinetoscope_manifest::model::ModelConfig;
+use kinetoscope_manifest::{Coordinate, RunManifest};
+use kinetoscope_recording::error::{ReadError, ReadFault};
+use kinetoscope_recording::reader::Outcome;
+use std::num::NonZeroUsize;
+
+/// Status of a run or of its file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RunStatus {
+    /// The run is complete.
+    Complete,
+    /// The run failed with a simulation fault.
+    Fault(String),
+    /// The run was interrupted or is still in progress.
+    Unfinished,
+    /// The file is damaged after the frames that were read.
+    Damaged(String),
+}
+
+impl RunStatus {
+    /// The status as text.
+    #[must_use]
+    pub fn text(&self) -> String {
+        match self {
+            Self::Complete => "complete".to_owned(),
+            Self::Fault(what) => format!("fault: {what}"),
+            Self::Unfinished => "unfinished".to_owned(),
+            Self::Damaged(_) => "damaged".to_owned(),
+        }
+    }
+}
+
+/// Metrics and plots of one recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunAnalysis {
+    /// The file name without its folder.
+    pub file: String,
+    /// The run's coordinates in its sweep.
+    pub coordinates: Vec<Coordinate>,
+    /// The run's manifest.
+    pub manifest: RunManifest,
+    /// Number of frames read.
+    pub frames: u64,
+    /// Simulated time of the last frame, in the model's unit.
+    pub end_time: f64,
+    /// "s", "d", or "" for dimensionless time.
+    pub time_unit: String,
+    /// The status of the run.
+    pub ending: RunStatus,
+    /// The metrics.
+    pub measurements: Vec<Measurement>,
+    /// The plots, if requested.
+    pub figures: Figures,
+}
+
+impl RunAnalysis {
+    /// The measurement with this name.
+    #[must_use]
+    pub fn measurement(&self, name: &str) -> Option<&Measurement> {
+        self.measurements.iter().find(|measurement| measurement.name() == name)
+    }
+
+    /// The model's configuration.
+    #[must_use]
+    pub fn model(&self) -> &ModelConfig {
+        &self.manifest.model
+    }
+
+    /// The metrics of the run.
+    pub fn metrics(&self) -> impl Iterator<Item = Metric> + '_ {
+        self.measurements.iter().map(|measurement| Metric {
+            definition: measurement.definition,
+            value: measurement.estimate.value,
+            standard_error: measurement.estimate.standard_error,
+            theory: measurement.theory,
+            rounding: measurement.definition.rounding,
+            source: measurement.source(),
+            scope: MetricScope::Run(RunScope {
+                file: self.file.clone(),
+                coordinates: self.coordinates.clone(),
+                replicate: self.manifest.replicate,
+                outcome: self.ending.text(),
+            }),
+        })
+    }
+
+    /// Whether the run is complete, as means and fits require.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.ending == RunStatus::Complete
+    }
+}
+
+/// Reads all frames of a recording in order; `threads` is the number of threads that decompress chunks. The memory is
+/// bounded for any file size: that of `Frames`, three frames, and some megabytes for series and snapshots.
+///
+/// # Errors
+/// A recording without a readable frame.
+pub fn analyze(
+    run: &OpenRun,
+    coordinates: Vec<Coordinate>,
+    with_figures: bool,
+    snapshots_at: &[f64],
+    threads: NonZeroUsize,
+) -> Result<RunAnalysis, UnreadableRecording> {
+    let mut observer = registry::observer(&run.manifest.model, snapshots_at).ok_or_else(|| {
+        let model = run.manifest.model.name();
+        UnreadableRecording(format!("the model {model} has no analysis"))
+    })?;
+    let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
+    for frame in run.recording().frames_on(threads).map_err(UnreadableRecording::new)? {
+        let seen = frame.and_then(|frame| {
+            let time = frame.clock.time;
+            observer.observe(frame).map(|()| time)
+        });
+        match seen {
+            Ok(time) => {
+                frames += 1;
+                end_time = time;
+            }
+            Err(error) => {
+                failure = Some(error);
+                break;
+            }
+        }
+    }
+    let ending = match (&failure, &run.recording().provenance().outcome) {
+        (Some(error), _) if frames == 0 => return Err(UnreadableRecording::new(error)),
+        (Some(error), _) if is_under_way(&run.file, error) => RunStatus::Unfinished,
+        (Some(error), _) => RunStatus::Damaged(error.to_string()),
+        (None, Some(Outcome::Complete)) => RunStatus::Complete,
+        (None, Some(Outcome::Fault(what))) => RunStatus::Fault(what.clone()),
+        (None, Some(Outcome::Interrupted) | None) => RunStatus::Unfinished,
+    };
+    if frames == 0 {
+        let path = run.recording().path().display();
+        return Err(UnreadableRecording(format!("{path} holds no frame")));
+    }
+    Ok(RunAnalysis {
+        coordinates,
+        frames,
+        end_time,
+        time_unit: run.recording().provenance().time_unit.clone(),
+        ending,
+        measurements: observer.measurements(),
+        figures: if with_figures { observer.figures() } else { Figures::default() },
+        file: run.file.clone(),
+        manifest: run.manifest.clone(),
+    })
+}
+
+/// Whether an error is only the missing footer of a recording in progress.
+fn is_under_way(file: &str, error: &ReadError) -> bool {
+    is_partial(file) && matches!(error.fault, ReadFault::Torn { .. })
+}
