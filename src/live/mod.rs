@@ -8,15 +8,15 @@
 //!
 //! Of runs side by side one is shown, the first under way; when it ends, the next one that starts.
 
+mod broadcaster;
+mod frame_buffer;
 mod pace;
 mod protocol;
-mod show;
-mod stage;
 mod viewer;
 
 use crate::interrupt::Interrupt;
-use kinetoscope_recording::spectator::Spectator;
-use stage::Stage;
+use frame_buffer::Stage;
+use kinetoscope_recording::observer::Spectator;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -70,7 +70,7 @@ impl Live {
             return None;
         }
         let (stage, taken) = (Arc::clone(&self.stage), Arc::clone(&self.taken));
-        Some(Box::new(show::Show::new(stage, taken, name)))
+        Some(Box::new(broadcaster::Show::new(stage, taken, name)))
     }
 }
 

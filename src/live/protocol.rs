@@ -2,7 +2,7 @@
 //! Foxglove SDK 0.30 for its playback control), as far as a run that is watched needs it.
 
 use data_encoding::BASE64;
-use kinetoscope_recording::spectator::ShownChannel;
+use kinetoscope_recording::observer::ShownChannel;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 

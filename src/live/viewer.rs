@@ -1,7 +1,7 @@
 //! One viewer and its connection, on a thread of its own.
 
+use super::frame_buffer::{Announcement, Stage};
 use super::protocol::{self, Request, SUBPROTOCOL, Subscription};
-use super::stage::{Announcement, Stage};
 use std::collections::BTreeMap;
 use std::io;
 use std::net::TcpStream;

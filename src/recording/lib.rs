@@ -11,11 +11,11 @@ pub mod fields;
 pub mod file;
 pub mod frame;
 pub mod layout;
+pub mod observer;
 pub mod provenance;
 pub mod reader;
 pub mod recorder;
 pub mod scenery;
-pub mod spectator;
 pub mod storage;
 
 mod color;

@@ -1,8 +1,8 @@
 //! What of a run is put on the stage, and when.
 
-use super::stage::{ShownMessage, Stage};
+use super::frame_buffer::{ShownMessage, Stage};
 use kinetoscope_recording::channels::LOG;
-use kinetoscope_recording::spectator::{Programme, Spectator};
+use kinetoscope_recording::observer::{Programme, Spectator};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

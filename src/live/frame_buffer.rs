@@ -3,7 +3,7 @@
 use super::pace::Pace;
 use super::protocol::{PlaybackRequest, PlaybackState};
 use crate::interrupt::Interrupt;
-use kinetoscope_recording::spectator::Programme;
+use kinetoscope_recording::observer::Programme;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
