@@ -89,7 +89,7 @@ fn other_versions_are_named_and_compared() {
     let recording = record(folder.path(), "gas", MANIFESTS[3].1);
     let opened = Recording::open(&recording).unwrap();
     let physics = opened.provenance().physics_version + 1;
-    let key = kinetoscope_manifest::content_key(
+    let key = kinetoscope_manifest::run_key(
         opened.manifest(),
         physics,
         opened.provenance().schema_version,
@@ -117,7 +117,7 @@ fn a_manifest_of_another_version_is_read_as_far_as_it_is_understood() {
     let provenance = opened.provenance();
     let other = folder.path().join("other.mcap");
     let forge = |change: &dyn Fn(&str) -> String| {
-        let key = kinetoscope_manifest::content_key(
+        let key = kinetoscope_manifest::run_key(
             &change(opened.manifest()),
             provenance.physics_version,
             provenance.schema_version,

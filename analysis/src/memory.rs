@@ -22,7 +22,7 @@ struct Identity {
     program: Stamp,
     /// Of the recording.
     recording: Stamp,
-    content_key: String,
+    run_key: String,
     pictures_at: Vec<f64>,
 }
 
@@ -88,7 +88,7 @@ impl Memory {
         Some(Identity {
             program: self.program.clone(),
             recording: Stamp::new(run.recording().bytes(), run.recording().changed()?)?,
-            content_key: run.content_key.clone(),
+            run_key: run.run_key.clone(),
             pictures_at: pictures_at.to_vec(),
         })
     }

@@ -29,7 +29,7 @@ pub fn recordings() -> Vec<Vec<u8>> {
 fn header(compression: Compression) -> Header {
     Header {
         manifest: "name = \"sample\"\n".to_owned(),
-        content_key: "00c0ffee".repeat(8),
+        run_key: "00c0ffee".repeat(8),
         model: "gas",
         physics_version: 1,
         program_version: "0.1.0".to_owned(),

@@ -2,7 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::output::Destination;
-use crate::executor::cluster::queue::{self, Errand};
+use crate::executor::cluster::queue::{self, SubmissionOptions};
 use crate::executor::cluster::scheduler::Engine;
 use crate::executor::cluster::task::{TaskCommand, dealt, keys};
 use crate::executor::progress::ProgressDisplay;
@@ -58,7 +58,7 @@ pub struct Distribution {
     /// Write the runs to FILE as shell commands, one a line, each of which may be run again; and stop
     #[arg(long, value_name = "FILE", conflicts_with_all = ["executor", "dry_run", "prune", "force"])]
     pub export_commands: Option<PathBuf>,
-    /// Do only the runs with these content keys: what a task of a cluster is asked
+    /// Do only the runs with these run keys: what a task of a cluster is asked
     #[arg(long, value_name = "KEY,…", value_delimiter = ',',
           conflicts_with_all = ["executor", "export_commands", "why", "prune"])]
     pub only: Option<Vec<String>>,
@@ -143,7 +143,7 @@ impl Distribution {
         interrupt: &Interrupt,
         progress: &ProgressDisplay,
     ) -> io::Result<Conclusion> {
-        let errand = Errand {
+        let errand = SubmissionOptions {
             engine,
             command: rest.command()?,
             runs_per_task: self.runs_per_task.map(NonZeroUsize::get),
@@ -194,8 +194,8 @@ fn concluded(end: queue::End<'_>, plan: &Plan) -> Conclusion {
             conclusion.exit = class;
         }
     }
-    if let Some(hindrances) = end.hindrances {
-        conclusion.complaints.push(hindrances);
+    if let Some(hold_reasons) = end.hold_reasons {
+        conclusion.complaints.push(hold_reasons);
         if conclusion.exit != Exit::RunFailed {
             conclusion.exit = Exit::Retryable;
         }

@@ -1,16 +1,16 @@
-//! What of a run is put on the stage, and when.
+//! What of a run is put on the buffer, and when.
 
-use super::frame_buffer::{ShownMessage, Stage};
+use super::frame_buffer::{BroadcastMessage, FrameBuffer};
 use kinetoscope_recording::channels::LOG;
-use kinetoscope_recording::observer::{Programme, Spectator};
+use kinetoscope_recording::observer::{ChannelList, FrameObserver};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Shows one run.
-pub(super) struct Show {
-    stage: Arc<Stage>,
+pub(super) struct Broadcaster {
+    buffer: Arc<FrameBuffer>,
     /// Unset when this run makes room for the next one.
     taken: Arc<AtomicBool>,
     name: String,
@@ -22,7 +22,7 @@ pub(super) struct Show {
     /// The frame that is being recorded.
     frame: Option<Progress>,
     /// What was drawn or logged, and is to be shown.
-    messages: Vec<ShownMessage>,
+    messages: Vec<BroadcastMessage>,
 }
 
 /// Whether a frame under way is to be shown.
@@ -33,10 +33,10 @@ enum Progress {
     PassedOver,
 }
 
-impl Show {
-    pub(super) fn new(stage: Arc<Stage>, taken: Arc<AtomicBool>, name: &str) -> Self {
+impl Broadcaster {
+    pub(super) fn new(buffer: Arc<FrameBuffer>, taken: Arc<AtomicBool>, name: &str) -> Self {
         Self {
-            stage,
+            buffer,
             taken,
             name: name.to_owned(),
             channels: BTreeMap::new(),
@@ -51,7 +51,7 @@ impl Show {
     /// A run that keeps a pace shows all frames; another one as many as playback has, and the last.
     fn progress_at(&self, log_time_ns: u64) -> Progress {
         let due = self.shown.is_none_or(|shown| shown.elapsed() >= self.interval);
-        if self.stage.paced || due || self.end_ns == Some(log_time_ns) {
+        if self.buffer.paced || due || self.end_ns == Some(log_time_ns) {
             Progress::Wanted
         } else {
             Progress::PassedOver
@@ -59,14 +59,14 @@ impl Show {
     }
 }
 
-impl Spectator for Show {
-    fn begin(&mut self, programme: Programme) {
-        let topics = programme.channels.iter().map(|channel| channel.topic);
+impl FrameObserver for Broadcaster {
+    fn begin(&mut self, channel_list: ChannelList) {
+        let topics = channel_list.channels.iter().map(|channel| channel.topic);
         self.channels = topics.enumerate().map(|(place, topic)| (topic, place)).collect();
-        self.end_ns = programme.end_ns;
+        self.end_ns = channel_list.end_ns;
         self.interval =
-            Duration::try_from_secs_f64(1.0 / programme.playback_rate).unwrap_or(Duration::MAX);
-        self.stage.announce(&self.name, programme);
+            Duration::try_from_secs_f64(1.0 / channel_list.playback_rate).unwrap_or(Duration::MAX);
+        self.buffer.announce(&self.name, channel_list);
     }
 
     fn message(&mut self, topic: &'static str, log_time_ns: u64, payload: &[u8]) {
@@ -74,25 +74,29 @@ impl Spectator for Show {
         self.frame = Some(progress);
         let Some(&channel) = self.channels.get(topic) else { return };
         if progress == Progress::Wanted || topic == LOG {
-            self.messages.push(ShownMessage { channel, log_time_ns, payload: payload.to_vec() });
+            self.messages.push(BroadcastMessage {
+                channel,
+                log_time_ns,
+                payload: payload.to_vec(),
+            });
         }
     }
 
     fn end_of_frame(&mut self) {
         if self.frame.take() == Some(Progress::Wanted) {
             self.shown = Some(Instant::now());
-            self.stage.show(std::mem::take(&mut self.messages));
+            self.buffer.show(std::mem::take(&mut self.messages));
         }
-        self.stage.hold();
+        self.buffer.hold();
     }
 }
 
-impl Drop for Show {
+impl Drop for Broadcaster {
     /// A last word of the log may have come after the last frame; a frame that was cut short is not shown.
     fn drop(&mut self) {
         let log = self.channels.get(LOG);
         self.messages.retain(|message| Some(&message.channel) == log);
-        self.stage.show(std::mem::take(&mut self.messages));
+        self.buffer.show(std::mem::take(&mut self.messages));
         self.taken.store(false, Ordering::Release);
     }
 }

@@ -3,7 +3,7 @@
 use super::pace::Pace;
 use super::protocol::{PlaybackRequest, PlaybackState};
 use crate::interrupt::Interrupt;
-use kinetoscope_recording::observer::Programme;
+use kinetoscope_recording::observer::ChannelList;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -17,8 +17,8 @@ const HEARING: Duration = Duration::from_millis(50);
 
 /// One message of a frame.
 #[derive(Debug)]
-pub(super) struct ShownMessage {
-    /// Place of its channel in the programme.
+pub(super) struct BroadcastMessage {
+    /// Place of its channel in the channel_list.
     pub(super) channel: usize,
     pub(super) log_time_ns: u64,
     pub(super) payload: Vec<u8>,
@@ -26,20 +26,20 @@ pub(super) struct ShownMessage {
 
 /// A frame, whole, that all viewers share.
 #[derive(Debug)]
-pub(super) struct ShownFrame {
+pub(super) struct BroadcastFrame {
     /// Frames shown before it, of all runs.
     pub(super) number: u64,
     pub(super) log_time_ns: u64,
-    pub(super) messages: Vec<Arc<ShownMessage>>,
+    pub(super) messages: Vec<Arc<BroadcastMessage>>,
 }
 
 /// A run as it is announced to viewers.
 #[derive(Debug)]
-pub(super) struct Announcement {
+pub(super) struct RunInfo {
     /// Counts the runs shown; 0 before the first.
     pub(super) session: u64,
     pub(super) name: String,
-    pub(super) programme: Programme,
+    pub(super) channel_list: ChannelList,
     /// The protocol's id of the first channel; the others follow.
     pub(super) first_channel_id: u64,
 }
@@ -47,13 +47,13 @@ pub(super) struct Announcement {
 /// What one viewer has before it.
 #[derive(Default)]
 struct Mailbox {
-    waiting: VecDeque<Arc<ShownFrame>>,
+    waiting: VecDeque<Arc<BroadcastFrame>>,
 }
 
 struct State {
-    announcement: Arc<Announcement>,
+    run_info: Arc<RunInfo>,
     /// Of each channel its messages in the last frame that had any: what a late viewer sees first.
-    latest: BTreeMap<usize, Vec<Arc<ShownMessage>>>,
+    latest: BTreeMap<usize, Vec<Arc<BroadcastMessage>>>,
     frames: u64,
     time_ns: u64,
     viewers: BTreeMap<u64, Mailbox>,
@@ -65,7 +65,7 @@ struct State {
 }
 
 /// What there is to see and who sees it.
-pub(super) struct Stage {
+pub(super) struct FrameBuffer {
     state: Mutex<State>,
     changed: Condvar,
     interrupt: Interrupt,
@@ -73,17 +73,17 @@ pub(super) struct Stage {
     pub(super) paced: bool,
 }
 
-impl Stage {
-    /// An empty stage. With a speed, in seconds of playback a second, runs are held to it.
+impl FrameBuffer {
+    /// An empty buffer. With a speed, in seconds of playback a second, runs are held to it.
     pub(super) fn new(speed: Option<f64>, interrupt: &Interrupt) -> Self {
-        let announcement = Announcement {
+        let run_info = RunInfo {
             session: 0,
             name: "no run yet".to_owned(),
-            programme: Programme { channels: Vec::new(), playback_rate: 1.0, end_ns: None },
+            channel_list: ChannelList { channels: Vec::new(), playback_rate: 1.0, end_ns: None },
             first_channel_id: 1,
         };
         let state = State {
-            announcement: Arc::new(announcement),
+            run_info: Arc::new(run_info),
             latest: BTreeMap::new(),
             frames: 0,
             time_ns: 0,
@@ -106,16 +106,16 @@ impl Stage {
     }
 
     /// Announces a run in the place of the last one.
-    pub(super) fn announce(&self, name: &str, programme: Programme) {
+    pub(super) fn announce(&self, name: &str, channel_list: ChannelList) {
         let mut state = self.lock();
-        let last = &state.announcement;
-        let announcement = Announcement {
+        let last = &state.run_info;
+        let run_info = RunInfo {
             session: last.session + 1,
             name: name.to_owned(),
-            first_channel_id: last.first_channel_id + last.programme.channels.len() as u64,
-            programme,
+            first_channel_id: last.first_channel_id + last.channel_list.channels.len() as u64,
+            channel_list,
         };
-        state.announcement = Arc::new(announcement);
+        state.run_info = Arc::new(run_info);
         state.latest.clear();
         state.time_ns = 0;
         state.pace.begin_run();
@@ -123,9 +123,9 @@ impl Stage {
     }
 
     /// Shows a frame to all who keep up.
-    pub(super) fn show(&self, messages: Vec<ShownMessage>) {
+    pub(super) fn show(&self, messages: Vec<BroadcastMessage>) {
         let Some(log_time_ns) = messages.last().map(|message| message.log_time_ns) else { return };
-        let messages: Vec<Arc<ShownMessage>> = messages.into_iter().map(Arc::new).collect();
+        let messages: Vec<Arc<BroadcastMessage>> = messages.into_iter().map(Arc::new).collect();
         let mut state = self.lock();
         for message in &messages {
             state.latest.remove(&message.channel);
@@ -135,7 +135,7 @@ impl Stage {
         }
         state.frames += 1;
         state.time_ns = log_time_ns;
-        let frame = Arc::new(ShownFrame { number: state.frames, log_time_ns, messages });
+        let frame = Arc::new(BroadcastFrame { number: state.frames, log_time_ns, messages });
         for mailbox in state.viewers.values_mut() {
             if mailbox.waiting.len() == MOST_WAITING {
                 mailbox.waiting.pop_front();
@@ -160,7 +160,7 @@ impl Stage {
                     // Whoever paused the run is gone.
                     state.pace.play();
                 }
-                let (now, rate) = (Instant::now(), state.announcement.programme.playback_rate);
+                let (now, rate) = (Instant::now(), state.run_info.channel_list.playback_rate);
                 let time_ns = state.time_ns;
                 match state.pace.wait(now, time_ns, rate) {
                     None => return,
@@ -193,12 +193,12 @@ impl Stage {
     }
 
     /// The run that is shown.
-    pub(super) fn announcement(&self) -> Arc<Announcement> {
-        Arc::clone(&self.lock().announcement)
+    pub(super) fn run_info(&self) -> Arc<RunInfo> {
+        Arc::clone(&self.lock().run_info)
     }
 
     /// The frames that wait for a viewer.
-    pub(super) fn take(&self, viewer: u64) -> VecDeque<Arc<ShownFrame>> {
+    pub(super) fn take(&self, viewer: u64) -> VecDeque<Arc<BroadcastFrame>> {
         let mut state = self.lock();
         state
             .viewers
@@ -209,7 +209,7 @@ impl Stage {
 
     /// Somebody watches from here on: the last messages of each of these channels, of one frame but for what is drawn once or
     /// logged, and the number of that frame.
-    pub(super) fn watch(&self, channels: &[usize]) -> (Vec<Arc<ShownMessage>>, u64) {
+    pub(super) fn watch(&self, channels: &[usize]) -> (Vec<Arc<BroadcastMessage>>, u64) {
         let mut state = self.lock();
         state.was_watched = true;
         self.changed.notify_all();
@@ -262,8 +262,8 @@ impl State {
 mod tests {
     use super::*;
 
-    fn frame(index: u64) -> Vec<ShownMessage> {
-        let message = |channel: usize| ShownMessage {
+    fn frame(index: u64) -> Vec<BroadcastMessage> {
+        let message = |channel: usize| BroadcastMessage {
             channel,
             log_time_ns: index,
             payload: vec![index as u8, channel as u8],
@@ -273,10 +273,10 @@ mod tests {
 
     #[test]
     fn a_slow_viewer_misses_whole_frames_and_the_oldest() {
-        let stage = Stage::new(None, &Interrupt::default());
-        let viewer = stage.enter().unwrap();
-        (0..10).for_each(|index| stage.show(frame(index)));
-        let waiting = stage.take(viewer);
+        let buffer = FrameBuffer::new(None, &Interrupt::default());
+        let viewer = buffer.enter().unwrap();
+        (0..10).for_each(|index| buffer.show(frame(index)));
+        let waiting = buffer.take(viewer);
         let times: Vec<u64> = waiting.iter().map(|frame| frame.log_time_ns).collect();
         assert_eq!(times, [6, 7, 8, 9]);
         for shown in waiting {
@@ -286,28 +286,28 @@ mod tests {
                 assert_eq!((shown.channel, &shown.payload), (recorded.channel, &recorded.payload));
             }
         }
-        assert!(stage.take(viewer).is_empty());
+        assert!(buffer.take(viewer).is_empty());
     }
 
     #[test]
     fn a_late_viewer_has_the_last_frame_once() {
-        let stage = Stage::new(None, &Interrupt::default());
-        (0..3).for_each(|index| stage.show(frame(index)));
-        let (latest, seen) = stage.watch(&[0, 2]);
+        let buffer = FrameBuffer::new(None, &Interrupt::default());
+        (0..3).for_each(|index| buffer.show(frame(index)));
+        let (latest, seen) = buffer.watch(&[0, 2]);
         let latest: Vec<&[u8]> = latest.iter().map(|message| message.payload.as_slice()).collect();
         assert_eq!(latest, [[2, 0], [2, 2]]);
-        let viewer = stage.enter().unwrap();
-        stage.show(frame(3));
-        let next: Vec<u64> = stage.take(viewer).iter().map(|frame| frame.number).collect();
+        let viewer = buffer.enter().unwrap();
+        buffer.show(frame(3));
+        let next: Vec<u64> = buffer.take(viewer).iter().map(|frame| frame.number).collect();
         assert_eq!(next, [seen + 1]);
     }
 
     #[test]
     fn there_is_an_end_to_viewers() {
-        let stage = Stage::new(None, &Interrupt::default());
-        let viewers: Vec<u64> = (0..MOST_VIEWERS).map(|_| stage.enter().unwrap()).collect();
-        assert_eq!(stage.enter(), None);
-        stage.leave(viewers[3]);
-        assert!(stage.enter().is_some());
+        let buffer = FrameBuffer::new(None, &Interrupt::default());
+        let viewers: Vec<u64> = (0..MOST_VIEWERS).map(|_| buffer.enter().unwrap()).collect();
+        assert_eq!(buffer.enter(), None);
+        buffer.leave(viewers[3]);
+        assert!(buffer.enter().is_some());
     }
 }

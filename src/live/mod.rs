@@ -15,8 +15,8 @@ mod protocol;
 mod viewer;
 
 use crate::interrupt::Interrupt;
-use frame_buffer::Stage;
-use kinetoscope_recording::observer::Spectator;
+use frame_buffer::FrameBuffer;
+use kinetoscope_recording::observer::FrameObserver;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -30,14 +30,14 @@ pub const USUAL_PORT: u16 = 8765;
 const KNOCKING: Duration = Duration::from_millis(20);
 
 /// The server. Dropped, it lets the viewers see the last frame and closes.
-pub struct Live {
-    stage: Arc<Stage>,
+pub struct LiveServer {
+    buffer: Arc<FrameBuffer>,
     taken: Arc<AtomicBool>,
     address: SocketAddr,
     door: Option<JoinHandle<()>>,
 }
 
-impl Live {
+impl LiveServer {
     /// Listens at an address; port 0 is any free one. With a speed, in seconds of playback a second, runs are held to it
     /// until they are interrupted.
     ///
@@ -51,10 +51,10 @@ impl Live {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
-        let stage = Arc::new(Stage::new(speed, interrupt));
-        let inside = Arc::clone(&stage);
+        let buffer = Arc::new(FrameBuffer::new(speed, interrupt));
+        let inside = Arc::clone(&buffer);
         let door = thread::spawn(move || keep_the_door(&listener, &inside));
-        Ok(Self { stage, taken: Arc::default(), address, door: Some(door) })
+        Ok(Self { buffer, taken: Arc::default(), address, door: Some(door) })
     }
 
     /// Where it listens.
@@ -65,18 +65,18 @@ impl Live {
 
     /// Who watches a run for the viewers; `None` while another run is shown.
     #[must_use]
-    pub fn spectator(&self, name: &str) -> Option<Box<dyn Spectator>> {
+    pub fn observer(&self, name: &str) -> Option<Box<dyn FrameObserver>> {
         if self.taken.swap(true, Ordering::AcqRel) {
             return None;
         }
-        let (stage, taken) = (Arc::clone(&self.stage), Arc::clone(&self.taken));
-        Some(Box::new(broadcaster::Show::new(stage, taken, name)))
+        let (buffer, taken) = (Arc::clone(&self.buffer), Arc::clone(&self.taken));
+        Some(Box::new(broadcaster::Broadcaster::new(buffer, taken, name)))
     }
 }
 
-impl Drop for Live {
+impl Drop for LiveServer {
     fn drop(&mut self) {
-        self.stage.close();
+        self.buffer.close();
         if let Some(door) = self.door.take() {
             // A panic in there has been reported, and no run depends on it.
             let _ = door.join();
@@ -85,16 +85,16 @@ impl Drop for Live {
 }
 
 /// Lets viewers in until the show is over and they are gone.
-fn keep_the_door(listener: &TcpListener, stage: &Arc<Stage>) {
+fn keep_the_door(listener: &TcpListener, buffer: &Arc<FrameBuffer>) {
     // Tells this server from an earlier one at the same address.
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let session_prefix = since_1970.as_millis().to_string();
     let mut viewers: Vec<JoinHandle<()>> = Vec::new();
-    while stage.closed_for().is_none() {
+    while buffer.closed_for().is_none() {
         match listener.accept() {
             Ok((stream, _)) => {
-                let (stage, prefix) = (Arc::clone(stage), session_prefix.clone());
-                viewers.push(thread::spawn(move || viewer::serve(stream, &stage, &prefix)));
+                let (buffer, prefix) = (Arc::clone(buffer), session_prefix.clone());
+                viewers.push(thread::spawn(move || viewer::serve(stream, &buffer, &prefix)));
             }
             // Nobody, or somebody who is gone already.
             Err(_) => thread::sleep(KNOCKING),

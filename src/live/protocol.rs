@@ -2,7 +2,7 @@
 //! Foxglove SDK 0.30 for its playback control), as far as a run that is watched needs it.
 
 use data_encoding::BASE64;
-use kinetoscope_recording::observer::ShownChannel;
+use kinetoscope_recording::observer::ChannelInfo;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -33,7 +33,7 @@ pub(super) fn server_info(name: &str, session: &str, range_ns: Option<u64>) -> S
 }
 
 /// The channels, whose ids count up from `first_id`.
-pub(super) fn advertise(channels: &[ShownChannel], first_id: u64) -> String {
+pub(super) fn advertise(channels: &[ChannelInfo], first_id: u64) -> String {
     let channels: Vec<serde_json::Value> = (first_id..)
         .zip(channels)
         .map(|(id, channel)| {

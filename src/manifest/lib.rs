@@ -24,7 +24,7 @@ mod sidecar;
 mod starter;
 mod timing;
 
-pub use canonical::{ContentKey, RunManifest, content_key, parse_run};
+pub use canonical::{RunKey, RunManifest, parse_run, run_key};
 pub use checks::{Bound, Check, parse_checks};
 pub use comparison::{KeyDifference, differing_keys};
 pub use diagnostics::Diagnostics;

@@ -41,7 +41,7 @@ pub enum Put {
 
 /// A file that is put, and whether to stop doing so: it is asked several times a second.
 #[derive(Clone, Copy)]
-pub struct Parcel<'a> {
+pub struct Upload<'a> {
     /// The file.
     pub file: &'a Path,
     /// Name of the object below the place.

@@ -1,7 +1,7 @@
 //! The files beside the recordings: the experiment as run, the viewer's layout, and host and timing of each run.
 
 use crate::plan::{Plan, Status};
-use crate::run::{self, Ending};
+use crate::run::{self, RunReport};
 use kinetoscope_manifest::{Experiment, ExperimentRecord, TimingTable};
 use serde::Serialize;
 use std::fs::{self, File};
@@ -14,7 +14,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// # Errors
 /// Whatever the operating system says of the file.
 pub fn write_experiment(experiment: &Experiment, plan: &Plan) -> io::Result<()> {
-    let files = plan.runs.iter().map(|run| (run.file_name(), run.content_key.clone()));
+    let files = plan.runs.iter().map(|run| (run.file_name(), run.run_key.clone()));
     let record = ExperimentRecord::new(experiment, files);
     replace(&plan.folder.join("experiment.toml"), record.to_toml().as_bytes())
 }
@@ -73,8 +73,8 @@ struct Host<'a> {
 ///
 /// # Errors
 /// Whatever the operating system says of the file.
-pub fn write_host(folder: &Path, stem: &str, ending: &Ending, jobs: usize) -> io::Result<()> {
-    let wall_time_s = ending.wall_time.as_secs_f64();
+pub fn write_host(folder: &Path, stem: &str, report: &RunReport, jobs: usize) -> io::Result<()> {
+    let wall_time_s = report.wall_time.as_secs_f64();
     let host = Host {
         recording: &format!("{stem}.mcap"),
         program_version: env!("CARGO_PKG_VERSION"),
@@ -88,10 +88,10 @@ pub fn write_host(folder: &Path, stem: &str, ending: &Ending, jobs: usize) -> io
             .ok()
             .map(|t| t.as_secs()),
         wall_time_s,
-        steps_or_events: ending.work,
-        steps_or_events_per_s: ending.work as f64 / wall_time_s,
-        frames: ending.frames,
-        bytes: ending.bytes,
+        steps_or_events: report.work,
+        steps_or_events_per_s: report.work as f64 / wall_time_s,
+        frames: report.frames,
+        bytes: report.bytes,
         peak_memory_of_the_program_bytes: peak_memory_bytes(),
     };
     let text = serde_json::to_string_pretty(&host)?;

@@ -5,7 +5,7 @@ use crate::cli::exit::Exit;
 use crate::plan::{Plan, PlannedRun, Status};
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_object_storage::error::StoreError;
-use kinetoscope_object_storage::{Parcel, Put, Store};
+use kinetoscope_object_storage::{Put, Store, Upload};
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
@@ -30,7 +30,7 @@ pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// The place of one experiment's recordings on object storage.
 #[derive(Debug)]
-pub struct Depot {
+pub struct Uploader {
     store: Arc<Store>,
     keep_local: bool,
     state: Mutex<State>,
@@ -52,7 +52,7 @@ struct State {
 
 /// What came of the puts.
 #[derive(Debug)]
-pub struct Delivery {
+pub struct UploadReport {
     /// How many recordings were put.
     pub put: usize,
     /// What went wrong, with the next step.
@@ -61,7 +61,7 @@ pub struct Delivery {
     pub exit: Exit,
 }
 
-impl Depot {
+impl Uploader {
     /// Opens the place; nothing is asked of it yet.
     ///
     /// # Errors
@@ -151,7 +151,7 @@ impl Depot {
         files
             .iter()
             .filter(|(_, file)| file.exists())
-            .try_for_each(|(name, file)| self.store.replace(Parcel { file, name, stop }))
+            .try_for_each(|(name, file)| self.store.replace(Upload { file, name, stop }))
     }
 
     fn put(&self, run: &PlannedRun, folder: &Path, stop: Stop<'_>) {
@@ -160,7 +160,7 @@ impl Depot {
         if self.keep_local && self.state().there.contains(&name) || run.recorded(folder).is_none() {
             return;
         }
-        match self.store.put_once(Parcel { file: &file, name: &name, stop }) {
+        match self.store.put_once(Upload { file: &file, name: &name, stop }) {
             Ok(put @ (Put::Created | Put::Same)) => {
                 self.put_host_file(run, folder, stop);
                 if !self.keep_local && let Err(error) = remove(&file) {
@@ -184,7 +184,7 @@ impl Depot {
     fn put_host_file(&self, run: &PlannedRun, folder: &Path, stop: Stop<'_>) {
         let name = format!("{}.host.json", run.stem);
         let file = folder.join(&name);
-        let put = self.store.replace(Parcel { file: &file, name: &name, stop });
+        let put = self.store.replace(Upload { file: &file, name: &name, stop });
         if put.is_ok() && !self.keep_local {
             // A timing file that stays is overwritten by the next.
             let _ = remove(&file);
@@ -201,10 +201,10 @@ impl Depot {
 
     /// What came of it all.
     #[must_use]
-    pub fn delivery(&self, plan: &Plan) -> Delivery {
+    pub fn report(&self, plan: &Plan) -> UploadReport {
         let state = self.state();
-        let mut delivery =
-            Delivery { put: state.put, complaints: state.refused.clone(), exit: Exit::Done };
+        let mut report =
+            UploadReport { put: state.put, complaints: state.refused.clone(), exit: Exit::Done };
         if let Some((error, _)) = &state.failure {
             let left = plan.runs.iter().filter(|run| {
                 !state.there.contains(&run.file_name()) && run.recorded(&plan.folder).is_some()
@@ -213,16 +213,16 @@ impl Depot {
                 1 => "1 recording waits".to_owned(),
                 left => format!("{left} recordings wait"),
             };
-            delivery.complaints.push(format!(
+            report.complaints.push(format!(
                 "{error}\n{left} in {}: the same command puts it all there without running again",
                 plan.folder.display()
             ));
-            delivery.exit = exit_of(error);
+            report.exit = exit_of(error);
         }
         if !state.refused.is_empty() {
-            delivery.exit = Exit::RunFailed;
+            report.exit = Exit::RunFailed;
         }
-        delivery
+        report
     }
 }
 

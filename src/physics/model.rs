@@ -44,26 +44,26 @@ pub enum Progress {
 
 /// A start that can't be run, in words for the user: what is wrong and what would do.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refusal(pub String);
+pub struct SetupError(pub String);
 
 /// Physics that went wrong while running (a blow-up, a collapse): a result, not a crash.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault(pub String);
+pub struct SimulationFault(pub String);
 
-impl fmt::Display for Refusal {
+impl fmt::Display for SetupError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(&self.0)
     }
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for SimulationFault {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(&self.0)
     }
 }
 
-impl std::error::Error for Refusal {}
-impl std::error::Error for Fault {}
+impl std::error::Error for SetupError {}
+impl std::error::Error for SimulationFault {}
 
 /// A physical system that can be moved, looked at and continued. The value is its own checkpoint.
 ///
@@ -73,7 +73,7 @@ pub trait Model: Sized + Serialize + DeserializeOwned {
     type Config;
     /// The table's name.
     const NAME: &'static str;
-    /// Raised with every change that alters a trajectory's bits; part of the content key.
+    /// Raised with every change that alters a trajectory's bits; part of the run key.
     const PHYSICS_VERSION: u32;
     /// "s", "d", or "" for dimensionless time.
     const TIME_UNIT: &'static str;
@@ -87,7 +87,7 @@ pub trait Model: Sized + Serialize + DeserializeOwned {
     ///
     /// # Errors
     /// A start that can't be built or can't be run, with what would do instead.
-    fn prepare(config: &Self::Config, seed: Seed, opt_in: bool) -> Result<Self, Refusal>;
+    fn prepare(config: &Self::Config, seed: Seed, opt_in: bool) -> Result<Self, SetupError>;
 
     /// The channels that this run fills, in file order.
     fn channels(&self) -> &'static [ChannelDeclaration] {
@@ -107,7 +107,7 @@ pub trait Model: Sized + Serialize + DeserializeOwned {
     ///
     /// # Errors
     /// Physics that went wrong; the state may still be looked at.
-    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault>;
+    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault>;
 
     /// Steps or events since the start.
     fn count(&self) -> u64;

@@ -1,12 +1,12 @@
-//! The plan: all runs of an experiment with their content keys, what is there already, and what the rest will take.
+//! The plan: all runs of an experiment with their run keys, what is there already, and what the rest will take.
 
 pub mod prune;
 pub mod restart_files;
 pub mod why;
 
-use crate::run::{Assignment, Estimate, estimate};
-use kinetoscope_manifest::{ContentKey, Experiment, Run, content_key};
-use kinetoscope_physics::model::Refusal;
+use crate::run::{Estimate, RunSpec, estimate};
+use kinetoscope_manifest::{Experiment, Run, RunKey, run_key};
+use kinetoscope_physics::model::SetupError;
 use kinetoscope_physics::physics_version;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::file;
@@ -25,7 +25,7 @@ pub struct PlannedRun {
     /// The canonical text of its manifest.
     pub canonical: String,
     /// What identifies its result.
-    pub content_key: ContentKey,
+    pub run_key: RunKey,
     /// The recording's file name without its ending.
     pub stem: String,
     /// What there is of it.
@@ -40,7 +40,7 @@ pub enum Status {
     /// It is to be done, and will take this.
     ToDo(Estimate),
     /// It can't be done.
-    Refused(Refusal),
+    Rejected(SetupError),
 }
 
 /// All runs of an experiment.
@@ -59,7 +59,7 @@ impl Plan {
         Self::of(experiment, output, force, |_| true)
     }
 
-    /// Plans only the runs with these content keys.
+    /// Plans only the runs with these run keys.
     ///
     /// # Errors
     /// The first key that no run has.
@@ -71,7 +71,7 @@ impl Plan {
     ) -> Result<Self, String> {
         let wanted: HashSet<&str> = keys.iter().map(String::as_str).collect();
         let plan = Self::of(experiment, output, force, |key| wanted.contains(key.as_str()));
-        let planned: HashSet<&str> = plan.runs.iter().map(|run| run.content_key.as_str()).collect();
+        let planned: HashSet<&str> = plan.runs.iter().map(|run| run.run_key.as_str()).collect();
         match keys.iter().find(|key| !planned.contains(key.as_str())) {
             Some(unknown) => Err(unknown.clone()),
             None => Ok(plan),
@@ -83,26 +83,26 @@ impl Plan {
         experiment: &Experiment,
         output: &Path,
         force: bool,
-        wanted: impl Fn(&ContentKey) -> bool + Sync,
+        wanted: impl Fn(&RunKey) -> bool + Sync,
     ) -> Self {
         let folder = output.join(&experiment.name);
         let planned = |run: &Run| {
             let canonical = run.manifest.canonical();
             let physics_version = physics_version(&run.manifest.model);
-            let content_key = content_key(&canonical, physics_version, SCHEMA_VERSION);
-            if !wanted(&content_key) {
+            let run_key = run_key(&canonical, physics_version, SCHEMA_VERSION);
+            if !wanted(&run_key) {
                 return None;
             }
-            let stem = run.file_stem(&experiment.name, &content_key, experiment.replicates);
-            let there = (!force).then(|| finished(&folder, &stem, &content_key)).flatten();
+            let stem = run.file_stem(&experiment.name, &run_key, experiment.replicates);
+            let there = (!force).then(|| finished(&folder, &stem, &run_key)).flatten();
             let status = match there {
                 Some(outcome) => Status::Done(outcome),
                 None => match estimate(&run.manifest) {
                     Ok(estimate) => Status::ToDo(estimate),
-                    Err(refusal) => Status::Refused(refusal),
+                    Err(refusal) => Status::Rejected(refusal),
                 },
             };
-            Some(PlannedRun { run: run.clone(), canonical, content_key, stem, status })
+            Some(PlannedRun { run: run.clone(), canonical, run_key, stem, status })
         };
         let runs = experiment.runs.par_iter().filter_map(planned).collect();
         Self { folder, runs }
@@ -124,9 +124,9 @@ impl Plan {
     }
 
     /// The runs that can't be done, with the reason.
-    pub fn refused(&self) -> impl Iterator<Item = (&PlannedRun, &Refusal)> {
+    pub fn rejected(&self) -> impl Iterator<Item = (&PlannedRun, &SetupError)> {
         self.runs.iter().filter_map(|run| match &run.status {
-            Status::Refused(refusal) => Some((run, refusal)),
+            Status::Rejected(refusal) => Some((run, refusal)),
             Status::Done(_) | Status::ToDo(_) => None,
         })
     }
@@ -138,7 +138,7 @@ impl Plan {
             .iter()
             .map(|run| match &run.status {
                 Status::ToDo(estimate) => estimate.bytes,
-                Status::Done(_) | Status::Refused(_) => 0,
+                Status::Done(_) | Status::Rejected(_) => 0,
             })
             .fold(0, u64::saturating_add)
     }
@@ -160,11 +160,11 @@ impl Plan {
 impl PlannedRun {
     /// The run as it is handed to [`crate::run::execute`].
     #[must_use]
-    pub fn assignment<'a>(&'a self, folder: &'a Path) -> Assignment<'a> {
-        Assignment {
+    pub fn spec<'a>(&'a self, folder: &'a Path) -> RunSpec<'a> {
+        RunSpec {
             manifest: &self.run.manifest,
             canonical: &self.canonical,
-            content_key: self.content_key.as_str(),
+            run_key: self.run_key.as_str(),
             folder,
             stem: &self.stem,
         }
@@ -175,20 +175,20 @@ impl PlannedRun {
     pub fn estimate(&self) -> Option<&Estimate> {
         match &self.status {
             Status::ToDo(estimate) => Some(estimate),
-            Status::Done(_) | Status::Refused(_) => None,
+            Status::Done(_) | Status::Rejected(_) => None,
         }
     }
 
     /// The outcome of its recording as it is now in `folder`: finished, and with the whole key.
     #[must_use]
     pub fn recorded(&self, folder: &Path) -> Option<Outcome> {
-        finished(folder, &self.stem, &self.content_key)
+        finished(folder, &self.stem, &self.run_key)
     }
 
     /// The outcome of a recording, where it is this run's: finished, and with the whole key.
     #[must_use]
     pub fn outcome_in(&self, recording: &Recording) -> Option<Outcome> {
-        outcome(recording, &self.content_key)
+        outcome(recording, &self.run_key)
     }
 
     /// The recording's file name.
@@ -199,15 +199,15 @@ impl PlannedRun {
 }
 
 /// The outcome of a recording that is there, is finished and carries the whole key: the file's name alone proves nothing.
-fn finished(folder: &Path, stem: &str, content_key: &ContentKey) -> Option<Outcome> {
-    outcome(&Recording::open(&folder.join(format!("{stem}.mcap"))).ok()?, content_key)
+fn finished(folder: &Path, stem: &str, run_key: &RunKey) -> Option<Outcome> {
+    outcome(&Recording::open(&folder.join(format!("{stem}.mcap"))).ok()?, run_key)
 }
 
-fn outcome(recording: &Recording, content_key: &ContentKey) -> Option<Outcome> {
+fn outcome(recording: &Recording, run_key: &RunKey) -> Option<Outcome> {
     let provenance = recording.provenance();
     match provenance.outcome.clone()? {
         Outcome::Interrupted => None,
-        outcome => (provenance.content_key == content_key.as_str()).then_some(outcome),
+        outcome => (provenance.run_key == run_key.as_str()).then_some(outcome),
     }
 }
 

@@ -26,7 +26,7 @@ pub fn path(folder: &Path, stem: &str) -> PathBuf {
 }
 
 /// Replaces the checkpoint: afterward the old one or the new one is there, whatever happens meanwhile. `identity` says
-/// what the content belongs to: content key, program and physics version.
+/// what the content belongs to: run key, program and physics version.
 ///
 /// # Errors
 /// A disk that fails.

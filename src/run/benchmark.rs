@@ -8,7 +8,7 @@ use kinetoscope_manifest::{
     Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,
     TimingTable,
 };
-use kinetoscope_physics::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use kinetoscope_physics::model::{Extent, Model, Progress, SetupError, SimulationFault, Target};
 use kinetoscope_physics::random::Seed;
 use kinetoscope_physics::{ForModel, with_model};
 use std::fs;
@@ -18,9 +18,9 @@ use std::time::Instant;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TimingError {
     /// It can't be run.
-    Refused(Refusal),
+    Setup(SetupError),
     /// Its physics went wrong.
-    Fault(Fault),
+    Fault(SimulationFault),
 }
 
 /// Time and work of one run.
@@ -80,7 +80,7 @@ fn measure(manifest: &RunManifest) -> Result<Measurement, TimingError> {
         type Output = Result<Measurement, TimingError>;
         fn call<M: Model>(self, config: &M::Config) -> Self::Output {
             let seed = Seed { seed: self.0.seed, replicate: self.0.replicate };
-            let mut model = M::prepare(config, seed, false).map_err(TimingError::Refused)?;
+            let mut model = M::prepare(config, seed, false).map_err(TimingError::Setup)?;
             let target = match model.extent() {
                 Extent::Steps { total, .. } | Extent::Events(total) => Target::Count(total),
                 Extent::Time(duration) => Target::Time(duration),

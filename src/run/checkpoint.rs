@@ -5,7 +5,7 @@ use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::RecordingFile;
-use kinetoscope_recording::observer::Spectator;
+use kinetoscope_recording::observer::FrameObserver;
 use kinetoscope_recording::recorder::{Header, Recorder, RecorderState};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
@@ -19,7 +19,7 @@ const COST_RATIO: u32 = 50;
 const FORESEEN_BYTES_PER_S: u64 = 200_000_000;
 
 /// A run between two frames or in the middle of one.
-pub struct Underway<M: Model, W: Write = RecordingFile> {
+pub struct RunState<M: Model, W: Write = RecordingFile> {
     /// The model, somewhere on its way to frame `next`.
     pub model: M,
     /// The recorder, after frame `next - 1`.
@@ -68,54 +68,54 @@ impl Checkpointer {
 }
 
 /// How a run under way is kept safe.
-pub trait Safekeeping<M: Model, W: Write> {
+pub trait CheckpointPolicy<M: Model, W: Write> {
     /// Saves the run.
     ///
     /// # Errors
     /// A disk that fails.
-    fn save(&mut self, underway: &mut Underway<M, W>) -> Result<(), RecordError>;
+    fn save(&mut self, state: &mut RunState<M, W>) -> Result<(), RecordError>;
 
     /// Saves the run if it is time.
     ///
     /// # Errors
     /// A disk that fails.
-    fn save_if_due(&mut self, underway: &mut Underway<M, W>) -> Result<(), RecordError>;
+    fn save_if_due(&mut self, state: &mut RunState<M, W>) -> Result<(), RecordError>;
 }
 
 /// For a run that is not to be gone on with.
-pub struct NeverSaved;
+pub struct NoCheckpoints;
 
-impl<M: Model, W: Write> Safekeeping<M, W> for NeverSaved {
-    fn save(&mut self, _: &mut Underway<M, W>) -> Result<(), RecordError> {
+impl<M: Model, W: Write> CheckpointPolicy<M, W> for NoCheckpoints {
+    fn save(&mut self, _: &mut RunState<M, W>) -> Result<(), RecordError> {
         Ok(())
     }
 
-    fn save_if_due(&mut self, _: &mut Underway<M, W>) -> Result<(), RecordError> {
+    fn save_if_due(&mut self, _: &mut RunState<M, W>) -> Result<(), RecordError> {
         Ok(())
     }
 }
 
-impl<M: Model> Safekeeping<M, RecordingFile> for Checkpointer {
-    fn save(&mut self, underway: &mut Underway<M>) -> Result<(), RecordError> {
+impl<M: Model> CheckpointPolicy<M, RecordingFile> for Checkpointer {
+    fn save(&mut self, state: &mut RunState<M>) -> Result<(), RecordError> {
         let started = Instant::now();
-        let recorder = underway.recorder.save_point()?;
-        let saved = Saved { next: underway.next, recorder, model: &underway.model };
+        let recorder = state.recorder.save_point()?;
+        let saved = Saved { next: state.next, recorder, model: &state.model };
         checkpoint::write(&self.folder, &self.stem, &self.identity, &saved)?;
         self.last = Instant::now();
         self.cost = Some(started.elapsed());
         Ok(())
     }
 
-    fn save_if_due(&mut self, underway: &mut Underway<M>) -> Result<(), RecordError> {
+    fn save_if_due(&mut self, state: &mut RunState<M>) -> Result<(), RecordError> {
         let waited = self.last.elapsed();
         if waited < self.every {
             return Ok(());
         }
         let cost = match self.cost {
             Some(cost) => cost,
-            None => *self.cost.insert(foreseen_cost(checkpoint::size(&underway.model)?)),
+            None => *self.cost.insert(foreseen_cost(checkpoint::size(&state.model)?)),
         };
-        if waited < self.pause(cost) { Ok(()) } else { self.save(underway) }
+        if waited < self.pause(cost) { Ok(()) } else { self.save(state) }
     }
 }
 
@@ -125,26 +125,26 @@ fn foreseen_cost(bytes: u64) -> Duration {
 }
 
 /// Goes on from the last checkpoint; `None` where there is none. `header` makes the recording's header from the model, and
-/// `spectator` watches what comes.
+/// `observer` watches what comes.
 ///
 /// # Errors
 /// A checkpoint or a partial file that can't be gone on with, or a disk that fails.
-pub fn go_on<M: Model>(
+pub fn resume<M: Model>(
     folder: &Path,
     stem: &str,
     identity: &str,
     header: impl FnOnce(&M) -> Header,
-    spectator: impl FnOnce() -> Option<Box<dyn Spectator>>,
-) -> Result<Option<Underway<M>>, RecordError> {
+    observer: impl FnOnce() -> Option<Box<dyn FrameObserver>>,
+) -> Result<Option<RunState<M>>, RecordError> {
     let Some(restored) = checkpoint::read::<Restored<M>>(folder, stem, identity)? else {
         return Ok(None);
     };
     let Restored { next, recorder, model } = restored;
     let mut recorder = Recorder::resume(folder, stem, &header(&model), recorder)?;
-    if let Some(spectator) = spectator() {
-        recorder.show_to(spectator)?;
+    if let Some(observer) = observer() {
+        recorder.show_to(observer)?;
     }
-    Ok(Some(Underway { model, recorder: FrameWriter::start(recorder), next }))
+    Ok(Some(RunState { model, recorder: FrameWriter::start(recorder), next }))
 }
 
 #[cfg(test)]

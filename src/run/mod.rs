@@ -5,12 +5,12 @@ pub mod checkpoint;
 pub mod schedule;
 
 use crate::interrupt::Interrupt;
-use crate::live::Live;
+use crate::live::LiveServer;
 use crate::run::schedule::Schedule;
-use checkpoint::{Checkpointer, NeverSaved, Safekeeping, Underway};
+use checkpoint::{CheckpointPolicy, Checkpointer, NoCheckpoints, RunState};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::record::{Compression, RecordConfig};
-use kinetoscope_physics::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use kinetoscope_physics::model::{Extent, Model, Progress, SetupError, SimulationFault, Target};
 use kinetoscope_physics::random::Seed;
 use kinetoscope_physics::{ForModel, with_model};
 use kinetoscope_recording::background::FrameWriter;
@@ -29,26 +29,26 @@ use std::time::{Duration, Instant};
 
 /// One run to be done: what, and where its recording goes.
 #[derive(Clone, Copy, Debug)]
-pub struct Assignment<'a> {
+pub struct RunSpec<'a> {
     /// Model, seed, replicate and what to record.
     pub manifest: &'a RunManifest,
     /// The canonical text of `manifest`, embedded in the recording.
     pub canonical: &'a str,
-    /// The run's content key.
-    pub content_key: &'a str,
+    /// The run's run key.
+    pub run_key: &'a str,
     /// The folder of the recording.
     pub folder: &'a Path,
-    /// The recording's file name without its ending.
+    /// The recording's file name without its report.
     pub stem: &'a str,
 }
 
 /// How a run ended that left a readable recording.
 #[derive(Clone, Debug)]
-pub struct Ending {
+pub struct RunReport {
     /// Complete, at fault, or interrupted.
     pub outcome: Outcome,
     /// Whether something was there to go on with.
-    pub beginning: Beginning,
+    pub start: RunStart,
     /// Where the recording is.
     pub path: PathBuf,
     /// Frames recorded, the start included.
@@ -63,13 +63,13 @@ pub struct Ending {
 
 /// How a run began.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Beginning {
+pub enum RunStart {
     /// Nothing was there.
-    Anew,
+    Fresh,
     /// What was there was of no use, for this reason.
-    AnewAfter(String),
+    Restarted(String),
     /// It went on from a checkpoint.
-    WentOn {
+    Resumed {
         /// The first frame that was recorded since.
         frame: u64,
     },
@@ -77,7 +77,7 @@ pub enum Beginning {
 
 /// How runs are conducted. Nothing of it changes a byte of the recording.
 #[derive(Clone, Copy)]
-pub struct Conduct<'a> {
+pub struct RunContext<'a> {
     /// Whether to stop.
     pub interrupt: &'a Interrupt,
     /// Time between two checkpoints, at least.
@@ -85,14 +85,14 @@ pub struct Conduct<'a> {
     /// Hears how many frames after the start are done and how many there will be.
     pub on_frame: &'a (dyn Fn(u64, u64) + Sync),
     /// Where viewers watch one run at a time, if anywhere.
-    pub live: Option<&'a Live>,
+    pub live: Option<&'a LiveServer>,
 }
 
 /// Why a run left no usable recording.
 #[derive(Debug)]
 pub enum RunError {
     /// The start can't be built or can't be run.
-    Refused(Refusal),
+    Setup(SetupError),
     /// The recording could not be written.
     Record(RecordError),
 }
@@ -100,7 +100,7 @@ pub enum RunError {
 impl fmt::Display for RunError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Refused(refusal) => refusal.fmt(formatter),
+            Self::Setup(refusal) => refusal.fmt(formatter),
             Self::Record(error) => error.fmt(formatter),
         }
     }
@@ -108,9 +108,9 @@ impl fmt::Display for RunError {
 
 impl std::error::Error for RunError {}
 
-impl From<Refusal> for RunError {
-    fn from(refusal: Refusal) -> Self {
-        Self::Refused(refusal)
+impl From<SetupError> for RunError {
+    fn from(refusal: SetupError) -> Self {
+        Self::Setup(refusal)
     }
 }
 
@@ -151,15 +151,15 @@ const FRAMES_IN_MEMORY: u64 = 8;
 ///
 /// # Errors
 /// The model's or the schedule's refusal.
-pub fn estimate(manifest: &RunManifest) -> Result<Estimate, Refusal> {
+pub fn estimate(manifest: &RunManifest) -> Result<Estimate, SetupError> {
     struct Action<'a>(&'a RunManifest);
     impl ForModel for Action<'_> {
-        type Output = Result<Estimate, Refusal>;
+        type Output = Result<Estimate, SetupError>;
         fn call<M: Model>(self, config: &M::Config) -> Self::Output {
             let model = M::prepare(config, seed(self.0), false)?;
             let schedule = Schedule::new(self.0.record.interval, model.extent())?;
             let header = header(&model, self.0, String::new(), String::new());
-            header.check().map_err(|error| Refusal(error.to_string()))?;
+            header.check().map_err(|error| SetupError(error.to_string()))?;
             let mut start = Frame::new();
             model.observe(&mut start);
             let columns = M::STATE_COLUMNS.len();
@@ -199,16 +199,16 @@ fn bytes_of_a_frame(frame: &Frame, particles: u64, columns: usize) -> u64 {
 /// Does one run, or goes on with it.
 ///
 /// # Errors
-/// A refused start, or a recording that could not be written. A physical fault and an interruption are endings.
-pub fn execute(assignment: Assignment<'_>, conduct: Conduct<'_>) -> Result<Ending, RunError> {
-    struct Action<'a>(Assignment<'a>, Conduct<'a>);
+/// A refused start, or a recording that could not be written. A physical fault and an interruption are reports.
+pub fn execute(spec: RunSpec<'_>, context: RunContext<'_>) -> Result<RunReport, RunError> {
+    struct Action<'a>(RunSpec<'a>, RunContext<'a>);
     impl ForModel for Action<'_> {
-        type Output = Result<Ending, RunError>;
+        type Output = Result<RunReport, RunError>;
         fn call<M: Model>(self, config: &M::Config) -> Self::Output {
             drive::<M>(config, self.0, self.1)
         }
     }
-    with_model(&assignment.manifest.model, Action(assignment, conduct))
+    with_model(&spec.manifest.model, Action(spec, context))
 }
 
 /// A run to be done again: what its recording says of itself.
@@ -218,8 +218,8 @@ pub struct Replay<'a> {
     pub manifest: &'a RunManifest,
     /// The text of `manifest` as the recording has it.
     pub embedded: &'a str,
-    /// The content key as the recording has it.
-    pub content_key: &'a str,
+    /// The run key as the recording has it.
+    pub run_key: &'a str,
 }
 
 /// Does a run as [`execute`] would and records it into any sink, which it gives back with how the run ended.
@@ -236,15 +236,15 @@ pub fn replay_into<W: Write + Send + 'static>(
     impl<W: Write + Send + 'static> ForModel for Action<'_, W> {
         type Output = Result<(W, Outcome), RunError>;
         fn call<M: Model>(self, config: &M::Config) -> Self::Output {
-            let Self(Replay { manifest, embedded, content_key }, sink, interrupt, on_frame) = self;
+            let Self(Replay { manifest, embedded, run_key }, sink, interrupt, on_frame) = self;
             let model = M::prepare(config, seed(manifest), wants_opt_in::<M>(&manifest.record))?;
             let schedule = Schedule::new(manifest.record.interval, model.extent())?;
-            let header = header(&model, manifest, embedded.to_owned(), content_key.to_owned());
-            let mut underway =
+            let header = header(&model, manifest, embedded.to_owned(), run_key.to_owned());
+            let mut state =
                 record_start(model, FrameWriter::start(Recorder::create(sink, &header)?))?;
             let outcome =
-                record_frames(&mut underway, &schedule, &mut NeverSaved, interrupt, on_frame)?;
-            Ok((underway.recorder.finish(&outcome)?, outcome))
+                record_frames(&mut state, &schedule, &mut NoCheckpoints, interrupt, on_frame)?;
+            Ok((state.recorder.finish(&outcome)?, outcome))
         }
     }
     with_model(&replay.manifest.model, Action(replay, sink, interrupt, on_frame))
@@ -274,26 +274,26 @@ fn view_height(scenery: &Scenery) -> f64 {
 
 fn drive<M: Model>(
     config: &M::Config,
-    assignment: Assignment<'_>,
-    conduct: Conduct<'_>,
-) -> Result<Ending, RunError> {
+    spec: RunSpec<'_>,
+    context: RunContext<'_>,
+) -> Result<RunReport, RunError> {
     let started = Instant::now();
-    let Assignment { manifest, folder, stem, content_key, .. } = assignment;
+    let RunSpec { manifest, folder, stem, run_key, .. } = spec;
     let identity = format!(
-        "{content_key} program {} {} physics {}",
+        "{run_key} program {} {} physics {}",
         env!("CARGO_PKG_VERSION"),
         M::NAME,
         M::PHYSICS_VERSION
     );
-    let (mut underway, beginning) = begin::<M>(config, assignment, &identity, conduct.live)?;
-    let schedule = Schedule::new(manifest.record.interval, underway.model.extent())?;
-    let every = conduct.checkpoint_every;
+    let (mut state, start) = begin::<M>(config, spec, &identity, context.live)?;
+    let schedule = Schedule::new(manifest.record.interval, state.model.extent())?;
+    let every = context.checkpoint_every;
     let mut checkpointer = Checkpointer::new(folder, stem, identity, every);
-    let Conduct { interrupt, on_frame, .. } = conduct;
-    let outcome = record_frames(&mut underway, &schedule, &mut checkpointer, interrupt, on_frame)?;
-    let frames = underway.recorder.frames_written();
-    let work = underway.model.count();
-    let file = underway.recorder.finish(&outcome)?;
+    let RunContext { interrupt, on_frame, .. } = context;
+    let outcome = record_frames(&mut state, &schedule, &mut checkpointer, interrupt, on_frame)?;
+    let frames = state.recorder.frames_written();
+    let work = state.model.count();
+    let file = state.recorder.finish(&outcome)?;
     let path = match outcome {
         Outcome::Interrupted => file.keep_partial()?,
         Outcome::Complete | Outcome::Fault(_) => {
@@ -303,9 +303,9 @@ fn drive<M: Model>(
             path
         }
     };
-    Ok(Ending {
+    Ok(RunReport {
         outcome,
-        beginning,
+        start,
         bytes: fs::metadata(&path).map(|file| file.len()).unwrap_or_default(),
         path,
         frames,
@@ -317,21 +317,21 @@ fn drive<M: Model>(
 /// Goes on with what a killed or stopped run left, or starts anew where there is nothing or it is of no use.
 fn begin<M: Model>(
     config: &M::Config,
-    assignment: Assignment<'_>,
+    spec: RunSpec<'_>,
     identity: &str,
-    live: Option<&Live>,
-) -> Result<(Underway<M>, Beginning), RunError> {
-    let Assignment { manifest, canonical, content_key, folder, stem } = assignment;
-    let header = |model: &M| header(model, manifest, canonical.to_owned(), content_key.to_owned());
-    let spectator = || live.and_then(|live| live.spectator(stem));
-    let beginning = match checkpoint::go_on(folder, stem, identity, header, spectator) {
-        Ok(Some(underway)) => {
-            let beginning = Beginning::WentOn { frame: underway.next };
-            return Ok((underway, beginning));
+    live: Option<&LiveServer>,
+) -> Result<(RunState<M>, RunStart), RunError> {
+    let RunSpec { manifest, canonical, run_key, folder, stem } = spec;
+    let header = |model: &M| header(model, manifest, canonical.to_owned(), run_key.to_owned());
+    let observer = || live.and_then(|live| live.observer(stem));
+    let start = match checkpoint::resume(folder, stem, identity, header, observer) {
+        Ok(Some(state)) => {
+            let start = RunStart::Resumed { frame: state.next };
+            return Ok((state, start));
         }
-        Ok(None) => Beginning::Anew,
+        Ok(None) => RunStart::Fresh,
         Err(error @ RecordError::Locked { .. }) => return Err(error.into()),
-        Err(error) => Beginning::AnewAfter(error.to_string()),
+        Err(error) => RunStart::Restarted(error.to_string()),
     };
     let model = M::prepare(config, seed(manifest), wants_opt_in::<M>(&manifest.record))?;
     Schedule::new(manifest.record.interval, model.extent())?;
@@ -339,18 +339,18 @@ fn begin<M: Model>(
     // From here on an older checkpoint would count on bytes that are gone.
     checkpoint_file::remove(folder, stem)?;
     let mut recorder = Recorder::create_resumable(file, &header(&model))?;
-    if let Some(spectator) = spectator() {
-        recorder.show_to(spectator)?;
+    if let Some(observer) = observer() {
+        recorder.show_to(observer)?;
     }
-    Ok((record_start(model, FrameWriter::start(recorder))?, beginning))
+    Ok((record_start(model, FrameWriter::start(recorder))?, start))
 }
 
 fn record_start<M: Model, W: Write>(
     model: M,
     mut recorder: FrameWriter<W>,
-) -> Result<Underway<M, W>, RecordError> {
+) -> Result<RunState<M, W>, RecordError> {
     record_now(&model, &mut recorder)?;
-    Ok(Underway { model, recorder, next: 1 })
+    Ok(RunState { model, recorder, next: 1 })
 }
 
 fn record_now<M: Model, W: Write>(
@@ -361,31 +361,31 @@ fn record_now<M: Model, W: Write>(
 }
 
 fn record_frames<M: Model, W: Write>(
-    underway: &mut Underway<M, W>,
+    state: &mut RunState<M, W>,
     schedule: &Schedule,
-    safekeeping: &mut impl Safekeeping<M, W>,
+    checkpoints: &mut impl CheckpointPolicy<M, W>,
     interrupt: &Interrupt,
     on_frame: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Outcome, RecordError> {
     let mut budget = Budget::default();
-    while underway.next <= schedule.frames() {
-        let target = schedule.target(underway.next);
-        match advance_to(underway, target, &mut budget, safekeeping, interrupt)? {
+    while state.next <= schedule.frames() {
+        let target = schedule.target(state.next);
+        match advance_to(state, target, &mut budget, checkpoints, interrupt)? {
             Ok(Arrival::Reached) => {}
             Ok(Arrival::Interrupted) => {
-                safekeeping.save(underway)?;
+                checkpoints.save(state)?;
                 return Ok(Outcome::Interrupted);
             }
             Err(fault) => {
                 let line = LogLine { level: Level::Error, text: fault.0.clone() };
-                underway.recorder.remark(line)?;
+                state.recorder.remark(line)?;
                 return Ok(Outcome::Fault(fault.0));
             }
         }
-        record_now(&underway.model, &mut underway.recorder)?;
-        on_frame(underway.next, schedule.frames());
-        underway.next += 1;
-        safekeeping.save_if_due(underway)?;
+        record_now(&state.model, &mut state.recorder)?;
+        on_frame(state.next, schedule.frames());
+        state.next += 1;
+        checkpoints.save_if_due(state)?;
     }
     Ok(Outcome::Complete)
 }
@@ -396,18 +396,18 @@ enum Arrival {
 }
 
 fn advance_to<M: Model, W: Write>(
-    underway: &mut Underway<M, W>,
+    state: &mut RunState<M, W>,
     target: Target,
     budget: &mut Budget,
-    safekeeping: &mut impl Safekeeping<M, W>,
+    checkpoints: &mut impl CheckpointPolicy<M, W>,
     interrupt: &Interrupt,
-) -> Result<Result<Arrival, Fault>, RecordError> {
+) -> Result<Result<Arrival, SimulationFault>, RecordError> {
     loop {
         if interrupt.is_raised() {
             return Ok(Ok(Arrival::Interrupted));
         }
         let started = Instant::now();
-        let progress = match underway.model.advance(target, budget.steps) {
+        let progress = match state.model.advance(target, budget.steps) {
             Ok(progress) => progress,
             Err(fault) => return Ok(Err(fault)),
         };
@@ -415,7 +415,7 @@ fn advance_to<M: Model, W: Write>(
         if progress == Progress::Reached {
             return Ok(Ok(Arrival::Reached));
         }
-        safekeeping.save_if_due(underway)?;
+        checkpoints.save_if_due(state)?;
     }
 }
 
@@ -465,13 +465,13 @@ fn header<M: Model>(
     model: &M,
     manifest: &RunManifest,
     canonical: String,
-    content_key: String,
+    run_key: String,
 ) -> Header {
     let record = &manifest.record;
     let schedule = Schedule::new(record.interval, model.extent()).ok();
     Header {
         manifest: canonical,
-        content_key,
+        run_key,
         model: M::NAME,
         physics_version: M::PHYSICS_VERSION,
         program_version: env!("CARGO_PKG_VERSION").to_owned(),

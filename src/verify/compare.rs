@@ -13,7 +13,7 @@ use std::path::Path;
 pub struct RecordingComparison {
     /// The keys of the manifests that differ.
     pub keys: Vec<KeyDifference>,
-    /// Versions and content keys that differ: what, and both.
+    /// Versions and run keys that differ: what, and both.
     pub versions: Vec<(&'static str, [String; 2])>,
     /// The messages.
     pub messages: Comparison,
@@ -65,7 +65,7 @@ fn versions(left: &Recording, right: &Recording) -> Vec<(&'static str, [String; 
     let entries = |recording: &Recording| {
         let provenance = recording.provenance();
         [
-            ("content key", provenance.content_key.clone()),
+            ("run key", provenance.run_key.clone()),
             ("program version", provenance.program_version.clone()),
             ("physics version", provenance.physics_version.to_string()),
         ]

@@ -8,7 +8,7 @@ use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
 use crate::run::{Replay, RunError, replay_into};
 use crate::verify::diff::{Comparison, compare_messages};
-use kinetoscope_manifest::{KeyDifference, RunManifest, content_key, differing_keys, parse_run};
+use kinetoscope_manifest::{KeyDifference, RunManifest, differing_keys, parse_run, run_key};
 use kinetoscope_physics::physics_version;
 use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
 use kinetoscope_recording::reader::{Outcome, Recording};
@@ -29,7 +29,7 @@ pub struct Verification {
     pub recording: Recording,
     /// The physics version of this program.
     pub physics_version: u32,
-    /// Whether the content key follows from the embedded manifest and the recorded versions.
+    /// Whether the run key follows from the embedded manifest and the recorded versions.
     pub key_fits: bool,
     /// Keys that this version of the program reads otherwise than they stand in the file, such as one that is new.
     pub reinterpreted: Vec<KeyDifference>,
@@ -132,8 +132,7 @@ pub fn verify(
     };
     Ok(Verification {
         physics_version: physics_version(&manifest.model),
-        key_fits: content_key(recording.manifest(), physics, layout).as_str()
-            == provenance.content_key,
+        key_fits: run_key(recording.manifest(), physics, layout).as_str() == provenance.run_key,
         reinterpreted: differing_keys(recording.manifest(), &manifest.canonical()),
         finding,
         recording,
@@ -230,7 +229,7 @@ impl Rerun<'_> {
         let replay = Replay {
             manifest: self.manifest,
             embedded: self.recording.manifest(),
-            content_key: &self.recording.provenance().content_key,
+            run_key: &self.recording.provenance().run_key,
         };
         let on_frame = |done, of| {
             stop_at(done);

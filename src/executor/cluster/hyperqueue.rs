@@ -1,10 +1,10 @@
-//! HyperQueue through its command `hq`: one job a submission, a line of content keys a task.
+//! HyperQueue through its command `hq`: one job a submission, a line of run keys a task.
 //!
 //! Its exit codes are not believed, they are 0 for jobs that failed or do not exist; nor is a task's state, since finished
 //! tasks may run again after the server was restarted. What waits or runs is left alone, everything else is judged by the
 //! recordings. The server is the one that `hq` itself finds: by `HQ_SERVER_DIR`, or in the user's home.
 
-use crate::executor::cluster::scheduler::{JOB_NAME, Live, Resources, answer};
+use crate::executor::cluster::scheduler::{ActiveTasks, JOB_NAME, Resources, answer};
 use crate::executor::cluster::submission;
 use crate::executor::cluster::task::TaskCommand;
 use crate::plan::PlannedRun;
@@ -17,8 +17,8 @@ use std::process::Command;
 pub(super) const MOST_TASKS: usize = 10_000;
 
 /// As [`super::engine::Engine::live`].
-pub(super) fn live(folder: &Path) -> io::Result<Live> {
-    let mut live = Live::default();
+pub(super) fn live(folder: &Path) -> io::Result<ActiveTasks> {
+    let mut live = ActiveTasks::default();
     for job in all(&ask(&["job", "list"])?) {
         let name = job["name"].as_str().and_then(|name| name.strip_prefix(JOB_NAME));
         let (Some(name), Some(id)) = (name, job["id"].as_u64()) else { continue };

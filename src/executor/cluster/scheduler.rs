@@ -33,30 +33,30 @@ pub struct Resources {
 
 /// The tasks that the engine has of one plan.
 #[derive(Debug, Default)]
-pub struct Live {
-    /// The content keys of their runs.
+pub struct ActiveTasks {
+    /// The run keys of their runs.
     pub keys: HashSet<String>,
     /// Tasks that run now.
     pub running: usize,
     /// Tasks that wait, and will be started.
     pub waiting: usize,
     /// Tasks that are not started until a person acts.
-    pub hindered: usize,
+    pub held: usize,
     /// Why those are not, and what to type; empty if there are none.
-    pub hindrances: String,
+    pub hold_reasons: String,
 }
 
-impl Live {
-    /// Adds a task that runs or will: its line of content keys, and whether it runs.
+impl ActiveTasks {
+    /// Adds a task that runs or will: its line of run keys, and whether it runs.
     pub(super) fn add(&mut self, keys: &str, runs: bool) {
         self.add_keys(keys);
         if runs { self.running += 1 } else { self.waiting += 1 }
     }
 
-    /// Adds a task that is not started until a person acts: its line of content keys.
-    pub(super) fn add_hindered(&mut self, keys: &str) {
+    /// Adds a task that is not started until a person acts: its line of run keys.
+    pub(super) fn add_held(&mut self, keys: &str) {
         self.add_keys(keys);
-        self.hindered += 1;
+        self.held += 1;
     }
 
     fn add_keys(&mut self, keys: &str) {
@@ -73,7 +73,7 @@ impl Live {
     #[must_use]
     pub fn words(&self) -> String {
         let words = format!("{} tasks running, {} waiting", self.running, self.waiting);
-        if self.hindered == 0 { words } else { format!("{words}, {} held back", self.hindered) }
+        if self.held == 0 { words } else { format!("{words}, {} held back", self.held) }
     }
 }
 
@@ -82,7 +82,7 @@ impl Engine {
     ///
     /// # Errors
     /// An engine that does not answer: then nothing is known, and nothing must be concluded.
-    pub fn live(self, folder: &Path) -> io::Result<Live> {
+    pub fn live(self, folder: &Path) -> io::Result<ActiveTasks> {
         match self {
             Self::Slurm => slurm::live(folder),
             Self::HyperQueue => hyperqueue::live(folder),

@@ -1,9 +1,9 @@
-//! Slurm through its own commands: one job array a submission, a line of content keys an index.
+//! Slurm through its own commands: one job array a submission, a line of run keys an index.
 //!
 //! Partition, account and the like are Slurm's own business: `sbatch` reads them from `SBATCH_PARTITION`, `SBATCH_ACCOUNT` …
 
-use crate::executor::cluster::scheduler::{JOB_NAME, Live, Resources, answer};
-use crate::executor::cluster::squeue::{self, Standing, hindrances};
+use crate::executor::cluster::scheduler::{ActiveTasks, JOB_NAME, Resources, answer};
+use crate::executor::cluster::squeue::{self, TaskState, hold_reasons};
 use crate::executor::cluster::submission;
 use crate::executor::cluster::task::TaskCommand;
 use crate::plan::PlannedRun;
@@ -17,15 +17,15 @@ const USUAL_ARRAY_SIZE: usize = 1001;
 const SECONDS_TO_SAVE: u32 = 30;
 
 /// As [`super::engine::Engine::live`].
-pub(super) fn live(folder: &Path) -> io::Result<Live> {
+pub(super) fn live(folder: &Path) -> io::Result<ActiveTasks> {
     let queue = answer(
         Command::new("squeue")
             .args(["--noheader", "--array", "--me"])
             .arg(format!("--states={}", squeue::STATES))
             .arg(format!("--format={}", squeue::FORMAT)),
     )?;
-    let mut live = Live::default();
-    let mut hindered = Vec::new();
+    let mut live = ActiveTasks::default();
+    let mut held = Vec::new();
     let mut submission = String::new();
     let mut lines: Vec<String> = Vec::new();
     for task in squeue::tasks(&queue) {
@@ -36,16 +36,16 @@ pub(super) fn live(folder: &Path) -> io::Result<Live> {
         }
         // Job arrays of other folders have no file of keys here.
         let Some(keys) = lines.get(task.index) else { continue };
-        match task.standing {
-            Standing::Runs => live.add(keys, true),
-            Standing::Waits => live.add(keys, false),
-            Standing::Hindered(..) => {
-                live.add_hindered(keys);
-                hindered.push(task);
+        match task.state {
+            TaskState::Runs => live.add(keys, true),
+            TaskState::Waits => live.add(keys, false),
+            TaskState::Held(..) => {
+                live.add_held(keys);
+                held.push(task);
             }
         }
     }
-    live.hindrances = hindrances(&hindered);
+    live.hold_reasons = hold_reasons(&held);
     Ok(live)
 }
 

@@ -1,4 +1,4 @@
-//! What a submission leaves below the folder of the recordings: a line of content keys a task, the manifest as it was, and
+//! What a submission leaves below the folder of the recordings: a line of run keys a task, the manifest as it was, and
 //! the script of a task, which is told its index.
 
 use crate::executor::cluster::task::{TaskCommand, keys, quoted};
@@ -25,7 +25,7 @@ fn folder_of_all(folder: &Path) -> PathBuf {
     folder.join(".tasks")
 }
 
-/// The content keys of a submission's tasks, a line each; none where it belongs to another folder.
+/// The run keys of a submission's tasks, a line each; none where it belongs to another folder.
 pub(super) fn key_lines(folder: &Path, name: &str) -> Vec<String> {
     let text = fs::read_to_string(folder_of_all(folder).join(name).join("keys"));
     text.unwrap_or_default().lines().map(str::to_owned).collect()

@@ -3,7 +3,7 @@
 // A failed unwrap is a failed test.
 #![allow(clippy::unwrap_used)]
 
-use kinetoscope_manifest::{Bound, Coordinate, ExperimentRecord, content_key, parse, parse_checks};
+use kinetoscope_manifest::{Bound, Coordinate, ExperimentRecord, parse, parse_checks, run_key};
 
 const CHECKS: &str = r#"
 [[checks]]
@@ -29,7 +29,7 @@ fn record() -> ExperimentRecord {
     );
     let experiment = parse(&text, "pressure.toml", &[]).unwrap_or_else(|errors| panic!("{errors}"));
     let files = experiment.runs.iter().map(|run| {
-        let key = content_key(&run.manifest.canonical(), 1, 1);
+        let key = run_key(&run.manifest.canonical(), 1, 1);
         (format!("{}.mcap", run.file_stem(&experiment.name, &key, experiment.replicates)), key)
     });
     ExperimentRecord::new(&experiment, files)

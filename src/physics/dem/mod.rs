@@ -49,7 +49,7 @@ mod touched;
 mod turn;
 mod walls;
 
-use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use crate::model::{Extent, Model, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use contacts::Contact;
 use discs::Discs;
@@ -150,13 +150,13 @@ impl Model for Dem {
     ];
 
     /// On request frames tell the force of every contact.
-    fn prepare(config: &DemConfig, seed: Seed, contact_forces: bool) -> Result<Self, Refusal> {
+    fn prepare(config: &DemConfig, seed: Seed, contact_forces: bool) -> Result<Self, SetupError> {
         let diagnosis = Diagnosis::of(config);
         let mut warnings = Vec::new();
         if diagnosis.is_refused() {
             let text = report::refusal(config, &diagnosis);
             if config.stability == Stability::Refuse || !diagnosis.is_countable() {
-                return Err(Refusal(text));
+                return Err(SetupError(text));
             }
             warnings.push(text);
         }
@@ -205,7 +205,7 @@ impl Model for Dem {
         self.rain.as_ref().map_or(0, Rain::to_come)
     }
 
-    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
+    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
         if self.window.is_closed {
             self.window = Window::default();
         }

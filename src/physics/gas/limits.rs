@@ -1,7 +1,7 @@
 //! What double precision can still carry: a start beyond it is refused in words instead of giving wrong digits.
 
 use super::motion::Particle;
-use crate::model::Refusal;
+use crate::model::SetupError;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 
 /// Masses, radii, speeds and times lie between the inverse of this and this, so that no product of theirs overflows.
@@ -20,7 +20,7 @@ const FARTHEST_CENTER_IN_RADII: f64 = 1e9;
 const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
 
 /// Refuses a configuration whose numbers leave the range in which results have digits.
-pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Refusal> {
+pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), SetupError> {
     let (radius, duration) = (config.radius_m.get(), config.duration_s.get());
     let fastest = fastest_speed(particles.iter().copied());
     for (name, value) in [
@@ -30,7 +30,7 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Re
         ("the fastest particle's speed in m/s", if fastest > 0.0 { fastest } else { 1.0 }),
     ] {
         if !(1.0 / LARGEST..=LARGEST).contains(&value) {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "{name} = {value:e} leaves the range {:e} to {LARGEST:e} in which products do not overflow: choose another scale",
                 1.0 / LARGEST
             )));
@@ -38,7 +38,7 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Re
     }
     let path = fastest * duration / radius;
     if path > LONGEST_PATH_IN_RADII {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "the fastest particle would fly {path:e} radii, of which less than six digits of its place would remain: \
              shorten duration_s to at most {:e}",
             LONGEST_PATH_IN_RADII * radius / fastest
@@ -47,7 +47,7 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Re
     let center = config.center_m.map(|axis| axis.get());
     let away = libm::hypot(center[0], center[1]);
     if away > FARTHEST_CENTER_IN_RADII * radius {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "center_m lies {away:e} m from the origin, {:e} radii: positions would lose their digits; move it nearer",
             away / radius
         )));
@@ -57,12 +57,12 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Re
 }
 
 /// Refuses discs whose contacts would drown in the rounding of places and times.
-fn check_collisions(config: &GasConfig, fastest: f64) -> Result<(), Refusal> {
+fn check_collisions(config: &GasConfig, fastest: f64) -> Result<(), SetupError> {
     let Some(disc_radius) = config.disc_radius_m.map(|radius| radius.get()) else { return Ok(()) };
     let path = fastest * config.duration_s.get();
     let path = if path > config.radius_m.get() { path } else { config.radius_m.get() };
     if path > LONGEST_PATH_IN_DISC_RADII * disc_radius {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "disc_radius_m = {disc_radius} is too small beside {path:e} m, the container's radius or the way of the fastest disc: \
              contacts would be known to less than six digits; shorten duration_s or enlarge the discs"
         )));
@@ -70,7 +70,7 @@ fn check_collisions(config: &GasConfig, fastest: f64) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn check_steps(config: &GasConfig) -> Result<(), Refusal> {
+fn check_steps(config: &GasConfig) -> Result<(), SetupError> {
     let (Propagation::Stepped { time_step_s } | Propagation::Literal { time_step_s }) =
         config.propagation
     else {
@@ -78,14 +78,14 @@ fn check_steps(config: &GasConfig) -> Result<(), Refusal> {
     };
     let steps = config.duration_s.get() / time_step_s.get();
     if steps + super::STEP_ROUNDING < 1.0 {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "time_step_s = {} is longer than duration_s = {}: no step fits; shorten the step",
             time_step_s.get(),
             config.duration_s.get()
         )));
     }
     if steps > MOST_STEPS {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "duration_s over time_step_s is {steps:e} steps, more than can be counted: lengthen the step"
         )));
     }

@@ -35,7 +35,7 @@ use self::schedule::Schedule;
 use self::speeds::SpeedLaw;
 use self::wall::{Tally, WallLedger};
 use crate::constants::{BOLTZMANN_CODATA_1986_J_PER_K, BOLTZMANN_SI_2019_J_PER_K};
-use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use crate::model::{Extent, Model, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{BoltzmannConstant, GasConfig, TemperatureDefinition};
 use kinetoscope_recording::channels::{
@@ -112,7 +112,7 @@ impl Model for Gas {
     ];
 
     /// Places and speeds are drawn from their own streams. A gas has no series of single collisions: `per_collision` changes nothing.
-    fn prepare(config: &GasConfig, seed: Seed, _per_collision: bool) -> Result<Self, Refusal> {
+    fn prepare(config: &GasConfig, seed: Seed, _per_collision: bool) -> Result<Self, SetupError> {
         let substance = Substance::of(config);
         let start = start::start(
             config,
@@ -165,7 +165,7 @@ impl Model for Gas {
     }
 
     /// Exact propagation of points reaches a time in one call, whatever the budget.
-    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
+    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
         if self.reached {
             self.open_window();
         }
@@ -176,7 +176,7 @@ impl Model for Gas {
             Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. } => {
                 let (wanted, done) = (clock.count_of(target), clock.done);
                 let Some(missing) = wanted.checked_sub(done) else {
-                    return Err(Fault(format!(
+                    return Err(SimulationFault(format!(
                         "step {wanted} was asked for after step {done}: frames must come in the order of time"
                     )));
                 };
@@ -271,17 +271,17 @@ impl Gas {
     }
 
     /// Exact propagation toward a target, which must be a time, by at most so many events; whether it is reached.
-    fn jump(&mut self, target: Target, mut at_most: u64) -> Result<bool, Fault> {
+    fn jump(&mut self, target: Target, mut at_most: u64) -> Result<bool, SimulationFault> {
         let time = match target {
             Target::Time(time) if time >= self.time() => time,
             Target::Time(time) => {
-                return Err(Fault(format!(
+                return Err(SimulationFault(format!(
                     "{time} s was asked for after {} s: frames must come in the order of time",
                     self.time()
                 )));
             }
             Target::Count(_) => {
-                return Err(Fault(
+                return Err(SimulationFault(
                     "exact propagation counts no steps: ask for frames by time".to_owned(),
                 ));
             }
@@ -316,7 +316,7 @@ impl Gas {
     }
 
     /// So many steps, cut where a temperature is to be set.
-    fn walk_by_schedule(&mut self, steps: u64) -> Result<(), Fault> {
+    fn walk_by_schedule(&mut self, steps: u64) -> Result<(), SimulationFault> {
         let (Propagator::Stepped { clock, .. } | Propagator::Literal { clock, .. }) =
             &self.propagator
         else {

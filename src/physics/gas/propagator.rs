@@ -8,7 +8,7 @@ use super::motion::{Circle, Particle};
 use super::pressure::speed_at;
 use super::wall::Tally;
 use super::{Container, STEP_ROUNDING, Substance};
-use crate::model::{Refusal, Target};
+use crate::model::{SetupError, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 use serde::{Deserialize, Serialize};
@@ -91,7 +91,7 @@ impl Propagator {
         particles: &Particles,
         substance: &Substance,
         container: Container,
-    ) -> Result<Self, Refusal> {
+    ) -> Result<Self, SetupError> {
         let duration_s = config.duration_s.get();
         let tallies = || {
             let mut tallies = vec![Tally::default(); particles.groups.len() * LANES];

@@ -3,7 +3,7 @@
 use super::motion::Particle;
 use super::pressure::speed_at;
 use super::{Container, Gas, Propagator};
-use crate::model::{Fault, Model};
+use crate::model::{Model, SimulationFault};
 use crate::sum::CompensatedSum;
 use kinetoscope_manifest::model::GasConfig;
 use serde::{Deserialize, Serialize};
@@ -34,14 +34,14 @@ impl Schedule {
 
 impl Gas {
     /// Rescales all velocities to a temperature by the definition in use, and begins new paths.
-    pub(super) fn set_temperature(&mut self, temperature_k: f64) -> Result<(), Fault> {
+    pub(super) fn set_temperature(&mut self, temperature_k: f64) -> Result<(), SimulationFault> {
         self.schedule.next += 1;
         let moments = self.moments();
         let present = moments.squared_speed(self.substance.definition).sqrt();
         let wanted =
             speed_at(temperature_k, self.substance.mass_kg, self.substance.boltzmann_j_per_k);
         if wanted > 0.0 && present == 0.0 {
-            return Err(Fault(format!(
+            return Err(SimulationFault(format!(
                 "at {} s all particles are at rest: no factor brings them to {temperature_k} K; take 0 K off the schedule",
                 self.time()
             )));

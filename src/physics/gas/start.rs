@@ -3,7 +3,7 @@
 use super::motion::Particle;
 use super::pressure::{SpeedMean, SpeedMoments, speed_at};
 use super::speeds::SpeedLaw;
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::placement::{Rectangle, random_sequential_addition_where};
 use crate::random::{Seed, Stream};
 use crate::restart_state;
@@ -29,7 +29,7 @@ pub(super) fn start(
     definition: SpeedMean,
     boltzmann_j_per_k: f64,
     mass_ratios: &[f64],
-) -> Result<Start, Refusal> {
+) -> Result<Start, SetupError> {
     let mut unscaled = match &config.placement {
         Placement::Random => drawn(config, seed)?,
         Placement::Given(state) => {
@@ -40,7 +40,7 @@ pub(super) fn start(
             given(config, &restart_state::rows(start, ["x", "y", "vx", "vy"])?)?
         }
         Placement::Lattice => {
-            return Err(Refusal(
+            return Err(SetupError(
                 "a gas is not placed on a lattice: use placement = \"random\" or written positions"
                     .to_owned(),
             ));
@@ -64,7 +64,7 @@ pub(super) fn start(
             .squared_speed(definition)
             .sqrt();
             if wanted > 0.0 && !(present > 0.0 && present.is_finite()) {
-                return Err(Refusal(format!(
+                return Err(SetupError(format!(
                     "velocities of mean {present} m/s can't be scaled to {} K: give some particle a finite velocity, or temperature_k = 0",
                     temperature.get()
                 )));
@@ -95,7 +95,7 @@ impl Start {
 }
 
 /// Places uniform over the area, directions uniform, speeds by their law in units of its scale.
-fn drawn(config: &GasConfig, seed: Seed) -> Result<Start, Refusal> {
+fn drawn(config: &GasConfig, seed: Seed) -> Result<Start, SetupError> {
     let speed_law = match (config.speed_distribution, config.speed_scale) {
         (_, SpeedScale::Given | SpeedScale::Temperature(_))
             if !config.speeds_m_per_s.is_empty() =>
@@ -103,12 +103,12 @@ fn drawn(config: &GasConfig, seed: Seed) -> Result<Start, Refusal> {
             SpeedLaw::Given
         }
         (_, SpeedScale::Given) => {
-            return Err(Refusal(
+            return Err(SetupError(
                 "drawn speeds need a scale: give temperature_k or max_speed_m_per_s".to_owned(),
             ));
         }
         (SpeedDistribution::Maxwell, SpeedScale::MaxSpeed(_)) => {
-            return Err(Refusal(
+            return Err(SetupError(
                 "Maxwell's speeds have no upper bound: give temperature_k, not max_speed_m_per_s"
                     .to_owned(),
             ));
@@ -142,7 +142,7 @@ fn drawn(config: &GasConfig, seed: Seed) -> Result<Start, Refusal> {
 }
 
 /// Places relative to the center: of points by their law, of discs uniform among those without overlap.
-fn places(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Refusal> {
+fn places(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, SetupError> {
     let radius = config.radius_m.get();
     let mut draws = seed.stream(Stream::Positions);
     let count = config.particles.get();
@@ -165,7 +165,7 @@ fn places(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Refusal> {
     let is_inside = |[x, y]: [f64; 2], _: f64| x * x + y * y <= reach * reach;
     let radii = vec![disc_radius; count as usize];
     random_sequential_addition_where(square, &radii, &mut draws, is_inside).map_err(|jammed| {
-        Refusal(format!(
+        SetupError(format!(
             "only {} of {count} discs found a place: choose fewer discs, a smaller disc_radius_m or a larger radius_m",
             jammed.placed
         ))
@@ -178,9 +178,9 @@ fn from_polar(length: f64, angle: f64) -> [f64; 2] {
 }
 
 /// Particles as written: x, y in m, vx, vy in m/s.
-fn written(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, Refusal> {
+fn written(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, SetupError> {
     if let SpeedScale::MaxSpeed(_) = config.speed_scale {
-        return Err(Refusal(
+        return Err(SetupError(
             "written velocities have no law to bound: leave max_speed_m_per_s out, or rescale them by temperature_k"
                 .to_owned(),
         ));
@@ -188,7 +188,7 @@ fn written(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, Refu
     let (count, places, motions) =
         (config.particles.get() as usize, state.positions.len(), state.velocities.len());
     if places != count || motions != count {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "particles = {count}, but {places} positions and {motions} velocities are written: the three must agree"
         )));
     }
@@ -197,14 +197,14 @@ fn written(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, Refu
 }
 
 /// Particles of a given or recorded start; a point outside is refused.
-fn given(config: &GasConfig, rows: &[[f64; 4]]) -> Result<Start, Refusal> {
+fn given(config: &GasConfig, rows: &[[f64; 4]]) -> Result<Start, SetupError> {
     let (radius, center) = (config.radius_m.get(), config.center_m.map(|axis| axis.get()));
     let mut particles = Vec::with_capacity(rows.len());
     for (index, &[x, y, vx, vy]) in rows.iter().enumerate() {
         let mut position = [x - center[0], y - center[1]];
         let distance = libm::hypot(position[0], position[1]);
         if distance > radius * (1.0 + WRITTEN_ON_WALL) {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "particle {index} (counted from 0) at [{x}, {y}] is {distance} m from the center, outside the wall at {radius} m: \
                  move it inside or enlarge radius_m"
             )));

@@ -4,7 +4,7 @@
 
 use super::motion::{Mutual, Phase, add_scaled, cross, dot, length};
 use super::track::{Lost, Scheme, Track, Turns};
-use crate::model::Refusal;
+use crate::model::SetupError;
 use kinetoscope_manifest::model::OrbitBody;
 use kinetoscope_recording::channels::{OrbitConserved, OrbitEnergy};
 use kinetoscope_recording::frame::{Frame, Level};
@@ -97,7 +97,7 @@ impl Conserved {
 
 impl Bodies {
     /// The bodies as given, moved so that their center of mass rests in the origin.
-    pub(super) fn prepare(bodies: &[OrbitBody], scheme: &Scheme) -> Result<Self, Refusal> {
+    pub(super) fn prepare(bodies: &[OrbitBody], scheme: &Scheme) -> Result<Self, SetupError> {
         let numbers = |of: fn(&OrbitBody) -> [f64; 3]| bodies.iter().flat_map(of).collect();
         let gravitational_parameters: Vec<f64> =
             bodies.iter().map(|body| body.gm_au3_per_day2.get()).collect();
@@ -185,12 +185,12 @@ impl Bodies {
 }
 
 /// Refuses bodies that lie on each other, or numbers beyond what floating point can hold.
-fn check_start(start: &Conserved) -> Result<(), Refusal> {
+fn check_start(start: &Conserved) -> Result<(), SetupError> {
     let energy = start.energy();
     if start.closest > 0.0 && energy.is_finite() && energy != 0.0 && start.angular_scale > 0.0 {
         return Ok(());
     }
-    Err(Refusal(format!(
+    Err(SetupError(format!(
         "bodies: with the closest two {} AU apart, a kinetic energy of {:e} and a potential energy of {:e} AU^2/day^2 a unit of \
          mass there is no motion to follow. Bodies must lie apart, one of them must move against the others, and the energy \
          must not be zero.",

@@ -16,7 +16,7 @@ pub mod step;
 pub mod tables;
 mod track;
 
-use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use crate::model::{Extent, Model, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use bodies::Bodies;
 use kinetoscope_manifest::model::{OrbitConfig, OrbitSummation};
@@ -79,12 +79,16 @@ impl Model for Orbit {
     ];
 
     /// Nothing here is random and no series is opt-in: `seed` and `per_collision` have no effect.
-    fn prepare(config: &OrbitConfig, _seed: Seed, _per_collision: bool) -> Result<Self, Refusal> {
+    fn prepare(
+        config: &OrbitConfig,
+        _seed: Seed,
+        _per_collision: bool,
+    ) -> Result<Self, SetupError> {
         let step = config.time_step_days.get();
         let duration = config.duration_days.get();
         let total_steps = whole_steps(duration, step);
         if total_steps == 0 {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "time_step_days = {step} is longer than duration_days = {duration}: there is no step to do. \
                  Make the time step smaller or the duration longer."
             )));
@@ -127,7 +131,7 @@ impl Model for Orbit {
         Extent::Steps { total: self.total_steps, step: self.scheme.step }
     }
 
-    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
+    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
         let goal = match target {
             Target::Count(count) => count,
             Target::Time(time) => whole_steps(time, self.scheme.step),
@@ -182,7 +186,7 @@ impl Orbit {
         }
     }
 
-    fn lost(&self) -> Fault {
+    fn lost(&self) -> SimulationFault {
         let what = match self.moving {
             Moving::Planet(_) => "the body passed too near the Sun",
             Moving::Bodies(_) => "two bodies came too near each other",
@@ -194,7 +198,7 @@ impl Orbit {
             }
             _ => "Take a smaller time_step_days, or integrator = \"dormand-prince8\".",
         };
-        Fault(format!(
+        SimulationFault(format!(
             "the step after {} d gives no finite position: {what} for steps of {} d. {cure}",
             self.time(),
             self.scheme.step

@@ -7,7 +7,7 @@ use super::phase::Plane;
 use super::tables::Integrator;
 use super::track::{Lost, Scheme, Track, Turns};
 use super::{DOCUMENT_START, HELIOCENTRIC_START, forecast};
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::restart_state;
 use kinetoscope_manifest::model::OrbitStart;
 use kinetoscope_recording::channels::{OrbitElements, OrbitEnergy};
@@ -53,7 +53,7 @@ impl Turns<[f64; 3]> for Plane {
 }
 
 impl Planet {
-    pub(super) fn prepare(start: &OrbitStart, scheme: &Scheme) -> Result<Self, Refusal> {
+    pub(super) fn prepare(start: &OrbitStart, scheme: &Scheme) -> Result<Self, SetupError> {
         let (start, state) = match start {
             OrbitStart::Document => (Start::Document, DOCUMENT_START),
             OrbitStart::Heliocentric => (Start::Heliocentric, HELIOCENTRIC_START),
@@ -65,7 +65,7 @@ impl Planet {
             OrbitStart::Recorded(start) => {
                 let rows = restart_state::rows(start, ["x", "y", "z", "vx", "vy", "vz"])?;
                 let [[x, y, z, vx, vy, vz]] = rows[..] else {
-                    return Err(Refusal(
+                    return Err(SetupError(
                         "The recording in start_from is one of several bodies: write them out as bodies."
                             .to_owned(),
                     ));
@@ -207,27 +207,27 @@ impl Planet {
 }
 
 /// Refuses a start that leads through the Sun or beyond what floating point can hold.
-fn check_start(start: State) -> Result<(), Refusal> {
+fn check_start(start: State) -> Result<(), SetupError> {
     let distance = length(start.position);
     let speed = length(start.velocity);
     let elements = Elements::of(start);
     if !motion::acceleration_over_position(start.position).is_normal()
         || !elements.energy.is_finite()
     {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "start: at a distance of {distance} AU and a speed of {speed} AU/day the equation of motion overflows. \
              Give a position away from the Sun (the origin), in AU, and a velocity in AU/day."
         )));
     }
     if elements.angular_momentum <= RADIAL * distance * speed {
-        return Err(Refusal(
+        return Err(SetupError(
             "start: the velocity is zero or points along the position, so the path is a straight line through the Sun. \
              Give velocity_au_per_day a part across position_au; a circle needs sqrt(GM / r), 0.0172 AU/day at 1 AU."
                 .to_owned(),
         ));
     }
     if elements.energy == 0.0 {
-        return Err(Refusal(
+        return Err(SetupError(
             "start: the energy is exactly zero (a parabola), so its drift has nothing to be compared with. \
              Change the last digit of the velocity."
                 .to_owned(),

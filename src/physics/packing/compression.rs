@@ -7,7 +7,7 @@ use super::engine::{Engine, Step, With};
 use super::motion::Vector;
 use super::observables::Moments;
 use super::start::{packing_fraction, random_positions, random_velocities};
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::{Boundary, InitialVelocities, PackingConfig};
 
@@ -41,11 +41,11 @@ pub(super) fn compress(
     config: &PackingConfig,
     radii: &[f64],
     seed: Seed,
-) -> Result<Compressed, Refusal> {
+) -> Result<Compressed, SetupError> {
     let fraction = packing_fraction(config, radii);
     let is_equal = config.polydispersity.get() == 0.0;
     if is_equal && fraction >= HEXAGONAL && config.compression_pressure.is_none() {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "packing fraction {fraction:.4}: equal discs reach {HEXAGONAL} at most; use fewer discs, a smaller radius, a \
              larger box, or a compression_pressure"
         )));
@@ -99,7 +99,7 @@ fn grow(
     engine: &mut Engine,
     config: &PackingConfig,
     [scale, rate]: [f64; 2],
-) -> Result<Outcome, Refusal> {
+) -> Result<Outcome, SetupError> {
     let end = (1.0 - scale) / rate;
     let window = COLLISIONS_BETWEEN_SCALINGS * u64::from(config.discs.get());
     let mut outcome = Outcome { scale: 1.0, collisions: 0, pressure: 1.0 };
@@ -138,8 +138,8 @@ fn grow(
     Ok(outcome)
 }
 
-fn jammed(config: &PackingConfig, scale: f64, what: &str) -> Refusal {
-    Refusal(format!(
+fn jammed(config: &PackingConfig, scale: f64, what: &str) -> SetupError {
+    SetupError(format!(
         "compression came to a packing fraction of {:.4} only: {what}; use fewer discs, a smaller radius, a smaller \
          compression_rate, a compression_pressure, or placement = \"lattice\"",
         packing_fraction(config, &[config.radius.get()])

@@ -21,7 +21,7 @@ use super::motion::{self, Vector};
 use super::processor::with_large_pages;
 use super::rapid::Rapid;
 use super::scan::Seeker;
-use crate::model::Fault;
+use crate::model::SimulationFault;
 use crate::random::Generator;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -221,7 +221,7 @@ impl Engine {
     /// # Errors
     /// Inelastic collapse (McNamara and Young, Phys. Fluids A 4, 496, 1992), or a jam.
     #[inline(always)]
-    pub(super) fn step<const WIDE: bool>(&mut self, until: f64) -> Result<Step, Fault> {
+    pub(super) fn step<const WIDE: bool>(&mut self, until: f64) -> Result<Step, SimulationFault> {
         let Some(disc) = self.next() else { return Ok(Step::Quiet) };
         let record = &self.state.discs[disc as usize];
         if record.event_time > self.state.clock.to_local(until) {

@@ -27,7 +27,7 @@ use self::arena::{Arena, Guard};
 use self::engine::{Collision, Engine, Step};
 use self::observables::{Moments, Series, Tallies};
 use self::processor::Kernel;
-use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use crate::model::{Extent, Model, Progress, SetupError, SimulationFault, Target};
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::{
     Boundary, CollapseGuard, PackingConfig, PackingPlacement, RunLength,
@@ -87,7 +87,11 @@ impl Model for Packing {
         ChannelDeclaration::opt_in::<PerCollision>(),
     ];
 
-    fn prepare(config: &PackingConfig, seed: Seed, per_collision: bool) -> Result<Self, Refusal> {
+    fn prepare(
+        config: &PackingConfig,
+        seed: Seed,
+        per_collision: bool,
+    ) -> Result<Self, SetupError> {
         let start = start::start(config, seed)?;
         let moments = Moments::of(start.velocities.iter().copied());
         let arena = Arena {
@@ -145,7 +149,7 @@ impl Model for Packing {
         }
     }
 
-    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
+    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
         processor::run(Advance { packing: self, target, at_most })
     }
 
@@ -205,7 +209,7 @@ impl Packing {
 
     /// One event toward the target; returns whether it was reached before.
     #[inline(always)]
-    fn step<const WIDE: bool>(&mut self, target: Target) -> Result<bool, Fault> {
+    fn step<const WIDE: bool>(&mut self, target: Target) -> Result<bool, SimulationFault> {
         let until = match target {
             Target::Count(events) if self.tallies.events() >= events => {
                 self.at_target = true;
@@ -224,10 +228,10 @@ impl Packing {
 
     /// Nothing happens any more up to the target: time goes on to it.
     #[inline(never)]
-    fn arrive(&mut self, target: Target) -> Result<(), Fault> {
+    fn arrive(&mut self, target: Target) -> Result<(), SimulationFault> {
         match target {
             Target::Count(events) => {
-                return Err(Fault(format!(
+                return Err(SimulationFault(format!(
                     "event {events} never comes: after {} events at time {} nothing moves toward anything; \
                      give the discs velocities, or set a duration",
                     self.tallies.events(),
@@ -272,7 +276,7 @@ struct Advance<'a> {
 }
 
 impl Kernel for Advance<'_> {
-    type Output = Result<Progress, Fault>;
+    type Output = Result<Progress, SimulationFault>;
 
     #[inline(always)]
     fn run<const WIDE: bool>(self) -> Self::Output {

@@ -1,7 +1,7 @@
 //! How a collapse is noticed: collisions of one disc between which no time passes.
 
 use super::clock::Clock;
-use crate::model::Fault;
+use crate::model::SimulationFault;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -40,7 +40,12 @@ impl Rapid {
     /// # Errors
     /// A collapse.
     #[inline(always)]
-    pub(super) fn note(&mut self, pair: [u32; 2], ages: [f64; 2], now: Clock) -> Result<(), Fault> {
+    pub(super) fn note(
+        &mut self,
+        pair: [u32; 2],
+        ages: [f64; 2],
+        now: Clock,
+    ) -> Result<(), SimulationFault> {
         if self.in_a_row.is_empty() && ages[0] >= self.time && ages[1] >= self.time {
             return Ok(());
         }
@@ -48,7 +53,7 @@ impl Rapid {
     }
 
     #[inline(never)]
-    fn count(&mut self, pair: [u32; 2], ages: [f64; 2], now: f64) -> Result<(), Fault> {
+    fn count(&mut self, pair: [u32; 2], ages: [f64; 2], now: f64) -> Result<(), SimulationFault> {
         for (disc, age) in pair.into_iter().zip(ages) {
             if age >= self.time {
                 self.in_a_row.remove(&disc);
@@ -57,7 +62,7 @@ impl Rapid {
             let count = self.in_a_row.entry(disc).or_insert(0);
             *count += 1;
             if *count >= COLLAPSE {
-                return Err(Fault(format!(
+                return Err(SimulationFault(format!(
                     "inelastic collapse at time {now}: disc {disc} collided {COLLAPSE} times in a row while time stood still; \
                      a restitution nearer to 1, a contact_time or cutoff_velocity, a shorter run, or a start that is not \
                      jammed avoids it"

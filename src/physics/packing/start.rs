@@ -5,7 +5,7 @@ use super::compression::compress;
 use super::disc::MANY;
 use super::lattice::{hexagonal_rows, most_in_hexagonal_rows, periodic_hexagonal};
 use super::motion::{self, Vector};
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::placement::{
     Rectangle, periodic_random_sequential_addition, random_sequential_addition, square_lattice,
 };
@@ -45,7 +45,7 @@ pub(super) struct Start {
 ///
 /// # Errors
 /// Discs that do not fit, overlap, or stand outside.
-pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, Refusal> {
+pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<Start, SetupError> {
     check_size(config)?;
     let mut radii = radii(config, seed);
     let mut scale = 1.0;
@@ -105,18 +105,18 @@ fn is_equal(config: &PackingConfig) -> bool {
     config.polydispersity.get() == 0.0
 }
 
-fn check_size(config: &PackingConfig) -> Result<(), Refusal> {
+fn check_size(config: &PackingConfig) -> Result<(), SetupError> {
     let (width, height, radius) =
         (config.width.get(), config.height.get(), config.largest_radius());
     let shorter = if width < height { width } else { height };
     if 2.0 * radius >= shorter {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "a disc of radius {radius} does not fit into a box of {width} x {height}: the radius must be below {}",
             0.5 * shorter
         )));
     }
     if config.boundary == Boundary::Periodic && shorter < PERIODIC_DIAMETERS * 2.0 * radius {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "a periodic box of {width} x {height} is too small for discs of radius {radius}: both sides must be at least \
              {PERIODIC_DIAMETERS} diameters"
         )));
@@ -147,10 +147,10 @@ fn given_start(
     config: &PackingConfig,
     given: &GivenState,
     radii: Vec<f64>,
-) -> Result<Start, Refusal> {
+) -> Result<Start, SetupError> {
     let discs = config.discs.get() as usize;
     if given.positions.len() != discs || given.velocities.len() != discs {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "discs = {discs}, but the placement gives {} positions and {} velocities",
             given.positions.len(),
             given.velocities.len()
@@ -171,7 +171,7 @@ fn given_start(
 }
 
 /// Discs where the run of a recording ended, with their radii. Their wall noise is that of this run's seed.
-fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<Start, Refusal> {
+fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<Start, SetupError> {
     let rows = rows(start, ["x", "y", "vx", "vy", "radius"])?;
     let radii: Vec<f64> = rows.iter().map(|row| row[4]).collect();
     let fold = |first: f64, is_beyond: fn(f64, f64) -> bool| {
@@ -182,7 +182,7 @@ fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<Start, Re
     let spread = config.polydispersity.get();
     let least = config.radius.get() * (1.0 - spread) * (1.0 - ROUNDING);
     if smallest < least || largest > config.largest_radius() * (1.0 + ROUNDING) {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "the discs of the recording in start_from have radii of {smallest} to {largest}: write radius = {} and \
              polydispersity = {}",
             0.5 * (smallest + largest),
@@ -229,13 +229,13 @@ fn rectangle(config: &PackingConfig) -> Rectangle {
 /// Refuses what random sequential addition would hardly reach. Centers have only a x b with a = lx - 2r: next to a wall
 /// discs stand denser than elsewhere, by 0.33 diameters of room at each wall (as cars at the ends of Renyi's street), so
 /// that the fraction of (a + 0.66 s) (b + 0.66 s) is what counts.
-fn check_random(config: &PackingConfig, radii: &[f64]) -> Result<(), Refusal> {
+fn check_random(config: &PackingConfig, radii: &[f64]) -> Result<(), SetupError> {
     let diameter = 2.0 * config.largest_radius();
     let lost = if config.boundary == Boundary::Walls { (1.0 - 0.66) * diameter } else { 0.0 };
     let room = (config.width.get() - lost) * (config.height.get() - lost);
     let fraction = covered(radii) / room;
     if radii.len() > 1 && fraction >= RANDOM_PLACEMENT_LIMIT {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "packing fraction {:.4}, {fraction:.4} of the room that walls leave: random placement needs a fraction below \
              {RANDOM_PLACEMENT_LIMIT}; use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius",
             packing_fraction(config, radii)
@@ -249,7 +249,7 @@ pub(super) fn random_positions(
     config: &PackingConfig,
     radii: &[f64],
     seed: Seed,
-) -> Result<Vec<Vector>, Refusal> {
+) -> Result<Vec<Vector>, SetupError> {
     let mut generator = seed.stream(Stream::Positions);
     let placed = match config.boundary {
         Boundary::Walls => random_sequential_addition(rectangle(config), radii, &mut generator),
@@ -258,7 +258,7 @@ pub(super) fn random_positions(
         }
     };
     placed.map_err(|jammed| {
-        Refusal(format!(
+        SetupError(format!(
             "random placement found room for {} of {} discs (packing fraction {:.4}, and walls take room); \
              use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius",
             jammed.placed,
@@ -268,7 +268,7 @@ pub(super) fn random_positions(
     })
 }
 
-fn lattice_positions(config: &PackingConfig) -> Result<(Vec<Vector>, String), Refusal> {
+fn lattice_positions(config: &PackingConfig) -> Result<(Vec<Vector>, String), SetupError> {
     let (rectangle, radius) = (rectangle(config), config.largest_radius());
     let count = config.discs.get() as usize;
     if let Some(positions) = square_lattice(rectangle, radius, count) {
@@ -286,7 +286,7 @@ fn lattice_positions(config: &PackingConfig) -> Result<(Vec<Vector>, String), Re
         Boundary::Walls => format!(", which hold {}", most_in_hexagonal_rows(sides, radius)),
         Boundary::Periodic => " that go on over the edges".to_owned(),
     };
-    Err(Refusal(format!(
+    Err(SetupError(format!(
         "{count} discs of radius {radius} fit into a box of {} x {} neither on a square lattice nor in hexagonal rows{hold}; \
          use fewer discs, a smaller radius or a larger box",
         sides[0], sides[1],
@@ -315,13 +315,13 @@ fn check_given(
     positions: &[Vector],
     velocities: &[Vector],
     radii: &[f64],
-) -> Result<(), Refusal> {
+) -> Result<(), SetupError> {
     let slack = ROUNDING * 2.0 * config.radius.get();
     for (disc, ([x, y], radius)) in positions.iter().zip(radii).enumerate() {
         let kept_off = if config.boundary == Boundary::Walls { *radius } else { 0.0 };
         let reach = [0.5 * config.width.get() - kept_off, 0.5 * config.height.get() - kept_off];
         if x.abs() > reach[0] + slack || y.abs() > reach[1] + slack {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "disc {disc} at [{x}, {y}] is not inside: centers need |x| <= {} and |y| <= {}",
                 reach[0], reach[1]
             )));
@@ -330,7 +330,7 @@ fn check_given(
     for (disc, &velocity) in velocities.iter().enumerate() {
         let speed = motion::speed(velocity);
         if velocity != [0.0, 0.0] && !(SPEEDS[0] < speed && speed < SPEEDS[1]) {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "disc {disc} has the speed {speed}: it must be 0 or between {} and {}",
                 SPEEDS[0], SPEEDS[1]
             )));
@@ -344,7 +344,7 @@ fn check_apart(
     positions: &[Vector],
     radii: &[f64],
     slack: f64,
-) -> Result<(), Refusal> {
+) -> Result<(), SetupError> {
     let sides = [config.width.get(), config.height.get()];
     let has_walls = config.boundary == Boundary::Walls;
     let grid = Grid::new(sides, 2.0 * config.largest_radius(), positions.len(), has_walls);
@@ -370,7 +370,7 @@ fn check_apart(
             }
         });
         if let Some((other, distance)) = overlapping {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "discs {disc} and {other} overlap: their centers are {distance} apart, and they touch at {}",
                 radii[disc] + radii[other as usize]
             )));

@@ -13,7 +13,7 @@ use super::groups::Particles;
 use super::motion::{Particle, dot, drifted, elastic_impact, reflected, time_to_wall};
 use super::wall::WallLedger;
 use crate::collision_time::time_to_contact;
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::sum::CompensatedSum;
 use serde::{Deserialize, Serialize};
 
@@ -112,7 +112,7 @@ impl Discs {
         mass_ratios: &[f64],
         container_radius_m: f64,
         disc_radius_m: f64,
-    ) -> Result<Self, Refusal> {
+    ) -> Result<Self, SetupError> {
         let (reach_m, diameter_m) = (container_radius_m - disc_radius_m, 2.0 * disc_radius_m);
         let cells = Cells::new(reach_m, diameter_m, particles.len());
         let begun = particles.iter().map(|&particle| Disc {
@@ -137,14 +137,14 @@ impl Discs {
     }
 
     /// Refuses a start without room for its discs.
-    fn check_room(&self) -> Result<(), Refusal> {
+    fn check_room(&self) -> Result<(), SetupError> {
         let State { reach_m, diameter_m, discs, .. } = &self.state;
         let touching = diameter_m * (1.0 - WRITTEN_IN_TOUCH);
         for (id, disc) in discs.iter().enumerate() {
             let place = disc.particle.position;
             let distance = dot(place, place).sqrt();
             if distance > reach_m * (1.0 + WRITTEN_IN_TOUCH) {
-                return Err(Refusal(format!(
+                return Err(SetupError(format!(
                     "disc {id} (counted from 0) is {distance} m from the center and reaches through the wall: \
                      keep centers within radius_m - disc_radius_m = {reach_m} m"
                 )));
@@ -153,7 +153,7 @@ impl Discs {
                 let [x, y] = discs[other as usize].particle.position;
                 let apart = [x - place[0], y - place[1]];
                 if dot(apart, apart) < touching * touching {
-                    return Err(Refusal(format!(
+                    return Err(SetupError(format!(
                         "discs {other} and {id} (counted from 0) overlap: move them apart or choose a smaller disc_radius_m"
                     )));
                 }

@@ -1,7 +1,7 @@
 //! What collisions do to discs, and what is told of them.
 
 use super::Engine;
-use crate::model::Fault;
+use crate::model::SimulationFault;
 use crate::packing::events::Side;
 use crate::packing::motion::{self, Vector};
 use crate::packing::scan::Seeker;
@@ -37,7 +37,7 @@ impl Engine {
         &mut self,
         disc: u32,
         partner: u32,
-    ) -> Result<Collision, Fault> {
+    ) -> Result<Collision, SimulationFault> {
         // The same arithmetic whichever of the two predicted it.
         let pair = if disc < partner { [disc, partner] } else { [partner, disc] };
         let now = self.state.clock.local();
