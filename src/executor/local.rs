@@ -51,7 +51,7 @@ pub fn run_all<'a>(
                     let bar = progress.start_run(&run.stem);
                     let on_frame = |done, of| bar.frame(done, of);
                     let context = RunContext { on_frame: &on_frame, ..context };
-                    let run_it = || execute(run.spec(folder), context);
+                    let run_it = || execute(run.spec(folder), run.take_start(), context);
                     // Without threads of its own a run has the pool that all share.
                     let report =
                         pool.as_ref().map_or_else(|_| run_it(), |pool| pool.install(run_it));

@@ -1,7 +1,7 @@
 //! The files beside the recordings: the experiment as run, the viewer's layout, and host and timing of each run.
 
-use crate::plan::{Plan, Status};
-use crate::run::{self, RunReport};
+use crate::plan::Plan;
+use crate::run::RunReport;
 use kinetoscope_manifest::{Experiment, ExperimentRecord, TimingTable};
 use serde::Serialize;
 use std::fs::{self, File};
@@ -19,23 +19,15 @@ pub fn write_experiment(experiment: &Experiment, plan: &Plan) -> io::Result<()> 
     replace(&plan.folder.join("experiment.toml"), record.to_toml().as_bytes())
 }
 
-/// Writes `layout.json` for the run that shows the largest container, so that every run of a sweep fits its view.
+/// Writes `layout.json` for the run with the largest view, so that every run of a sweep fits it. A plan whose runs are all
+/// finished keeps the existing layout.
 ///
 /// # Errors
-/// Whatever the operating system says of the file.
+/// A folder that cannot be written.
 pub fn write_layout(plan: &Plan) -> io::Result<()> {
-    let mut largest = None;
-    for planned in &plan.runs {
-        if let Status::ToDo(estimate) = &planned.status
-            && largest.is_none_or(|(height, _)| estimate.view_height > height)
-        {
-            largest = Some((estimate.view_height, planned));
-        }
-    }
-    // A plan whose runs are all done keeps the layout that they were given.
-    match largest.map(|(_, planned)| run::layout(&planned.run.manifest)) {
-        Some(Ok(layout)) => replace(&plan.folder.join("layout.json"), layout.as_bytes()),
-        Some(Err(_)) | None => Ok(()),
+    match &plan.layout {
+        Some(layout) => replace(&plan.folder.join("layout.json"), layout.as_bytes()),
+        None => Ok(()),
     }
 }
 

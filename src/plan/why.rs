@@ -2,7 +2,7 @@
 
 use crate::plan::{PlannedRun, Status};
 use kinetoscope_manifest::differing_keys;
-use kinetoscope_physics::physics_version;
+use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::file::{final_path, partial_path};
@@ -164,7 +164,7 @@ fn changes(earlier: &Contents, run: &PlannedRun) -> Vec<String> {
     match earlier {
         Contents::OtherSchema(found) => vec![format!("layout version: {found} → {SCHEMA_VERSION}")],
         Contents::Readable { manifest, physics_version: before } => {
-            let now = physics_version(&run.run.manifest.model);
+            let now = kind_of(&run.run.manifest.model).physics_version;
             let version = (*before != now).then(|| format!("physics version: {before} → {now}"));
             let keys = differing_keys(manifest, &run.canonical);
             version.into_iter().chain(keys.iter().map(ToString::to_string)).collect()

@@ -6,12 +6,15 @@ pub mod diff;
 
 use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
-use crate::run::{Replay, RunError, replay_into};
+use crate::run::checkpoint::NoCheckpoints;
+use crate::run::prepared::Prepared;
+use crate::run::{RunError, record_frames, record_start};
 use crate::verify::diff::{Comparison, compare_messages};
 use kinetoscope_manifest::{KeyDifference, RunManifest, differing_keys, parse_run, run_key};
-use kinetoscope_physics::physics_version;
+use kinetoscope_physics::kind_of;
 use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
 use kinetoscope_recording::reader::{Outcome, Recording};
+use kinetoscope_recording::recorder::Recorder;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
@@ -124,14 +127,14 @@ pub fn verify(
     };
     // The versions stand in the file, so that a file of another version has other bytes.
     let same_versions = provenance.program_version == env!("CARGO_PKG_VERSION")
-        && physics == physics_version(&manifest.model);
+        && physics == kind_of(&manifest.model).physics_version;
     let finding = if !rerun.extent.damaged && same_versions && rerun.has_same_bytes(path)? {
         Finding::SameBytes { frames: rerun.extent.frames }
     } else {
         Finding::Messages(Box::new(rerun.compare_messages()?))
     };
     Ok(Verification {
-        physics_version: physics_version(&manifest.model),
+        physics_version: kind_of(&manifest.model).physics_version,
         key_fits: run_key(recording.manifest(), physics, layout).as_str() == provenance.run_key,
         reinterpreted: differing_keys(recording.manifest(), &manifest.canonical()),
         finding,
@@ -226,20 +229,30 @@ impl Rerun<'_> {
             }
         };
         stop_at(0);
-        let replay = Replay {
-            manifest: self.manifest,
-            embedded: self.recording.manifest(),
-            run_key: &self.recording.provenance().run_key,
-        };
         let on_frame = |done, of| {
             stop_at(done);
             (self.on_frame)(done, of);
         };
-        let recorded = replay_into(replay, sink, &interrupt, &on_frame);
+        let recorded = self.replay_into(sink, &interrupt, &on_frame);
         if let Some(code) = interrupt.exit_code() {
             return Err(VerifyError::Interrupted(code));
         }
-        recorded.map(|(sink, _)| sink).map_err(VerifyError::Run)
+        recorded.map_err(VerifyError::Run)
+    }
+
+    /// Executes the run again and records it into a sink, which is returned.
+    fn replay_into<W: Write + Send + 'static>(
+        &self,
+        sink: W,
+        interrupt: &Interrupt,
+        on_frame: &(dyn Fn(u64, u64) + Sync),
+    ) -> Result<W, RunError> {
+        let run_key = &self.recording.provenance().run_key;
+        let start = Prepared::new(self.manifest, self.recording.manifest(), run_key)?;
+        let recorder = Recorder::create(sink, &start.header)?;
+        let mut state = record_start(start, recorder)?;
+        let outcome = record_frames(&mut state, &mut NoCheckpoints, interrupt, on_frame)?;
+        Ok(state.recorder.finish(&outcome)?)
     }
 
     fn unreadable(&self, source: io::Error) -> VerifyError {

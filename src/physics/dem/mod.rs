@@ -49,7 +49,7 @@ mod touched;
 mod turn;
 mod walls;
 
-use crate::model::{Extent, Model, Progress, SetupError, SimulationFault, Target};
+use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use contacts::Contact;
 use discs::Discs;
@@ -122,13 +122,12 @@ struct Window {
     is_closed: bool,
 }
 
-impl Model for Dem {
-    type Config = DemConfig;
-    const NAME: &'static str = "dem";
-    const PHYSICS_VERSION: u32 = 3;
-    const TIME_UNIT: &'static str = "s";
-    /// `vx`, `vy` and `spin` belong to the positions' time, v + a dt/2; `vx_step` and `vy_step` are the integrator's own.
-    const STATE_COLUMNS: &'static [StateColumn] = &[
+const KIND: ModelKind = ModelKind {
+    name: "dem",
+    physics_version: 3,
+    time_unit: "s",
+    // `vx`, `vy` and `spin` belong to the positions' time, v + a dt/2; `vx_step` and `vy_step` are the integrator's own.
+    state_columns: &[
         StateColumn { name: "x", unit: "m" },
         StateColumn { name: "y", unit: "m" },
         StateColumn { name: "vx", unit: "m/s" },
@@ -139,15 +138,23 @@ impl Model for Dem {
         StateColumn { name: "spin", unit: "rad/s" },
         StateColumn { name: "id", unit: "" },
         StateColumn { name: "mass", unit: "kg" },
-    ];
-    const CHANNELS: &'static [ChannelDeclaration] = &[
+    ],
+    channels: &[
         ChannelDeclaration::of::<DemEnergy>(),
         ChannelDeclaration::of::<DemEnergyShare>(),
         ChannelDeclaration::of::<DemContacts>(),
         ChannelDeclaration::of::<DemWalls>(),
         ChannelDeclaration::of::<DemTemperature>(),
         ChannelDeclaration::opt_in::<DemContactForces>(),
-    ];
+    ],
+};
+
+impl Model for Dem {
+    type Config = DemConfig;
+
+    fn kind() -> &'static ModelKind {
+        &KIND
+    }
 
     /// On request frames tell the force of every contact.
     fn prepare(config: &DemConfig, seed: Seed, contact_forces: bool) -> Result<Self, SetupError> {
@@ -195,6 +202,10 @@ impl Model for Dem {
         model.list_neighbors();
         model.open_ledger();
         Ok(model)
+    }
+
+    fn channels(&self) -> &'static [ChannelDeclaration] {
+        KIND.channels
     }
 
     fn extent(&self) -> Extent {

@@ -35,7 +35,7 @@ use self::schedule::Schedule;
 use self::speeds::SpeedLaw;
 use self::wall::{Tally, WallLedger};
 use crate::constants::{BOLTZMANN_CODATA_1986_J_PER_K, BOLTZMANN_SI_2019_J_PER_K};
-use crate::model::{Extent, Model, Progress, SetupError, SimulationFault, Target};
+use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{BoltzmannConstant, GasConfig, TemperatureDefinition};
 use kinetoscope_recording::channels::{
@@ -91,25 +91,32 @@ struct Substance {
     definition: SpeedMean,
 }
 
-impl Model for Gas {
-    type Config = GasConfig;
-    const NAME: &'static str = "gas";
-    const PHYSICS_VERSION: u32 = 2;
-    const TIME_UNIT: &'static str = "s";
-    const STATE_COLUMNS: &'static [StateColumn] = &[
+const KIND: ModelKind = ModelKind {
+    name: "gas",
+    physics_version: 2,
+    time_unit: "s",
+    state_columns: &[
         StateColumn { name: "x", unit: "m" },
         StateColumn { name: "y", unit: "m" },
         StateColumn { name: "vx", unit: "m/s" },
         StateColumn { name: "vy", unit: "m/s" },
-    ];
-    const CHANNELS: &'static [ChannelDeclaration] = &[
+    ],
+    channels: &[
         ChannelDeclaration::of::<GasPressure>(),
         ChannelDeclaration::of::<GasTemperature>(),
         ChannelDeclaration::of::<GasInvariants>(),
         ChannelDeclaration::of::<GasLedger>(),
         ChannelDeclaration::of::<GasCollisions>(),
         ChannelDeclaration::of::<GasSpeeds>(),
-    ];
+    ],
+};
+
+impl Model for Gas {
+    type Config = GasConfig;
+
+    fn kind() -> &'static ModelKind {
+        &KIND
+    }
 
     /// Places and speeds are drawn from their own streams. A gas has no series of single collisions: `per_collision` changes nothing.
     fn prepare(config: &GasConfig, seed: Seed, _per_collision: bool) -> Result<Self, SetupError> {
@@ -151,6 +158,10 @@ impl Model for Gas {
         let rms_speed = moments.mean_square.sqrt();
         gas.speed_range_top = gas.speed_law.range_top(rms_speed, config.disc_radius_m.is_some());
         Ok(gas)
+    }
+
+    fn channels(&self) -> &'static [ChannelDeclaration] {
+        KIND.channels
     }
 
     fn extent(&self) -> Extent {

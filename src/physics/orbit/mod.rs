@@ -16,7 +16,7 @@ pub mod step;
 pub mod tables;
 mod track;
 
-use crate::model::{Extent, Model, Progress, SetupError, SimulationFault, Target};
+use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use bodies::Bodies;
 use kinetoscope_manifest::model::{OrbitConfig, OrbitSummation};
@@ -59,24 +59,31 @@ enum Moving {
     Bodies(Bodies),
 }
 
-impl Model for Orbit {
-    type Config = OrbitConfig;
-    const NAME: &'static str = "orbit";
-    const PHYSICS_VERSION: u32 = 2;
-    const TIME_UNIT: &'static str = "d";
-    const STATE_COLUMNS: &'static [StateColumn] = &[
+const KIND: ModelKind = ModelKind {
+    name: "orbit",
+    physics_version: 2,
+    time_unit: "d",
+    state_columns: &[
         StateColumn { name: "x", unit: "AU" },
         StateColumn { name: "y", unit: "AU" },
         StateColumn { name: "z", unit: "AU" },
         StateColumn { name: "vx", unit: "AU/d" },
         StateColumn { name: "vy", unit: "AU/d" },
         StateColumn { name: "vz", unit: "AU/d" },
-    ];
-    const CHANNELS: &'static [ChannelDeclaration] = &[
+    ],
+    channels: &[
         ChannelDeclaration::of::<OrbitEnergy>(),
         ChannelDeclaration::of::<OrbitElements>(),
         ChannelDeclaration::of::<OrbitConserved>(),
-    ];
+    ],
+};
+
+impl Model for Orbit {
+    type Config = OrbitConfig;
+
+    fn kind() -> &'static ModelKind {
+        &KIND
+    }
 
     /// Nothing here is random and no series is opt-in: `seed` and `per_collision` have no effect.
     fn prepare(

@@ -27,7 +27,7 @@ use self::arena::{Arena, Guard};
 use self::engine::{Collision, Engine, Step};
 use self::observables::{Moments, Series, Tallies};
 use self::processor::Kernel;
-use crate::model::{Extent, Model, Progress, SetupError, SimulationFault, Target};
+use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::{
     Boundary, CollapseGuard, PackingConfig, PackingPlacement, RunLength,
@@ -68,24 +68,31 @@ enum RunExtent {
     Time(f64),
 }
 
-impl Model for Packing {
-    type Config = PackingConfig;
-    const NAME: &'static str = "packing";
-    const PHYSICS_VERSION: u32 = 2;
-    const TIME_UNIT: &'static str = "";
-    const STATE_COLUMNS: &'static [StateColumn] = &[
+const KIND: ModelKind = ModelKind {
+    name: "packing",
+    physics_version: 2,
+    time_unit: "",
+    state_columns: &[
         StateColumn { name: "x", unit: "" },
         StateColumn { name: "y", unit: "" },
         StateColumn { name: "vx", unit: "" },
         StateColumn { name: "vy", unit: "" },
         StateColumn { name: "radius", unit: "" },
-    ];
-    const CHANNELS: &'static [ChannelDeclaration] = &[
+    ],
+    channels: &[
         ChannelDeclaration::of::<PackingTemperature>(),
         ChannelDeclaration::of::<PackingCollisions>(),
         ChannelDeclaration::of::<PackingPressure>(),
         ChannelDeclaration::opt_in::<PerCollision>(),
-    ];
+    ],
+};
+
+impl Model for Packing {
+    type Config = PackingConfig;
+
+    fn kind() -> &'static ModelKind {
+        &KIND
+    }
 
     fn prepare(
         config: &PackingConfig,
@@ -140,6 +147,10 @@ impl Model for Packing {
             account_of_start: Some(start.account),
             speed_range_top: if rms_speed > 0.0 { SPEED_RANGE * rms_speed } else { 1.0 },
         })
+    }
+
+    fn channels(&self) -> &'static [ChannelDeclaration] {
+        KIND.channels
     }
 
     fn extent(&self) -> Extent {
