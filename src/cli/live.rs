@@ -31,7 +31,7 @@ impl Watching {
         LiveServer::open(address, self.live_speed, interrupt).map(Some).map_err(|error| {
             let message = format!(
                 "cannot be watched at {address}: {error}\nAnother program may have this port: choose another, such as --live={}",
-                live::USUAL_PORT + 1
+                live::DEFAULT_PORT + 1
             );
             (Exit::Retryable, message)
         })

@@ -1,4 +1,4 @@
-//! What of a run is put on the buffer, and when.
+//! Selection of the frames of one run that viewers receive.
 
 use super::frame_buffer::{BroadcastMessage, FrameBuffer};
 use kinetoscope_recording::channels::LOG;
@@ -8,29 +8,29 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Shows one run.
+/// Broadcasts the frames of one run.
 pub(super) struct Broadcaster {
     buffer: Arc<FrameBuffer>,
-    /// Unset when this run makes room for the next one.
+    /// Cleared when this run ends, so that the next one can be broadcast.
     taken: Arc<AtomicBool>,
     name: String,
     channels: BTreeMap<&'static str, usize>,
     end_ns: Option<u64>,
-    /// Between two frames that are shown, by the clock.
+    /// Minimum time between two broadcast frames.
     interval: Duration,
     shown: Option<Instant>,
     /// The frame that is being recorded.
-    frame: Option<Progress>,
-    /// What was drawn or logged, and is to be shown.
+    frame: Option<Selection>,
+    /// Messages of the current frame that are to be broadcast.
     messages: Vec<BroadcastMessage>,
 }
 
-/// Whether a frame under way is to be shown.
+/// Whether the current frame is broadcast.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Progress {
-    Wanted,
-    /// Of it only the log is kept.
-    PassedOver,
+enum Selection {
+    Broadcast,
+    /// Only messages of the log are kept.
+    Skipped,
 }
 
 impl Broadcaster {
@@ -48,13 +48,13 @@ impl Broadcaster {
         }
     }
 
-    /// A run that keeps a pace shows all frames; another one as many as playback has, and the last.
-    fn progress_at(&self, log_time_ns: u64) -> Progress {
+    /// Selects all frames of a paced run; otherwise as many as the playback shows in the same time, and the last one.
+    fn selection_at(&self, log_time_ns: u64) -> Selection {
         let due = self.shown.is_none_or(|shown| shown.elapsed() >= self.interval);
-        if self.buffer.paced || due || self.end_ns == Some(log_time_ns) {
-            Progress::Wanted
+        if self.buffer.is_paced || due || self.end_ns == Some(log_time_ns) {
+            Selection::Broadcast
         } else {
-            Progress::PassedOver
+            Selection::Skipped
         }
     }
 }
@@ -70,10 +70,10 @@ impl FrameObserver for Broadcaster {
     }
 
     fn message(&mut self, topic: &'static str, log_time_ns: u64, payload: &[u8]) {
-        let progress = self.frame.unwrap_or_else(|| self.progress_at(log_time_ns));
-        self.frame = Some(progress);
+        let selection = self.frame.unwrap_or_else(|| self.selection_at(log_time_ns));
+        self.frame = Some(selection);
         let Some(&channel) = self.channels.get(topic) else { return };
-        if progress == Progress::Wanted || topic == LOG {
+        if selection == Selection::Broadcast || topic == LOG {
             self.messages.push(BroadcastMessage {
                 channel,
                 log_time_ns,
@@ -83,20 +83,20 @@ impl FrameObserver for Broadcaster {
     }
 
     fn end_of_frame(&mut self) {
-        if self.frame.take() == Some(Progress::Wanted) {
+        if self.frame.take() == Some(Selection::Broadcast) {
             self.shown = Some(Instant::now());
-            self.buffer.show(std::mem::take(&mut self.messages));
+            self.buffer.broadcast(std::mem::take(&mut self.messages));
         }
         self.buffer.hold();
     }
 }
 
 impl Drop for Broadcaster {
-    /// A last word of the log may have come after the last frame; a frame that was cut short is not shown.
+    /// Broadcasts a line of the log that followed the last frame; an incomplete frame is dropped.
     fn drop(&mut self) {
         let log = self.channels.get(LOG);
         self.messages.retain(|message| Some(&message.channel) == log);
-        self.buffer.show(std::mem::take(&mut self.messages));
+        self.buffer.broadcast(std::mem::take(&mut self.messages));
         self.taken.store(false, Ordering::Release);
     }
 }

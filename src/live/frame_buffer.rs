@@ -1,4 +1,4 @@
-//! What the run puts up and the viewers look at. The run never waits for a viewer here: whoever is slow misses whole frames.
+//! The frames between the run and its viewers. The run never waits for a viewer; a slow viewer misses whole frames.
 
 use super::pace::Pace;
 use super::protocol::{PlaybackRequest, PlaybackState};
@@ -8,73 +8,73 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Viewers at once.
-const MOST_VIEWERS: usize = 16;
-/// Frames that wait for one viewer; the oldest goes when another one comes.
-const MOST_WAITING: usize = 4;
-/// How soon a held run hears of Ctrl-C.
-const HEARING: Duration = Duration::from_millis(50);
+/// Maximum number of viewers.
+const MAX_VIEWERS: usize = 16;
+/// Maximum length of a viewer's queue; a new frame displaces the oldest one.
+const MAX_QUEUED_FRAMES: usize = 4;
+/// Interval at which a held run checks for Ctrl-C.
+const INTERRUPT_INTERVAL: Duration = Duration::from_millis(50);
 
 /// One message of a frame.
 #[derive(Debug)]
 pub(super) struct BroadcastMessage {
-    /// Place of its channel in the channel_list.
+    /// Index of its channel in the list.
     pub(super) channel: usize,
     pub(super) log_time_ns: u64,
     pub(super) payload: Vec<u8>,
 }
 
-/// A frame, whole, that all viewers share.
+/// A complete frame, shared by all viewers.
 #[derive(Debug)]
 pub(super) struct BroadcastFrame {
-    /// Frames shown before it, of all runs.
+    /// Number of frames broadcast so far, over all runs.
     pub(super) number: u64,
     pub(super) log_time_ns: u64,
     pub(super) messages: Vec<Arc<BroadcastMessage>>,
 }
 
-/// A run as it is announced to viewers.
+/// The run that is announced to viewers.
 #[derive(Debug)]
 pub(super) struct RunInfo {
-    /// Counts the runs shown; 0 before the first.
+    /// Number of runs announced; 0 before the first.
     pub(super) session: u64,
     pub(super) name: String,
     pub(super) channel_list: ChannelList,
-    /// The protocol's id of the first channel; the others follow.
+    /// The protocol's id of the first channel; the ids are consecutive.
     pub(super) first_channel_id: u64,
 }
 
-/// What one viewer has before it.
+/// The frames queued for one viewer.
 #[derive(Default)]
 struct Mailbox {
-    waiting: VecDeque<Arc<BroadcastFrame>>,
+    queue: VecDeque<Arc<BroadcastFrame>>,
 }
 
 struct State {
     run_info: Arc<RunInfo>,
-    /// Of each channel its messages in the last frame that had any: what a late viewer sees first.
+    /// For each channel, the messages of the last frame that had any. A late viewer receives them first.
     latest: BTreeMap<usize, Vec<Arc<BroadcastMessage>>>,
     frames: u64,
     time_ns: u64,
     viewers: BTreeMap<u64, Mailbox>,
     next_viewer: u64,
-    /// Whether anybody has ever subscribed.
-    was_watched: bool,
+    /// Whether any viewer has subscribed.
+    has_subscriber: bool,
     pace: Pace,
     closed: Option<Instant>,
 }
 
-/// What there is to see and who sees it.
+/// The announced run, its latest frames and the viewers' queues.
 pub(super) struct FrameBuffer {
     state: Mutex<State>,
     changed: Condvar,
     interrupt: Interrupt,
-    /// Whether the run keeps a pace, and viewers control it.
-    pub(super) paced: bool,
+    /// Whether the run is held to a speed that viewers control.
+    pub(super) is_paced: bool,
 }
 
 impl FrameBuffer {
-    /// An empty buffer. With a speed, in seconds of playback a second, runs are held to it.
+    /// Creates an empty buffer. Runs are held to `speed`, in seconds of playback per second, if there is one.
     pub(super) fn new(speed: Option<f64>, interrupt: &Interrupt) -> Self {
         let run_info = RunInfo {
             session: 0,
@@ -89,7 +89,7 @@ impl FrameBuffer {
             time_ns: 0,
             viewers: BTreeMap::new(),
             next_viewer: 0,
-            was_watched: false,
+            has_subscriber: false,
             pace: Pace::new(speed.unwrap_or(1.0)),
             closed: None,
         };
@@ -97,7 +97,7 @@ impl FrameBuffer {
             state: Mutex::new(state),
             changed: Condvar::new(),
             interrupt: interrupt.clone(),
-            paced: speed.is_some(),
+            is_paced: speed.is_some(),
         }
     }
 
@@ -105,7 +105,7 @@ impl FrameBuffer {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Announces a run in the place of the last one.
+    /// Announces a run, which replaces the previous one.
     pub(super) fn announce(&self, name: &str, channel_list: ChannelList) {
         let mut state = self.lock();
         let last = &state.run_info;
@@ -119,11 +119,11 @@ impl FrameBuffer {
         state.latest.clear();
         state.time_ns = 0;
         state.pace.begin_run();
-        state.viewers.values_mut().for_each(|mailbox| mailbox.waiting.clear());
+        state.viewers.values_mut().for_each(|mailbox| mailbox.queue.clear());
     }
 
-    /// Shows a frame to all who keep up.
-    pub(super) fn show(&self, messages: Vec<BroadcastMessage>) {
+    /// Queues a frame for all viewers.
+    pub(super) fn broadcast(&self, messages: Vec<BroadcastMessage>) {
         let Some(log_time_ns) = messages.last().map(|message| message.log_time_ns) else { return };
         let messages: Vec<Arc<BroadcastMessage>> = messages.into_iter().map(Arc::new).collect();
         let mut state = self.lock();
@@ -137,17 +137,17 @@ impl FrameBuffer {
         state.time_ns = log_time_ns;
         let frame = Arc::new(BroadcastFrame { number: state.frames, log_time_ns, messages });
         for mailbox in state.viewers.values_mut() {
-            if mailbox.waiting.len() == MOST_WAITING {
-                mailbox.waiting.pop_front();
+            if mailbox.queue.len() == MAX_QUEUED_FRAMES {
+                mailbox.queue.pop_front();
             }
-            mailbox.waiting.push_back(Arc::clone(&frame));
+            mailbox.queue.push_back(Arc::clone(&frame));
         }
     }
 
-    /// Holds the run until it is time for the next frame: until somebody watches, and as viewers ask for. Ctrl-C and the end
-    /// of the show let it go.
+    /// Blocks the run until the next frame is due: until the first viewer subscribes, and according to speed and pause. Ctrl-C and
+    /// the end of the server release the run.
     pub(super) fn hold(&self) {
-        if !self.paced {
+        if !self.is_paced {
             return;
         }
         let mut state = self.lock();
@@ -155,29 +155,29 @@ impl FrameBuffer {
             if self.interrupt.is_raised() || state.closed.is_some() {
                 return;
             }
-            let wait = if state.was_watched {
+            let wait = if state.has_subscriber {
                 if state.viewers.is_empty() {
-                    // Whoever paused the run is gone.
+                    // The viewer that paused the run has disconnected.
                     state.pace.play();
                 }
                 let (now, rate) = (Instant::now(), state.run_info.channel_list.playback_rate);
                 let time_ns = state.time_ns;
                 match state.pace.wait(now, time_ns, rate) {
                     None => return,
-                    Some(wait) => wait.min(HEARING),
+                    Some(wait) => wait.min(INTERRUPT_INTERVAL),
                 }
             } else {
-                HEARING
+                INTERRUPT_INTERVAL
             };
             let waited = self.changed.wait_timeout(state, wait);
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
-    /// A viewer comes; `None` where there are enough.
-    pub(super) fn enter(&self) -> Option<u64> {
+    /// Adds a viewer; `None` if the maximum number is connected.
+    pub(super) fn add_viewer(&self) -> Option<u64> {
         let mut state = self.lock();
-        if state.viewers.len() >= MOST_VIEWERS {
+        if state.viewers.len() >= MAX_VIEWERS {
             return None;
         }
         let viewer = state.next_viewer;
@@ -186,38 +186,38 @@ impl FrameBuffer {
         Some(viewer)
     }
 
-    /// A viewer goes.
-    pub(super) fn leave(&self, viewer: u64) {
+    /// Removes a viewer.
+    pub(super) fn remove_viewer(&self, viewer: u64) {
         self.lock().viewers.remove(&viewer);
         self.changed.notify_all();
     }
 
-    /// The run that is shown.
+    /// The announced run.
     pub(super) fn run_info(&self) -> Arc<RunInfo> {
         Arc::clone(&self.lock().run_info)
     }
 
-    /// The frames that wait for a viewer.
+    /// Takes the frames queued for a viewer.
     pub(super) fn take(&self, viewer: u64) -> VecDeque<Arc<BroadcastFrame>> {
         let mut state = self.lock();
         state
             .viewers
             .get_mut(&viewer)
-            .map(|mailbox| std::mem::take(&mut mailbox.waiting))
+            .map(|mailbox| std::mem::take(&mut mailbox.queue))
             .unwrap_or_default()
     }
 
-    /// Somebody watches from here on: the last messages of each of these channels, of one frame but for what is drawn once or
-    /// logged, and the number of that frame.
-    pub(super) fn watch(&self, channels: &[usize]) -> (Vec<Arc<BroadcastMessage>>, u64) {
+    /// Subscribes to channels. Returns their last messages and the number of the last frame. The messages are from one frame,
+    /// except for channels that are drawn once or logged.
+    pub(super) fn subscribe(&self, channels: &[usize]) -> (Vec<Arc<BroadcastMessage>>, u64) {
         let mut state = self.lock();
-        state.was_watched = true;
+        state.has_subscriber = true;
         self.changed.notify_all();
         let latest = channels.iter().filter_map(|channel| state.latest.get(channel)).flatten();
         (latest.cloned().collect(), state.frames)
     }
 
-    /// Does what a viewer asks for, and says where playback is then.
+    /// Executes a viewer's request and returns the new playback state.
     pub(super) fn control(&self, request: &PlaybackRequest) -> PlaybackState {
         let mut state = self.lock();
         let time_ns = state.time_ns;
@@ -229,19 +229,19 @@ impl FrameBuffer {
         }
     }
 
-    /// Where playback is, and how often viewers have changed it.
+    /// The playback state and the number of changes by viewers.
     pub(super) fn playback(&self) -> (PlaybackState, u64) {
         let state = self.lock();
         (state.playback(), state.pace.changes())
     }
 
-    /// The show is over.
+    /// Ends the broadcast.
     pub(super) fn close(&self) {
         self.lock().closed = Some(Instant::now());
         self.changed.notify_all();
     }
 
-    /// How long the show has been over.
+    /// Time since the end of the broadcast; `None` before it.
     pub(super) fn closed_for(&self) -> Option<Duration> {
         self.lock().closed.map(|closed| closed.elapsed())
     }
@@ -274,8 +274,8 @@ mod tests {
     #[test]
     fn a_slow_viewer_misses_whole_frames_and_the_oldest() {
         let buffer = FrameBuffer::new(None, &Interrupt::default());
-        let viewer = buffer.enter().unwrap();
-        (0..10).for_each(|index| buffer.show(frame(index)));
+        let viewer = buffer.add_viewer().unwrap();
+        (0..10).for_each(|index| buffer.broadcast(frame(index)));
         let waiting = buffer.take(viewer);
         let times: Vec<u64> = waiting.iter().map(|frame| frame.log_time_ns).collect();
         assert_eq!(times, [6, 7, 8, 9]);
@@ -292,12 +292,12 @@ mod tests {
     #[test]
     fn a_late_viewer_has_the_last_frame_once() {
         let buffer = FrameBuffer::new(None, &Interrupt::default());
-        (0..3).for_each(|index| buffer.show(frame(index)));
-        let (latest, seen) = buffer.watch(&[0, 2]);
+        (0..3).for_each(|index| buffer.broadcast(frame(index)));
+        let (latest, seen) = buffer.subscribe(&[0, 2]);
         let latest: Vec<&[u8]> = latest.iter().map(|message| message.payload.as_slice()).collect();
         assert_eq!(latest, [[2, 0], [2, 2]]);
-        let viewer = buffer.enter().unwrap();
-        buffer.show(frame(3));
+        let viewer = buffer.add_viewer().unwrap();
+        buffer.broadcast(frame(3));
         let next: Vec<u64> = buffer.take(viewer).iter().map(|frame| frame.number).collect();
         assert_eq!(next, [seen + 1]);
     }
@@ -305,9 +305,9 @@ mod tests {
     #[test]
     fn there_is_an_end_to_viewers() {
         let buffer = FrameBuffer::new(None, &Interrupt::default());
-        let viewers: Vec<u64> = (0..MOST_VIEWERS).map(|_| buffer.enter().unwrap()).collect();
-        assert_eq!(buffer.enter(), None);
-        buffer.leave(viewers[3]);
-        assert!(buffer.enter().is_some());
+        let viewers: Vec<u64> = (0..MAX_VIEWERS).map(|_| buffer.add_viewer().unwrap()).collect();
+        assert_eq!(buffer.add_viewer(), None);
+        buffer.remove_viewer(viewers[3]);
+        assert!(buffer.add_viewer().is_some());
     }
 }

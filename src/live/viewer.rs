@@ -1,4 +1,4 @@
-//! One viewer and its connection, on a thread of its own.
+//! One viewer's connection, served by its own thread.
 
 use super::frame_buffer::{FrameBuffer, RunInfo};
 use super::protocol::{self, Request, SUBPROTOCOL, Subscription};
@@ -12,17 +12,17 @@ use tungstenite::http::{HeaderValue, StatusCode, header::SEC_WEBSOCKET_PROTOCOL}
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message, WebSocket};
 
-/// For the handshake, for one write to a viewer that does not read, and for its goodbye.
-const PATIENCE: Duration = Duration::from_secs(1);
-/// How long a connection is listened to before frames are looked for again.
-const LISTENING: Duration = Duration::from_millis(4);
-/// Requests are small.
-const LARGEST_REQUEST: usize = 1 << 16;
+/// Time limit of the handshake, of one write, and of the closing handshake.
+const CONNECTION_TIMEOUT: Duration = Duration::from_secs(1);
+/// Time limit of one read, after which queued frames are sent.
+const READ_TIMEOUT: Duration = Duration::from_millis(4);
+/// Maximum size of a request.
+const MAX_REQUEST_BYTES: usize = 1 << 16;
 
-/// Serves one viewer until it goes, or the show is over and it has seen the last frame.
+/// Serves one viewer until it disconnects, or until the broadcast has ended and its last frame is sent.
 pub(super) fn serve(stream: TcpStream, buffer: &FrameBuffer, session_prefix: &str) {
-    let Some(id) = buffer.enter() else { return };
-    // Whatever goes wrong with a connection concerns its viewer alone, who sees it.
+    let Some(id) = buffer.add_viewer() else { return };
+    // An error of the connection affects only its viewer, which reports it.
     let _ = shake_hands(stream).and_then(|socket| {
         let (subscriptions, run_info) = (BTreeMap::new(), buffer.run_info());
         let changes = buffer.playback().1;
@@ -31,18 +31,18 @@ pub(super) fn serve(stream: TcpStream, buffer: &FrameBuffer, session_prefix: &st
         viewer.announce()?;
         viewer.watch()
     });
-    buffer.leave(id);
+    buffer.remove_viewer(id);
 }
 
 fn shake_hands(stream: TcpStream) -> Result<WebSocket<TcpStream>, Error> {
     stream.set_nonblocking(false)?;
     stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(PATIENCE))?;
-    stream.set_write_timeout(Some(PATIENCE))?;
-    let config = WebSocketConfig::default().max_message_size(Some(LARGEST_REQUEST));
+    stream.set_read_timeout(Some(CONNECTION_TIMEOUT))?;
+    stream.set_write_timeout(Some(CONNECTION_TIMEOUT))?;
+    let config = WebSocketConfig::default().max_message_size(Some(MAX_REQUEST_BYTES));
     let socket = tungstenite::accept_hdr_with_config(stream, agree, Some(config));
     let socket = socket.map_err(|error| Error::Io(io::Error::other(error.to_string())))?;
-    socket.get_ref().set_read_timeout(Some(LISTENING))?;
+    socket.get_ref().set_read_timeout(Some(READ_TIMEOUT))?;
     Ok(socket)
 }
 
@@ -66,7 +66,7 @@ fn agree(asked: &Asked, mut response: Response) -> Result<Response, ErrorRespons
 /// A channel that a viewer receives.
 struct Receiving {
     subscription: u32,
-    /// Frames up to this number it has had, or was too late for.
+    /// Number of the last frame that is not sent again.
     seen: u64,
 }
 
@@ -76,9 +76,9 @@ struct Viewer<'a> {
     id: u64,
     session_prefix: &'a str,
     run_info: Arc<RunInfo>,
-    /// By the channel's place in the channel_list.
+    /// By the channel's index in the list.
     subscriptions: BTreeMap<usize, Receiving>,
-    /// Changes of the playback that it has heard of.
+    /// Number of playback changes already sent.
     changes: u64,
 }
 
@@ -113,11 +113,11 @@ impl Viewer<'_> {
         }
     }
 
-    /// Who serves, which run, which channels.
+    /// Sends the server's information, the run and its channels.
     fn announce(&mut self) -> Result<(), Error> {
         let run_info = Arc::clone(&self.run_info);
         let session = format!("{}-{}", self.session_prefix, run_info.session);
-        let range = run_info.channel_list.end_ns.filter(|_| self.buffer.paced);
+        let range = run_info.channel_list.end_ns.filter(|_| self.buffer.is_paced);
         self.send(protocol::server_info(&run_info.name, &session, range))?;
         let channels = &run_info.channel_list.channels;
         if channels.is_empty() {
@@ -167,7 +167,7 @@ impl Viewer<'_> {
                 self.subscriptions.retain(|_, receiving| !ids.contains(&receiving.subscription));
                 Ok(())
             }
-            Request::Playback(request) if self.buffer.paced => {
+            Request::Playback(request) if self.buffer.is_paced => {
                 let state = self.buffer.control(&request);
                 self.send(state.encode(&request.id))?;
                 if request.jump_to_ns.is_some_and(|to| to < state.time_ns) {
@@ -195,7 +195,7 @@ impl Viewer<'_> {
         });
         let known: BTreeMap<usize, u32> = known.collect();
         let asked: Vec<usize> = known.keys().copied().collect();
-        let (latest, seen) = self.buffer.watch(&asked);
+        let (latest, seen) = self.buffer.subscribe(&asked);
         for (&channel, &subscription) in &known {
             self.subscriptions.insert(channel, Receiving { subscription, seen });
         }
@@ -214,7 +214,7 @@ impl Viewer<'_> {
     /// Another viewer, or the end of a pause, may have changed the playback.
     fn hear_of_changes(&mut self) -> Result<(), Error> {
         let (state, changes) = self.buffer.playback();
-        if self.buffer.paced && changes != self.changes {
+        if self.buffer.is_paced && changes != self.changes {
             self.changes = changes;
             self.send(state.encode(""))?;
         }
@@ -225,7 +225,7 @@ impl Viewer<'_> {
     fn send(&mut self, message: impl Into<Message>) -> Result<(), Error> {
         let mut sent = self.socket.send(message.into());
         while let Err(error) = sent {
-            let late = self.buffer.closed_for().is_some_and(|closed| closed > PATIENCE);
+            let late = self.buffer.closed_for().is_some_and(|closed| closed > CONNECTION_TIMEOUT);
             if late || !would_block(&error) {
                 return Err(error);
             }
@@ -237,7 +237,7 @@ impl Viewer<'_> {
     /// Closes, and lets the viewer read what is still on its way.
     fn say_goodbye(&mut self) -> Result<(), Error> {
         self.socket.close(None)?;
-        self.socket.get_ref().set_read_timeout(Some(PATIENCE))?;
+        self.socket.get_ref().set_read_timeout(Some(CONNECTION_TIMEOUT))?;
         while self.socket.read().is_ok() {}
         Ok(())
     }
