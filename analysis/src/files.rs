@@ -3,7 +3,6 @@
 use crate::html;
 use crate::metrics;
 use crate::report::Report;
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// A file or folder that can't be written.
@@ -65,17 +64,11 @@ pub fn create_folder(folder: &Path) -> Result<(), WriteError> {
         .map_err(|error| WriteError { path: folder.to_path_buf(), why: error.to_string() })
 }
 
-/// Writes a file beside its place and then puts it there: nobody sees half of it.
+/// Replaces a whole file: a reader sees the old contents or the new ones.
 ///
 /// # Errors
-/// A file that can't be written.
+/// A file that cannot be written.
 pub fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".new");
-    let temporary = path.with_file_name(name);
-    let write = || -> io::Result<()> {
-        std::fs::write(&temporary, content)?;
-        std::fs::rename(&temporary, path)
-    };
-    write().map_err(|error| WriteError { path: path.to_path_buf(), why: error.to_string() })
+    kinetoscope_recording::atomic_file::replace(path, content.as_ref())
+        .map_err(|error| WriteError { path: path.to_path_buf(), why: error.to_string() })
 }

@@ -37,8 +37,7 @@ impl Conclusion<'_> {
             say(&summary(plan, &endings));
         }
         let delivery = depot.map(|depot| (depot, depot.report(plan)));
-        let is_all_there =
-            delivery.as_ref().is_none_or(|(_, delivery)| delivery.exit == Exit::Done);
+        let is_all_there = delivery.as_ref().is_none_or(|(_, delivery)| delivery.is_complete());
         if results.is_empty() && is_all_there {
             say(&format!("Nothing to do: {} has all recordings", self.place()));
         }
@@ -147,5 +146,6 @@ pub(crate) fn delivered(
     for complaint in &delivery.complaints {
         eprintln!("{complaint}");
     }
-    if exit == Exit::Done || delivery.exit == Exit::RunFailed { delivery.exit } else { exit }
+    let uploads = Exit::of_uploads(delivery);
+    if exit == Exit::Done || uploads == Exit::RunFailed { uploads } else { exit }
 }

@@ -10,6 +10,7 @@ use crate::interrupt::Interrupt;
 use crate::outputs::sidecars::{self, Failure};
 use crate::plan::{Plan, PlannedRun};
 use clap::{Args, ValueEnum};
+use kinetoscope_recording::atomic_file;
 use kinetoscope_recording::recorder::Outcome;
 use std::fs;
 use std::io;
@@ -127,7 +128,7 @@ impl Distribution {
         let tasks = dealt(&plan.to_do_by_cost(), self.runs_per_task.map_or(1, NonZeroUsize::get));
         let lines: Vec<String> =
             tasks.iter().map(|runs| command.line(&keys(runs)) + "\n").collect();
-        sidecars::replace(file, lines.concat().as_bytes())?;
+        atomic_file::replace(file, lines.concat().as_bytes())?;
         Ok(lines.len())
     }
 

@@ -142,7 +142,9 @@ impl Arguments {
         let depot = self.depot(&experiment).map_err(bad)?;
         let mut plan = self.plan(&experiment).map_err(bad)?;
         if let Some(depot) = &depot {
-            depot.find(&mut plan, self.force)?;
+            depot
+                .find(&mut plan, self.force)
+                .map_err(|error| (Exit::of_storage(error.is_retryable()), error.to_string()))?;
         }
         if self.why {
             return Ok(explain(&experiment, &plan));

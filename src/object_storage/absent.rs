@@ -2,7 +2,7 @@
 
 use crate::address::Address;
 use crate::error::StoreError;
-use crate::{Object, Put, Upload};
+use crate::object::{Object, Put, Upload};
 use kinetoscope_recording::storage::{Opened, Storage};
 use std::convert::Infallible;
 use std::io;

@@ -2,8 +2,8 @@
 
 use crate::address::Address;
 use crate::error::StoreError;
+use crate::object::{Object, Put, Upload};
 use crate::ranged_input::RangedInput;
-use crate::{Object, Put, Upload};
 use kinetoscope_recording::storage::{Opened, Storage};
 use object_store::aws::{AmazonS3, AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::path::Path as Key;

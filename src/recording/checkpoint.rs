@@ -5,11 +5,12 @@
 //! all preceding bytes; numbers in little-endian order. The content is one or more parts in
 //! postcard's encoding, which keeps every bit of an f64.
 
+use crate::atomic_file::{replace_with, temporary_path};
 use crate::error::RecordError;
-use crate::file::{at, sync_folder};
+use crate::file::at;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufWriter, IntoInnerError, Write};
 use std::path::{Path, PathBuf};
 
@@ -85,14 +86,7 @@ pub fn write(
     parts: &[&dyn Content],
 ) -> Result<(), RecordError> {
     let path = path(folder, stem);
-    let temporary = folder.join(format!("{stem}.checkpoint.tmp"));
-    let replace = || {
-        let file = write_into(File::create(&temporary)?, identity, parts)?;
-        file.sync_all()?;
-        fs::rename(&temporary, &path)
-    };
-    replace().map_err(|error| at(&path, &error))?;
-    sync_folder(&path)
+    replace_with(&path, |file| write_into(file, identity, parts)).map_err(|error| at(&path, &error))
 }
 
 /// Reads the checkpoint; `None` if there is none. `decode` makes a value of the content's bytes, `None` if they are damaged.
@@ -122,7 +116,8 @@ pub fn read<C>(
 /// # Errors
 /// A folder that can't be written.
 pub fn remove(folder: &Path, stem: &str) -> Result<(), RecordError> {
-    for path in [path(folder, stem), folder.join(format!("{stem}.checkpoint.tmp"))] {
+    let path = path(folder, stem);
+    for path in [temporary_path(&path), path] {
         match fs::remove_file(&path) {
             Ok(()) => {}
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}

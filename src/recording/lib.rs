@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows physics beyond the columns and messages that a model declares.
 
+pub mod atomic_file;
 pub mod background;
 pub mod channels;
 pub mod checkpoint;
@@ -28,7 +29,9 @@ mod header;
 mod open_chunk;
 mod playback;
 mod scene;
+mod schema;
 mod sink;
+mod state_column;
 mod table;
 mod trail;
 mod unpacking;

@@ -3,7 +3,7 @@
 use crate::error::RecordError;
 use crate::header::Header;
 use crate::playback::log_time_ns;
-use crate::recorder::schema_of;
+use crate::schema::schema_of;
 
 /// A channel as the recording declares it.
 #[derive(Clone, Debug, PartialEq, Eq)]

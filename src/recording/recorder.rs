@@ -6,18 +6,17 @@ pub use resuming::RecorderState;
 
 mod resuming;
 
-use crate::channels::{self, Channel as _, ChannelDeclaration, FrameClock};
-use crate::descriptor::file_descriptor_set;
+use crate::channels::{self, Channel as _, FrameClock};
 use crate::error::RecordError;
 use crate::frame::{Frame, Level, LogLine};
 use crate::observer::{ChannelList, FrameObserver};
 use crate::playback::log_time_ns;
 use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
 use crate::scene::SceneBuilder;
+use crate::schema::schema_of;
 use crate::sink::CountingSink;
 use crate::trail::Trails;
-use foxglove::Encode as _;
-use foxglove::messages::{Log, PointCloud, SceneUpdate, Timestamp, log};
+use foxglove::messages::{Log, Timestamp, log};
 use mcap::records::{MessageHeader, Metadata};
 use prost::Message;
 use resuming::Resumable;
@@ -413,28 +412,6 @@ fn write_options(compression: Compression) -> mcap::WriteOptions {
         .calculate_data_section_crc(true)
         .calculate_summary_section_crc(true)
         .calculate_attachment_crcs(true)
-}
-
-pub(crate) fn schema_of(
-    topic: &str,
-    declared: &[ChannelDeclaration],
-) -> Result<foxglove::Schema, RecordError> {
-    if topic == FrameClock::TOPIC {
-        return own_schema(&ChannelDeclaration::of::<FrameClock>());
-    }
-    if let Some(channel) = declared.iter().find(|channel| channel.topic == topic) {
-        return own_schema(channel);
-    }
-    let schema = match topic {
-        channels::STATE => PointCloud::get_schema(),
-        channels::LOG => Log::get_schema(),
-        _ => SceneUpdate::get_schema(),
-    };
-    schema.ok_or_else(|| RecordError::Declaration(format!("{topic} has no schema")))
-}
-
-fn own_schema(channel: &ChannelDeclaration) -> Result<foxglove::Schema, RecordError> {
-    Ok(foxglove::Schema::new(channel.schema, "protobuf", file_descriptor_set(channel)?))
 }
 
 fn log_level(level: Level) -> log::Level {

@@ -1,7 +1,7 @@
 //! A record that a file was verified, so that others can check it without a re-run.
 
-use crate::outputs::sidecars;
 use kinetoscope_manifest::run_key;
+use kinetoscope_recording::atomic_file;
 use kinetoscope_recording::reader::Recording;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -91,7 +91,7 @@ impl Attestation {
     /// A folder that can't be written.
     pub fn write(&self, recording: &Path) -> io::Result<PathBuf> {
         let path = attestation_path(recording);
-        sidecars::replace(&path, serde_json::to_string_pretty(self)?.as_bytes())?;
+        atomic_file::replace(&path, serde_json::to_string_pretty(self)?.as_bytes())?;
         Ok(path)
     }
 }

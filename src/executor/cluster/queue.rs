@@ -3,8 +3,10 @@
 //! Nothing is remembered but what lies in the folder. So the program may leave at any time, and the same command takes up
 //! the thread: what the cluster has in its queue is not submitted again, what it lost is.
 
+use crate::executor::cluster::active_tasks::ActiveTasks;
 use crate::executor::cluster::expected_time;
-use crate::executor::cluster::scheduler::{ActiveTasks, Engine, Resources};
+use crate::executor::cluster::scheduler::Engine;
+use crate::executor::cluster::submission::Resources;
 use crate::executor::cluster::task::{TaskCommand, dealt};
 use crate::executor::progress::ProgressDisplay;
 use crate::interrupt::Interrupt;

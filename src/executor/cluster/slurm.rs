@@ -2,9 +2,10 @@
 //!
 //! Partition, account and the like are Slurm's own business: `sbatch` reads them from `SBATCH_PARTITION`, `SBATCH_ACCOUNT` …
 
-use crate::executor::cluster::scheduler::{ActiveTasks, JOB_NAME, Resources, answer};
+use crate::executor::cluster::active_tasks::ActiveTasks;
+use crate::executor::cluster::engine_command::output_of;
 use crate::executor::cluster::squeue::{self, TaskState, hold_reasons};
-use crate::executor::cluster::submission;
+use crate::executor::cluster::submission::{self, JOB_NAME, Resources};
 use crate::executor::cluster::task::TaskCommand;
 use crate::plan::PlannedRun;
 use std::io;
@@ -16,9 +17,9 @@ const USUAL_ARRAY_SIZE: usize = 1001;
 /// Before its time limit a task hears SIGTERM, saves its run and ends.
 const SECONDS_TO_SAVE: u32 = 30;
 
-/// As [`super::engine::Engine::live`].
+/// As [`super::scheduler::Engine::live`].
 pub(super) fn live(folder: &Path) -> io::Result<ActiveTasks> {
-    let queue = answer(
+    let queue = output_of(
         Command::new("squeue")
             .args(["--noheader", "--array", "--me"])
             .arg(format!("--states={}", squeue::STATES))
@@ -51,7 +52,7 @@ pub(super) fn live(folder: &Path) -> io::Result<ActiveTasks> {
 
 /// The most tasks that one job array of the site may have.
 pub(super) fn most_tasks() -> usize {
-    let configuration = answer(Command::new("scontrol").args(["show", "config"]));
+    let configuration = output_of(Command::new("scontrol").args(["show", "config"]));
     configuration
         .ok()
         .and_then(|text| {
@@ -62,7 +63,7 @@ pub(super) fn most_tasks() -> usize {
         .unwrap_or(USUAL_ARRAY_SIZE)
 }
 
-/// As [`super::engine::Engine::submit`].
+/// As [`super::scheduler::Engine::submit`].
 pub(super) fn submit(
     folder: &Path,
     tasks: &[Vec<&PlannedRun>],
@@ -82,5 +83,5 @@ pub(super) fn submit(
     if let Some(minutes) = resources.time_limit_min {
         sbatch.arg(format!("--time={minutes}"));
     }
-    answer(sbatch.arg(submission.script)).map(drop)
+    output_of(sbatch.arg(submission.script)).map(drop)
 }

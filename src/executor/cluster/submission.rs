@@ -2,13 +2,27 @@
 //! the script of a task, which is told its index.
 
 use crate::executor::cluster::task::{TaskCommand, keys, quoted};
-use crate::outputs::sidecars::replace;
 use crate::plan::PlannedRun;
+use kinetoscope_recording::atomic_file::replace;
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+
+/// Start of the name of every job of this program; the name of the submission follows.
+pub(super) const JOB_NAME: &str = "kinetoscope-";
+
+/// What a task asks of the engine.
+#[derive(Clone, Copy, Debug)]
+pub struct Resources {
+    /// Processors.
+    pub processors: usize,
+    /// Memory.
+    pub memory_mib: u64,
+    /// Minutes; `None` is the site's default.
+    pub time_limit_min: Option<u64>,
+}
 
 /// A submission in its folder.
 pub(super) struct Submission {
