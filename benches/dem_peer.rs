@@ -47,7 +47,7 @@ fn text_of(model: &Dem, scene: Scene, discs: u32) -> String {
     let config = scene.config(discs);
     let Extent::Steps { step, .. } = model.extent() else { unreachable!("steps") };
     let mut text = format!("{} {} {:e}\n", config.width_m.get(), config.height_m.get(), step);
-    for row in observed(model).state().chunks_exact(Dem::STATE_COLUMNS.len()) {
+    for row in observed(model).state().chunks_exact(Dem::kind().state_columns.len()) {
         let mass = 1e-3 * row[6] * row[6] / (5e-4 * 5e-4);
         for value in &row[..7] {
             write!(text, "{value:e} ").expect("text");

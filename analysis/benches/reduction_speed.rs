@@ -130,7 +130,7 @@ fn record(path: &Path, model: &'static str, config: &str, scale: f64) {
     let experiment = parse(&manifest, "speed.toml", &[]).unwrap();
     let header = Header {
         manifest: experiment.runs[0].manifest.canonical(),
-        content_key: "0".repeat(64),
+        run_key: "0".repeat(64),
         model,
         physics_version: 1,
         program_version: "0".to_owned(),

@@ -101,7 +101,7 @@ fn with_speeds(config: DemConfig) -> DemConfig {
     let mut frame = kinetoscope_recording::frame::Frame::new();
     start.observe(&mut frame);
     let finite = |value: f64| Finite::new(value).expect("finite");
-    let rows = frame.state().chunks_exact(Dem::STATE_COLUMNS.len());
+    let rows = frame.state().chunks_exact(Dem::kind().state_columns.len());
     let mut generator = SEED.stream(kinetoscope_physics::random::Stream::Velocities);
     let positions: Vec<[Finite; 2]> = rows.map(|row| [finite(row[0]), finite(row[1])]).collect();
     let velocities =

@@ -1,10 +1,9 @@
 //! What the fuzz targets share: small valid recordings, a reader's answer to a file, and checkpoints with right checksums.
 
-use kinetoscope_physics::model::Model;
-use kinetoscope_physics::{ForModel, with_model};
+use kinetoscope_physics::prepare;
 use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{ChannelDeclaration, GasSpeeds, GasTemperature};
-use kinetoscope_recording::checkpoint;
+use kinetoscope_recording::checkpoint::{self, Content};
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::frame::{Frame, Level, StateColumn};
@@ -29,7 +28,7 @@ pub fn recordings() -> Vec<Vec<u8>> {
 fn header(compression: Compression) -> Header {
     Header {
         manifest: "name = \"sample\"\n".to_owned(),
-        content_key: "00c0ffee".repeat(8),
+        run_key: "00c0ffee".repeat(8),
         model: "gas",
         physics_version: 1,
         program_version: "0.1.0".to_owned(),
@@ -83,7 +82,7 @@ pub const IDENTITY: &str = "fuzz";
 
 /// A checkpoint's bytes before its content, of a content so long.
 fn envelope(content_bytes: usize) -> Vec<u8> {
-    let empty = checkpoint::encode(IDENTITY, &()).unwrap();
+    let empty = checkpoint::encode(IDENTITY, &[]).unwrap();
     // An empty content is followed by its checksum alone, and preceded by its length.
     let mut envelope = empty[..empty.len() - 12].to_vec();
     envelope.extend((content_bytes as u64).to_le_bytes());
@@ -107,20 +106,15 @@ pub fn starts() -> Vec<Vec<u8>> {
 }
 
 fn start(number: u8, model: &str) -> Vec<u8> {
-    struct Start;
-    impl ForModel for Start {
-        type Output = Vec<u8>;
-        fn call<M: Model>(self, config: &M::Config) -> Vec<u8> {
-            let model = M::prepare(config, Seed { seed: 1, replicate: 0 }, false).unwrap();
-            let bytes = checkpoint::encode(IDENTITY, &(1_u64, recorder_state(), model)).unwrap();
-            bytes[envelope(0).len()..bytes.len() - 4].to_vec()
-        }
-    }
     let starter = Path::new("../src/manifest/starter").join(format!("{model}.toml"));
     let text = std::fs::read_to_string(starter).unwrap();
     let experiment = kinetoscope_manifest::parse(&text, "starter.toml", &[]).unwrap();
-    let content = with_model(&experiment.runs[0].manifest.model, Start);
-    [vec![number], content].concat()
+    let config = &experiment.runs[0].manifest.model;
+    let model = prepare(config, Seed { seed: 1, replicate: 0 }, false).unwrap();
+    let parts: [&dyn Content; 2] = [&(1_u64, recorder_state()), &*model];
+    let bytes = checkpoint::encode(IDENTITY, &parts).unwrap();
+    let content = checkpoint::content(&bytes, IDENTITY).unwrap();
+    [&[number], content].concat()
 }
 
 /// The state of a recorder that has written its header.

@@ -5,9 +5,9 @@ use crate::cli::exit::Exit;
 use crate::cli::messages::{name_of, summary};
 use crate::executor::cluster::task::quoted;
 use crate::executor::local::Result;
-use crate::outputs::upload::{Delivery, Depot};
+use crate::outputs::upload::{UploadReport, Uploader};
 use crate::plan::{Plan, Status};
-use crate::run::{Ending, RunError};
+use crate::run::{RunError, RunReport};
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::recorder::Outcome;
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
@@ -20,7 +20,7 @@ pub(crate) struct Conclusion<'a> {
     pub(crate) experiment: &'a Experiment,
     pub(crate) plan: &'a Plan,
     /// Where recordings went that did not stay in the plan's folder.
-    pub(crate) depot: Option<&'a Depot>,
+    pub(crate) depot: Option<&'a Uploader>,
     /// Whether others wait for these runs: then failures are written down for them.
     pub(crate) is_task: bool,
     pub(crate) say: Say<'a>,
@@ -31,14 +31,13 @@ impl Conclusion<'_> {
     pub(crate) fn of(&self, results: &[Result<'_>], signal: Option<u8>) -> Exit {
         let Self { plan, depot, say, .. } = self;
         let (mut exit, failed) = self.complain(results);
-        let endings: Vec<&Ending> =
+        let endings: Vec<&RunReport> =
             results.iter().filter_map(|(_, result)| result.as_ref()?.as_ref().ok()).collect();
         if !endings.is_empty() {
             say(&summary(plan, &endings));
         }
-        let delivery = depot.map(|depot| (depot, depot.delivery(plan)));
-        let is_all_there =
-            delivery.as_ref().is_none_or(|(_, delivery)| delivery.exit == Exit::Done);
+        let delivery = depot.map(|depot| (depot, depot.report(plan)));
+        let is_all_there = delivery.as_ref().is_none_or(|(_, delivery)| delivery.is_complete());
         if results.is_empty() && is_all_there {
             say(&format!("Nothing to do: {} has all recordings", self.place()));
         }
@@ -134,7 +133,12 @@ fn word(text: &str) -> String {
 }
 
 /// Says what came of the puts to object storage, and returns the graver exit code.
-pub(crate) fn delivered(delivery: &Delivery, depot: &Depot, exit: Exit, say: Say<'_>) -> Exit {
+pub(crate) fn delivered(
+    delivery: &UploadReport,
+    depot: &Uploader,
+    exit: Exit,
+    say: Say<'_>,
+) -> Exit {
     if delivery.put > 0 {
         let plural = if delivery.put == 1 { "recording" } else { "recordings" };
         say(&format!("Put {} {plural} to {}", delivery.put, depot.address()));
@@ -142,5 +146,6 @@ pub(crate) fn delivered(delivery: &Delivery, depot: &Depot, exit: Exit, say: Say
     for complaint in &delivery.complaints {
         eprintln!("{complaint}");
     }
-    if exit == Exit::Done || delivery.exit == Exit::RunFailed { delivery.exit } else { exit }
+    let uploads = Exit::of_uploads(delivery);
+    if exit == Exit::Done || uploads == Exit::RunFailed { uploads } else { exit }
 }

@@ -2,7 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::cli::output::Destination;
-use crate::executor::cluster::queue::{self, Errand};
+use crate::executor::cluster::queue::{self, SubmissionOptions};
 use crate::executor::cluster::scheduler::Engine;
 use crate::executor::cluster::task::{TaskCommand, dealt, keys};
 use crate::executor::progress::ProgressDisplay;
@@ -10,6 +10,7 @@ use crate::interrupt::Interrupt;
 use crate::outputs::sidecars::{self, Failure};
 use crate::plan::{Plan, PlannedRun};
 use clap::{Args, ValueEnum};
+use kinetoscope_recording::atomic_file;
 use kinetoscope_recording::recorder::Outcome;
 use std::fs;
 use std::io;
@@ -58,7 +59,7 @@ pub struct Distribution {
     /// Write the runs to FILE as shell commands, one a line, each of which may be run again; and stop
     #[arg(long, value_name = "FILE", conflicts_with_all = ["executor", "dry_run", "prune", "force"])]
     pub export_commands: Option<PathBuf>,
-    /// Do only the runs with these content keys: what a task of a cluster is asked
+    /// Do only the runs with these run keys: what a task of a cluster is asked
     #[arg(long, value_name = "KEY,…", value_delimiter = ',',
           conflicts_with_all = ["executor", "export_commands", "why", "prune"])]
     pub only: Option<Vec<String>>,
@@ -127,7 +128,7 @@ impl Distribution {
         let tasks = dealt(&plan.to_do_by_cost(), self.runs_per_task.map_or(1, NonZeroUsize::get));
         let lines: Vec<String> =
             tasks.iter().map(|runs| command.line(&keys(runs)) + "\n").collect();
-        sidecars::replace(file, lines.concat().as_bytes())?;
+        atomic_file::replace(file, lines.concat().as_bytes())?;
         Ok(lines.len())
     }
 
@@ -143,7 +144,7 @@ impl Distribution {
         interrupt: &Interrupt,
         progress: &ProgressDisplay,
     ) -> io::Result<Conclusion> {
-        let errand = Errand {
+        let errand = SubmissionOptions {
             engine,
             command: rest.command()?,
             runs_per_task: self.runs_per_task.map(NonZeroUsize::get),
@@ -194,8 +195,8 @@ fn concluded(end: queue::End<'_>, plan: &Plan) -> Conclusion {
             conclusion.exit = class;
         }
     }
-    if let Some(hindrances) = end.hindrances {
-        conclusion.complaints.push(hindrances);
+    if let Some(hold_reasons) = end.hold_reasons {
+        conclusion.complaints.push(hold_reasons);
         if conclusion.exit != Exit::RunFailed {
             conclusion.exit = Exit::Retryable;
         }

@@ -1,5 +1,6 @@
 //! How the program ends, and what that means to the shell.
 
+use crate::outputs::upload::UploadReport;
 use std::process::ExitCode;
 
 /// The exit codes as the help shows them.
@@ -30,6 +31,22 @@ pub enum Exit {
     Retryable,
     /// Ended by a signal; the code is 128 and its number.
     Signal(u8),
+}
+
+impl Exit {
+    /// The exit code of a failed access to object storage.
+    pub(crate) fn of_storage(is_retryable: bool) -> Self {
+        if is_retryable { Self::Retryable } else { Self::BadManifest }
+    }
+
+    /// The exit code of the uploads of an experiment.
+    pub(crate) fn of_uploads(report: &UploadReport) -> Self {
+        match &report.failure {
+            _ if report.has_conflicts => Self::RunFailed,
+            Some(error) => Self::of_storage(error.is_retryable),
+            None => Self::Done,
+        }
+    }
 }
 
 impl From<Exit> for ExitCode {

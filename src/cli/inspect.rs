@@ -4,7 +4,9 @@ use crate::cli::exit::Exit;
 use crate::executor::progress::{ProgressDisplay, Verbosity};
 use crate::interrupt::Interrupt;
 use crate::run::RunError;
-use crate::verify::attestation::{Attestation, Standing, Verdict, attestation_path, standing};
+use crate::verify::attestation::{
+    Attestation, AttestationStatus, Verdict, attestation_path, attestation_status,
+};
 use crate::verify::compare::{CompareError, RecordingComparison, compare_recordings};
 use crate::verify::diff::Comparison;
 use crate::verify::{Finding, Verification, VerifyError, verify};
@@ -133,7 +135,7 @@ fn describe(verification: &Verification, path: &Path) -> Report {
     }
     if !verification.key_fits {
         let complaint =
-            "The content key in the file is not that of its manifest: one of them was changed";
+            "The run key in the file is not that of its manifest: one of them was changed";
         let rest = report.complaint.map(|rest| format!("\n{rest}")).unwrap_or_default();
         report.complaint = Some(format!("{complaint}{rest}"));
         report.exit = Exit::Differs;
@@ -216,8 +218,8 @@ fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Repo
 
 fn attested(path: &Path) -> Report {
     let shown = path.display();
-    match standing(path) {
-        Ok(Standing::Attested(attestation)) => {
+    match attestation_status(path) {
+        Ok(AttestationStatus::Attested(attestation)) => {
             let equal = match attestation.verdict {
                 Verdict::Bytes => "byte",
                 Verdict::Messages => "message",
@@ -230,11 +232,11 @@ fn attested(path: &Path) -> Report {
             );
             Report { text, complaint: None, exit: Exit::Done }
         }
-        Ok(Standing::Changed(what)) => Report::complaint(
+        Ok(AttestationStatus::Changed(what)) => Report::complaint(
             Exit::Differs,
             format!("{shown} has changed since it was verified: another {what}"),
         ),
-        Ok(Standing::Unattested(why)) => Report::complaint(
+        Ok(AttestationStatus::Unattested(why)) => Report::complaint(
             Exit::Unreadable,
             format!(
                 "{shown} has no attestation ({why}). Write one: run-experiment --verify {shown}"

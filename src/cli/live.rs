@@ -2,7 +2,7 @@
 
 use crate::cli::exit::Exit;
 use crate::interrupt::Interrupt;
-use crate::live::{self, Live};
+use crate::live::{self, LiveServer};
 use crate::plan::Plan;
 use clap::Args;
 use std::net::SocketAddr;
@@ -26,12 +26,12 @@ impl Watching {
     ///
     /// # Errors
     /// An address that can't be served at, with the user's next step.
-    pub fn open(&self, interrupt: &Interrupt) -> Result<Option<Live>, (Exit, String)> {
+    pub fn open(&self, interrupt: &Interrupt) -> Result<Option<LiveServer>, (Exit, String)> {
         let Some(address) = self.live else { return Ok(None) };
-        Live::open(address, self.live_speed, interrupt).map(Some).map_err(|error| {
+        LiveServer::open(address, self.live_speed, interrupt).map(Some).map_err(|error| {
             let message = format!(
                 "cannot be watched at {address}: {error}\nAnother program may have this port: choose another, such as --live={}",
-                live::USUAL_PORT + 1
+                live::DEFAULT_PORT + 1
             );
             (Exit::Retryable, message)
         })
@@ -39,7 +39,7 @@ impl Watching {
 
     /// Where and how to watch.
     #[must_use]
-    pub fn invitation(&self, live: &Live, plan: &Plan) -> String {
+    pub fn invitation(&self, live: &LiveServer, plan: &Plan) -> String {
         let address = live.address();
         let mut text = format!(
             "Live at ws://{address} (in Foxglove: Open connection, Foxglove WebSocket; layout: {})",

@@ -2,7 +2,7 @@
 
 use crate::executor::progress::size;
 use crate::plan::{Plan, PlannedRun};
-use crate::run::Ending;
+use crate::run::RunReport;
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::recorder::Outcome;
 
@@ -60,8 +60,8 @@ fn counted(counts: impl Iterator<Item = u64> + Clone, what: &str) -> Option<Stri
 }
 
 /// What was recorded, and what was stopped.
-pub(crate) fn summary(plan: &Plan, endings: &[&Ending]) -> String {
-    let (stopped, written): (Vec<&Ending>, Vec<&Ending>) =
+pub(crate) fn summary(plan: &Plan, endings: &[&RunReport]) -> String {
+    let (stopped, written): (Vec<&RunReport>, Vec<&RunReport>) =
         endings.iter().partition(|ending| ending.outcome == Outcome::Interrupted);
     let bytes: u64 = written.iter().map(|ending| ending.bytes).sum();
     let seconds: f64 = written.iter().map(|ending| ending.wall_time.as_secs_f64()).sum();

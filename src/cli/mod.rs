@@ -18,16 +18,16 @@ use crate::cli::messages::{describe, name_of};
 use crate::cli::output::Destination;
 use crate::executor::analyze;
 use crate::executor::cluster::scheduler::Engine;
-use crate::executor::local::{self, Workforce};
+use crate::executor::local::{self, LocalPool};
 use crate::executor::progress::{ProgressDisplay, Verbosity};
 use crate::interrupt::Interrupt;
 use crate::outputs::sidecars;
-use crate::outputs::upload::Depot;
+use crate::outputs::upload::Uploader;
 use crate::plan::prune;
 use crate::plan::restart_files::StartFiles;
 use crate::plan::why::Earlier;
 use crate::plan::{Plan, Status};
-use crate::run::Conduct;
+use crate::run::RunContext;
 use crate::run::benchmark::{self, TimingError, time_table};
 use clap::Parser;
 use conclusion::Conclusion;
@@ -142,13 +142,15 @@ impl Arguments {
         let depot = self.depot(&experiment).map_err(bad)?;
         let mut plan = self.plan(&experiment).map_err(bad)?;
         if let Some(depot) = &depot {
-            depot.find(&mut plan, self.force)?;
+            depot
+                .find(&mut plan, self.force)
+                .map_err(|error| (Exit::of_storage(error.is_retryable()), error.to_string()))?;
         }
         if self.why {
             return Ok(explain(&experiment, &plan));
         }
         let refusals: Vec<String> = plan
-            .refused()
+            .rejected()
             .map(|(run, refusal)| format!("{}: {refusal}", name_of(run, &experiment)))
             .collect();
         if !refusals.is_empty() {
@@ -186,13 +188,13 @@ impl Arguments {
         };
         Plan::of_keys(experiment, &folder, self.force, keys).map_err(|key| {
             format!(
-                "no run has the content key {key}: the manifest or the program has changed since it was given"
+                "no run has the run key {key}: the manifest or the program has changed since it was given"
             )
         })
     }
 
     /// Where recordings go that do not stay on this machine.
-    fn depot(&self, experiment: &Experiment) -> Result<Option<Depot>, String> {
+    fn depot(&self, experiment: &Experiment) -> Result<Option<Uploader>, String> {
         let depot = self.destination.depot(&experiment.name).map_err(|error| error.to_string())?;
         let for_folders_alone = [
             (self.why, "--why"),
@@ -261,7 +263,7 @@ impl Arguments {
         manifest: &Path,
         experiment: &Experiment,
         plan: &Plan,
-        depot: Option<&Depot>,
+        depot: Option<&Uploader>,
         jobs: usize,
     ) -> Exit {
         let interrupt = match Interrupt::listen() {
@@ -288,7 +290,7 @@ impl Arguments {
         if let Some(file) = &self.distribution.export_commands {
             let exit = self.export(file, manifest, plan);
             return depot.map_or(exit, |depot| {
-                conclusion::delivered(&depot.delivery(plan), depot, exit, &|text| self.say(text))
+                conclusion::delivered(&depot.report(plan), depot, exit, &|text| self.say(text))
             });
         }
         if let Some(engine) = self.distribution.executor.engine() {
@@ -301,7 +303,7 @@ impl Arguments {
         &self,
         experiment: &Experiment,
         plan: &Plan,
-        depot: Option<&Depot>,
+        depot: Option<&Uploader>,
         jobs: usize,
         interrupt: &Interrupt,
     ) -> Exit {
@@ -323,7 +325,7 @@ impl Arguments {
             &runs,
             &plan.folder,
             self.workforce(jobs),
-            Conduct {
+            RunContext {
                 interrupt,
                 checkpoint_every: self.checkpoint_every,
                 on_frame: &|_, _| {},
@@ -417,10 +419,10 @@ impl Arguments {
         self.jobs.or_else(|| std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
     }
 
-    fn workforce(&self, jobs: usize) -> Workforce {
+    fn workforce(&self, jobs: usize) -> LocalPool {
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
         let left = self.threads.or_else(|| NonZeroUsize::new(processors / jobs));
-        Workforce {
+        LocalPool {
             jobs: NonZeroUsize::new(jobs).unwrap_or(NonZeroUsize::MIN),
             threads: left.unwrap_or(NonZeroUsize::MIN),
         }
@@ -456,7 +458,7 @@ fn timed(experiment: &Experiment, output: Option<&Path>) -> Exit {
                 }
             }
         }
-        Err(TimingError::Refused(refusal)) => fail(Exit::BadManifest, &refusal.to_string()),
+        Err(TimingError::Setup(error)) => fail(Exit::BadManifest, &error.to_string()),
         Err(TimingError::Fault(fault)) => fail(Exit::RunFailed, &fault.to_string()),
     }
 }
@@ -467,7 +469,7 @@ fn explain(experiment: &Experiment, plan: &Plan) -> Exit {
     for run in &plan.runs {
         print(&format!("{}: {}", name_of(run, experiment), earlier.reason(run, &plan.folder)));
     }
-    if plan.refused().next().is_some() { Exit::BadManifest } else { Exit::Done }
+    if plan.rejected().next().is_some() { Exit::BadManifest } else { Exit::Done }
 }
 
 fn prepare_folder(experiment: Option<&Experiment>, plan: &Plan) -> io::Result<()> {

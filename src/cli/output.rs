@@ -1,7 +1,7 @@
 //! What the command line says of where recordings go: a folder, or object storage by way of one.
 
 use crate::executor::cluster::task::quoted;
-use crate::outputs::upload::Depot;
+use crate::outputs::upload::Uploader;
 use clap::Args;
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_object_storage::error::StoreError;
@@ -67,9 +67,9 @@ impl Destination {
     ///
     /// # Errors
     /// An address that makes no sense, or a program that was built without object storage.
-    pub fn depot(&self, experiment: &str) -> Result<Option<Depot>, StoreError> {
+    pub fn depot(&self, experiment: &str) -> Result<Option<Uploader>, StoreError> {
         let address = self.address()?.map(|address| address.below(experiment));
-        address.map(|address| Depot::open(&address, self.keep_local)).transpose()
+        address.map(|address| Uploader::open(&address, self.keep_local)).transpose()
     }
 
     /// The option that names the folder of this machine.

@@ -1,6 +1,6 @@
 //! The progress display: a bar a running job and one for all on a terminal, a line a finished run elsewhere.
 
-use crate::run::{Beginning, Ending, RunError};
+use crate::run::{RunError, RunReport, RunStart};
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 use kinetoscope_recording::recorder::Outcome;
 use std::fmt;
@@ -99,10 +99,10 @@ impl RunProgress<'_> {
     }
 
     /// The run has ended.
-    pub fn finish(self, ending: &Result<Ending, RunError>) {
+    pub fn finish(self, report: &Result<RunReport, RunError>) {
         self.bar.finish_and_clear();
         self.display.total.inc(1);
-        if let Ok(Ending { beginning: Beginning::AnewAfter(reason), .. }) = ending {
+        if let Ok(RunReport { start: RunStart::Restarted(reason), .. }) = report {
             self.display.line(&format!("{}: began anew, since {reason}", self.stem));
         }
         let wanted = match self.display.verbosity {
@@ -110,22 +110,22 @@ impl RunProgress<'_> {
             Verbosity::Normal => !self.display.on_terminal,
             Verbosity::Verbose => true,
         };
-        if let (true, Ok(ending)) = (wanted, ending) {
-            let word = match &ending.outcome {
+        if let (true, Ok(report)) = (wanted, report) {
+            let word = match &report.outcome {
                 Outcome::Complete => "done",
                 Outcome::Fault(_) => "ended in a fault",
                 Outcome::Interrupted => "interrupted",
             };
-            let since = match ending.beginning {
-                Beginning::WentOn { frame } => format!(" from frame {frame} on"),
-                Beginning::Anew | Beginning::AnewAfter(_) => String::new(),
+            let since = match report.start {
+                RunStart::Resumed { frame } => format!(" from frame {frame} on"),
+                RunStart::Fresh | RunStart::Restarted(_) => String::new(),
             };
             self.display.line(&format!(
                 "{}: {word}{since}, {} frames, {}, {:.2} s",
                 self.stem,
-                ending.frames,
-                size(ending.bytes),
-                ending.wall_time.as_secs_f64()
+                report.frames,
+                size(report.bytes),
+                report.wall_time.as_secs_f64()
             ));
         }
     }

@@ -1,22 +1,21 @@
-//! A run watched while it is under way: a server for Foxglove and its open fork Lichtblick, by the protocol
-//! `foxglove.sdk.v1`.
+//! Live view of a run in progress: a server for Foxglove and its open fork Lichtblick with the protocol `foxglove.sdk.v1`.
 //!
-//! Viewers receive the messages that are recorded, byte for byte. They never change a recording. A slow viewer misses whole
-//! frames and delays nobody. Without a speed the run goes as fast as it can, and viewers see as many frames as playback has
-//! in the same time. With a speed the run keeps that pace, waits for the first viewer, and viewers pause, step and change
-//! the speed.
+//! Viewers receive the recorded messages byte for byte. Invariant: they never change a recording. A slow viewer misses whole
+//! frames and delays neither the run nor other viewers. Without a speed, the run advances at full speed, and viewers receive as
+//! many frames as the playback shows in the same time. With a speed, the run is held to it and waits for the first viewer;
+//! viewers can pause, step and change the speed.
 //!
-//! Of runs side by side one is shown, the first under way; when it ends, the next one that starts.
+//! If several runs execute in parallel, the first one is shown. When it ends, the next run that starts is shown.
 
+mod broadcaster;
+mod frame_buffer;
 mod pace;
 mod protocol;
-mod show;
-mod stage;
 mod viewer;
 
 use crate::interrupt::Interrupt;
-use kinetoscope_recording::spectator::Spectator;
-use stage::Stage;
+use frame_buffer::FrameBuffer;
+use kinetoscope_recording::observer::FrameObserver;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -24,25 +23,25 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Where viewers look first; from this machine alone.
-pub const USUAL_PORT: u16 = 8765;
-/// How soon a new viewer is let in.
-const KNOCKING: Duration = Duration::from_millis(20);
+/// The default port of viewers, open to this machine only.
+pub const DEFAULT_PORT: u16 = 8765;
+/// Interval at which new connections are accepted.
+const ACCEPT_INTERVAL: Duration = Duration::from_millis(20);
 
-/// The server. Dropped, it lets the viewers see the last frame and closes.
-pub struct Live {
-    stage: Arc<Stage>,
+/// The server. When dropped, it sends the last frame to the viewers and closes.
+pub struct LiveServer {
+    buffer: Arc<FrameBuffer>,
     taken: Arc<AtomicBool>,
     address: SocketAddr,
-    door: Option<JoinHandle<()>>,
+    acceptor: Option<JoinHandle<()>>,
 }
 
-impl Live {
-    /// Listens at an address; port 0 is any free one. With a speed, in seconds of playback a second, runs are held to it
-    /// until they are interrupted.
+impl LiveServer {
+    /// Listens at an address; port 0 selects a free port. Runs are held to `speed`, in seconds of playback per second, until they
+    /// are interrupted.
     ///
     /// # Errors
-    /// An address that is in use or not this machine's.
+    /// An address that is in use or does not belong to this machine.
     pub fn open(
         address: SocketAddr,
         speed: Option<f64>,
@@ -51,53 +50,53 @@ impl Live {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
-        let stage = Arc::new(Stage::new(speed, interrupt));
-        let inside = Arc::clone(&stage);
-        let door = thread::spawn(move || keep_the_door(&listener, &inside));
-        Ok(Self { stage, taken: Arc::default(), address, door: Some(door) })
+        let buffer = Arc::new(FrameBuffer::new(speed, interrupt));
+        let inside = Arc::clone(&buffer);
+        let acceptor = thread::spawn(move || accept_viewers(&listener, &inside));
+        Ok(Self { buffer, taken: Arc::default(), address, acceptor: Some(acceptor) })
     }
 
-    /// Where it listens.
+    /// The address of the server.
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// Who watches a run for the viewers; `None` while another run is shown.
+    /// The observer that broadcasts a run; `None` while another run is broadcast.
     #[must_use]
-    pub fn spectator(&self, name: &str) -> Option<Box<dyn Spectator>> {
+    pub fn observer(&self, name: &str) -> Option<Box<dyn FrameObserver>> {
         if self.taken.swap(true, Ordering::AcqRel) {
             return None;
         }
-        let (stage, taken) = (Arc::clone(&self.stage), Arc::clone(&self.taken));
-        Some(Box::new(show::Show::new(stage, taken, name)))
+        let (buffer, taken) = (Arc::clone(&self.buffer), Arc::clone(&self.taken));
+        Some(Box::new(broadcaster::Broadcaster::new(buffer, taken, name)))
     }
 }
 
-impl Drop for Live {
+impl Drop for LiveServer {
     fn drop(&mut self) {
-        self.stage.close();
-        if let Some(door) = self.door.take() {
-            // A panic in there has been reported, and no run depends on it.
-            let _ = door.join();
+        self.buffer.close();
+        if let Some(acceptor) = self.acceptor.take() {
+            // A panic of the thread has been reported, and no run depends on it.
+            let _ = acceptor.join();
         }
     }
 }
 
-/// Lets viewers in until the show is over and they are gone.
-fn keep_the_door(listener: &TcpListener, stage: &Arc<Stage>) {
-    // Tells this server from an earlier one at the same address.
+/// Accepts viewers until the broadcast ends, then waits until they have disconnected.
+fn accept_viewers(listener: &TcpListener, buffer: &Arc<FrameBuffer>) {
+    // Distinguishes this server from an earlier one at the same address.
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let session_prefix = since_1970.as_millis().to_string();
     let mut viewers: Vec<JoinHandle<()>> = Vec::new();
-    while stage.closed_for().is_none() {
+    while buffer.closed_for().is_none() {
         match listener.accept() {
             Ok((stream, _)) => {
-                let (stage, prefix) = (Arc::clone(stage), session_prefix.clone());
-                viewers.push(thread::spawn(move || viewer::serve(stream, &stage, &prefix)));
+                let (buffer, prefix) = (Arc::clone(buffer), session_prefix.clone());
+                viewers.push(thread::spawn(move || viewer::serve(stream, &buffer, &prefix)));
             }
-            // Nobody, or somebody who is gone already.
-            Err(_) => thread::sleep(KNOCKING),
+            // No connection, or one that is already closed.
+            Err(_) => thread::sleep(ACCEPT_INTERVAL),
         }
         viewers.retain(|viewer| !viewer.is_finished());
     }
@@ -106,10 +105,10 @@ fn keep_the_door(listener: &TcpListener, stage: &Arc<Stage>) {
     }
 }
 
-/// An address of the command line: `ADDRESS:PORT`, or a port of this machine alone.
+/// Parses `ADDRESS:PORT`, or a port of this machine.
 ///
 /// # Errors
-/// What is neither.
+/// Any other text.
 pub fn address(text: &str) -> Result<SocketAddr, String> {
     let port = text.parse().map(|port: u16| SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
     port.ok()
@@ -117,10 +116,10 @@ pub fn address(text: &str) -> Result<SocketAddr, String> {
         .ok_or_else(|| "write a port, or an address such as 127.0.0.1:8765".to_owned())
 }
 
-/// A speed of the command line, in seconds of playback a second.
+/// Parses a speed, in seconds of playback per second.
 ///
 /// # Errors
-/// What is no number, or none that a run can be held to.
+/// A text that is not a number, or a speed out of range.
 pub fn speed(text: &str) -> Result<f64, String> {
     let speed = text.parse().ok().filter(|speed| (pace::SLOWEST..=pace::FASTEST).contains(speed));
     speed.ok_or_else(|| {

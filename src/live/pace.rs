@@ -1,14 +1,14 @@
-//! When a run that keeps the playback's pace may show its next frame.
+//! The time at which a run that is held to a speed may continue.
 
 use super::protocol::PlaybackRequest;
 use std::time::{Duration, Instant};
 
-/// Speeds that can be asked for, in seconds of playback a second.
+/// Minimum speed, in seconds of playback per second.
 pub(super) const SLOWEST: f64 = 0.01;
-/// See [`SLOWEST`].
+/// Maximum speed, in seconds of playback per second.
 pub(super) const FASTEST: f64 = 100.0;
 
-/// Between two frames.
+/// Maximum time between two frames.
 const LONGEST: Duration = Duration::from_secs(86_400);
 
 /// Speed, pauses and steps.
@@ -16,9 +16,9 @@ const LONGEST: Duration = Duration::from_secs(86_400);
 pub(super) struct Pace {
     speed: f64,
     paused: bool,
-    /// Log time up to which the run goes without waiting, ns: a viewer's jump ahead, or a step.
+    /// Log time up to which the run does not wait, ns: the target of a viewer's jump or step.
     run_to_ns: u64,
-    /// When the last frame was due.
+    /// Time at which the last frame was due.
     due: Option<Instant>,
     changes: u64,
 }
@@ -28,7 +28,7 @@ impl Pace {
         Self { speed, paused: false, run_to_ns: 0, due: None, changes: 0 }
     }
 
-    /// Another run begins at log time 0, at the same speed.
+    /// Starts another run at log time 0 and the same speed.
     pub(super) fn begin_run(&mut self) {
         self.run_to_ns = 0;
         self.due = None;
@@ -42,7 +42,7 @@ impl Pace {
         self.paused
     }
 
-    /// How often viewers have changed anything.
+    /// Number of changes by viewers.
     pub(super) fn changes(&self) -> u64 {
         self.changes
     }
@@ -55,7 +55,7 @@ impl Pace {
         }
     }
 
-    /// What a viewer asks for at a log time. A jump back is not possible: the run is where it is.
+    /// Executes a viewer's request at a log time. A jump backward is ignored, because the run cannot go back.
     pub(super) fn control(&mut self, request: &PlaybackRequest, time_ns: u64) {
         let speed = f64::from(request.speed);
         if (SLOWEST..=FASTEST).contains(&speed) {
@@ -68,7 +68,7 @@ impl Pace {
         self.changes += 1;
     }
 
-    /// How long to wait after the frame at this log time; `None` where it is time for the next one.
+    /// Time to wait after the frame at this log time; `None` if the next one is due.
     pub(super) fn wait(
         &mut self,
         now: Instant,
@@ -89,7 +89,7 @@ impl Pace {
         if due > now {
             return Some(due - now);
         }
-        // Late frames are not made up for by a rush, unless by less than one interval.
+        // A delay of more than one interval is not caught up.
         self.due = Some(if now - due > interval { now } else { due });
         None
     }

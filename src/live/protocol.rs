@@ -1,26 +1,26 @@
-//! What is said over the WebSocket: subprotocol `foxglove.sdk.v1` (<https://github.com/foxglove/ws-protocol>, and the
-//! Foxglove SDK 0.30 for its playback control), as far as a run that is watched needs it.
+//! Messages of the WebSocket subprotocol `foxglove.sdk.v1` that a live view needs. Source:
+//! <https://github.com/foxglove/ws-protocol>, and the Foxglove SDK 0.30 for the playback control.
 
 use data_encoding::BASE64;
-use kinetoscope_recording::spectator::ShownChannel;
+use kinetoscope_recording::observer::ChannelInfo;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-/// The name that client and server agree on while they shake hands.
+/// The name of the subprotocol in the handshake.
 pub(super) const SUBPROTOCOL: &str = "foxglove.sdk.v1";
 
-/// Operation codes of binary messages: of the server, and of the client.
+/// Operation codes of binary messages, of the server and of the client.
 const MESSAGE_DATA: u8 = 1;
 const TIME: u8 = 2;
 const PLAYBACK_STATE: u8 = 5;
 const PLAYBACK_CONTROL_REQUEST: u8 = 3;
 
-/// Who serves, and what can be asked for. `range_ns`, from 0 to this log time, offers playback control.
+/// The server's name and capabilities. With `range_ns`, the playback from log time 0 to `range_ns` can be controlled.
 pub(super) fn server_info(name: &str, session: &str, range_ns: Option<u64>) -> String {
     let mut info = json!({
         "op": "serverInfo",
         "name": name,
-        // The viewer's clock is the playback's, not the wall's.
+        // The viewer's clock shows log time, not wall-clock time.
         "capabilities": ["time"],
         "sessionId": session,
     });
@@ -32,8 +32,8 @@ pub(super) fn server_info(name: &str, session: &str, range_ns: Option<u64>) -> S
     info.to_string()
 }
 
-/// The channels, whose ids count up from `first_id`.
-pub(super) fn advertise(channels: &[ShownChannel], first_id: u64) -> String {
+/// Announces channels with consecutive ids from `first_id`.
+pub(super) fn advertise(channels: &[ChannelInfo], first_id: u64) -> String {
     let channels: Vec<serde_json::Value> = (first_id..)
         .zip(channels)
         .map(|(id, channel)| {
@@ -50,13 +50,13 @@ pub(super) fn advertise(channels: &[ShownChannel], first_id: u64) -> String {
     json!({ "op": "advertise", "channels": channels }).to_string()
 }
 
-/// So many channels, from `first_id` on, are no more.
+/// Withdraws `count` channels with consecutive ids from `first_id`.
 pub(super) fn unadvertise(first_id: u64, count: u64) -> String {
     let ids: Vec<u64> = (first_id..).take(count as usize).collect();
     json!({ "op": "unadvertise", "channelIds": ids }).to_string()
 }
 
-/// A warning that the viewer shows.
+/// A warning for the viewer to show.
 pub(super) fn warning(text: &str) -> String {
     json!({ "op": "status", "level": 1, "message": text }).to_string()
 }
@@ -71,28 +71,28 @@ pub(super) fn message_data(subscription: u32, log_time_ns: u64, payload: &[u8]) 
     bytes
 }
 
-/// The viewer's clock.
+/// Sets the viewer's clock.
 pub(super) fn time(log_time_ns: u64) -> Vec<u8> {
     let mut bytes = vec![TIME];
     bytes.extend(log_time_ns.to_le_bytes());
     bytes
 }
 
-/// Where playback is.
+/// State of the playback.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlaybackState {
     /// Whether the run is held.
     pub(super) paused: bool,
-    /// Log time of the last frame that was shown, ns.
+    /// Log time of the last broadcast frame, ns.
     pub(super) time_ns: u64,
-    /// Seconds of playback a second.
+    /// Seconds of playback per second.
     pub(super) speed: f64,
-    /// Whether a viewer's jump brought it there.
+    /// Whether a viewer's jump led to this state.
     pub(super) jumped: bool,
 }
 
 impl PlaybackState {
-    /// As the answer to a request, or, without one, as news.
+    /// Encodes the state as the reply to a request, or as a notification if `request_id` is empty.
     pub(super) fn encode(self, request_id: &str) -> Vec<u8> {
         let mut bytes = vec![PLAYBACK_STATE, u8::from(self.paused)];
         bytes.extend(self.time_ns.to_le_bytes());
@@ -104,27 +104,27 @@ impl PlaybackState {
     }
 }
 
-/// What a viewer wants.
+/// A viewer's request.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Request {
     Subscribe(Vec<Subscription>),
     /// Subscriptions by their ids.
     Unsubscribe(Vec<u32>),
     Playback(PlaybackRequest),
-    /// What this server does not offer, such as parameters.
+    /// A request that is not supported, such as parameters.
     Other,
 }
 
-/// A viewer's wish to receive a channel.
+/// A subscription to a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Subscription {
-    /// The viewer's name for it.
+    /// The viewer's id of the subscription.
     pub(super) id: u32,
     pub(super) channel_id: u64,
 }
 
-/// A viewer's wish to play, pause, or jump.
+/// A request to play, pause, or jump.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PlaybackRequest {
     pub(super) pause: bool,
@@ -148,7 +148,7 @@ enum TextRequest {
     Other,
 }
 
-/// Reads a text message of a viewer; `None` where it is none of the protocol.
+/// Decodes a viewer's text message; `None` if it does not belong to the protocol.
 pub(super) fn text_request(text: &str) -> Option<Request> {
     Some(match serde_json::from_str(text).ok()? {
         TextRequest::Subscribe { subscriptions } => Request::Subscribe(subscriptions),

@@ -1,7 +1,7 @@
-//! One viewer and its connection, on a thread of its own.
+//! One viewer's connection, served by its own thread.
 
+use super::frame_buffer::{FrameBuffer, RunInfo};
 use super::protocol::{self, Request, SUBPROTOCOL, Subscription};
-use super::stage::{Announcement, Stage};
 use std::collections::BTreeMap;
 use std::io;
 use std::net::TcpStream;
@@ -12,37 +12,37 @@ use tungstenite::http::{HeaderValue, StatusCode, header::SEC_WEBSOCKET_PROTOCOL}
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message, WebSocket};
 
-/// For the handshake, for one write to a viewer that does not read, and for its goodbye.
-const PATIENCE: Duration = Duration::from_secs(1);
-/// How long a connection is listened to before frames are looked for again.
-const LISTENING: Duration = Duration::from_millis(4);
-/// Requests are small.
-const LARGEST_REQUEST: usize = 1 << 16;
+/// Time limit of the handshake, of one write, and of the closing handshake.
+const CONNECTION_TIMEOUT: Duration = Duration::from_secs(1);
+/// Time limit of one read, after which queued frames are sent.
+const READ_TIMEOUT: Duration = Duration::from_millis(4);
+/// Maximum size of a request.
+const MAX_REQUEST_BYTES: usize = 1 << 16;
 
-/// Serves one viewer until it goes, or the show is over and it has seen the last frame.
-pub(super) fn serve(stream: TcpStream, stage: &Stage, session_prefix: &str) {
-    let Some(id) = stage.enter() else { return };
-    // Whatever goes wrong with a connection concerns its viewer alone, who sees it.
+/// Serves one viewer until it disconnects, or until the broadcast has ended and its last frame is sent.
+pub(super) fn serve(stream: TcpStream, buffer: &FrameBuffer, session_prefix: &str) {
+    let Some(id) = buffer.add_viewer() else { return };
+    // An error of the connection affects only its viewer, which reports it.
     let _ = shake_hands(stream).and_then(|socket| {
-        let (subscriptions, announcement) = (BTreeMap::new(), stage.announcement());
-        let changes = stage.playback().1;
+        let (subscriptions, run_info) = (BTreeMap::new(), buffer.run_info());
+        let changes = buffer.playback().1;
         let mut viewer =
-            Viewer { socket, stage, id, session_prefix, announcement, subscriptions, changes };
+            Viewer { socket, buffer, id, session_prefix, run_info, subscriptions, changes };
         viewer.announce()?;
         viewer.watch()
     });
-    stage.leave(id);
+    buffer.remove_viewer(id);
 }
 
 fn shake_hands(stream: TcpStream) -> Result<WebSocket<TcpStream>, Error> {
     stream.set_nonblocking(false)?;
     stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(PATIENCE))?;
-    stream.set_write_timeout(Some(PATIENCE))?;
-    let config = WebSocketConfig::default().max_message_size(Some(LARGEST_REQUEST));
+    stream.set_read_timeout(Some(CONNECTION_TIMEOUT))?;
+    stream.set_write_timeout(Some(CONNECTION_TIMEOUT))?;
+    let config = WebSocketConfig::default().max_message_size(Some(MAX_REQUEST_BYTES));
     let socket = tungstenite::accept_hdr_with_config(stream, agree, Some(config));
     let socket = socket.map_err(|error| Error::Io(io::Error::other(error.to_string())))?;
-    socket.get_ref().set_read_timeout(Some(LISTENING))?;
+    socket.get_ref().set_read_timeout(Some(READ_TIMEOUT))?;
     Ok(socket)
 }
 
@@ -66,19 +66,19 @@ fn agree(asked: &Asked, mut response: Response) -> Result<Response, ErrorRespons
 /// A channel that a viewer receives.
 struct Receiving {
     subscription: u32,
-    /// Frames up to this number it has had, or was too late for.
+    /// Number of the last frame that is not sent again.
     seen: u64,
 }
 
 struct Viewer<'a> {
     socket: WebSocket<TcpStream>,
-    stage: &'a Stage,
+    buffer: &'a FrameBuffer,
     id: u64,
     session_prefix: &'a str,
-    announcement: Arc<Announcement>,
-    /// By the channel's place in the programme.
+    run_info: Arc<RunInfo>,
+    /// By the channel's index in the list.
     subscriptions: BTreeMap<usize, Receiving>,
-    /// Changes of the playback that it has heard of.
+    /// Number of playback changes already sent.
     changes: u64,
 }
 
@@ -86,9 +86,9 @@ impl Viewer<'_> {
     fn watch(&mut self) -> Result<(), Error> {
         loop {
             self.listen()?;
-            let over = self.stage.closed_for().is_some();
+            let over = self.buffer.closed_for().is_some();
             self.follow_the_run()?;
-            for frame in self.stage.take(self.id) {
+            for frame in self.buffer.take(self.id) {
                 let mut told = false;
                 for message in &frame.messages {
                     let Some(receiving) = self.subscriptions.get(&message.channel) else {
@@ -113,28 +113,28 @@ impl Viewer<'_> {
         }
     }
 
-    /// Who serves, which run, which channels.
+    /// Sends the server's information, the run and its channels.
     fn announce(&mut self) -> Result<(), Error> {
-        let announcement = Arc::clone(&self.announcement);
-        let session = format!("{}-{}", self.session_prefix, announcement.session);
-        let range = announcement.programme.end_ns.filter(|_| self.stage.paced);
-        self.send(protocol::server_info(&announcement.name, &session, range))?;
-        let channels = &announcement.programme.channels;
+        let run_info = Arc::clone(&self.run_info);
+        let session = format!("{}-{}", self.session_prefix, run_info.session);
+        let range = run_info.channel_list.end_ns.filter(|_| self.buffer.is_paced);
+        self.send(protocol::server_info(&run_info.name, &session, range))?;
+        let channels = &run_info.channel_list.channels;
         if channels.is_empty() {
             return Ok(());
         }
-        self.send(protocol::advertise(channels, announcement.first_channel_id))
+        self.send(protocol::advertise(channels, run_info.first_channel_id))
     }
 
     /// Goes over to the next run, if there is one.
     fn follow_the_run(&mut self) -> Result<(), Error> {
-        let now = self.stage.announcement();
-        if now.session == self.announcement.session {
+        let now = self.buffer.run_info();
+        if now.session == self.run_info.session {
             return Ok(());
         }
-        let last = std::mem::replace(&mut self.announcement, now);
+        let last = std::mem::replace(&mut self.run_info, now);
         self.subscriptions.clear();
-        let channels = last.programme.channels.len() as u64;
+        let channels = last.channel_list.channels.len() as u64;
         if channels > 0 {
             self.send(protocol::unadvertise(last.first_channel_id, channels))?;
         }
@@ -167,8 +167,8 @@ impl Viewer<'_> {
                 self.subscriptions.retain(|_, receiving| !ids.contains(&receiving.subscription));
                 Ok(())
             }
-            Request::Playback(request) if self.stage.paced => {
-                let state = self.stage.control(&request);
+            Request::Playback(request) if self.buffer.is_paced => {
+                let state = self.buffer.control(&request);
                 self.send(state.encode(&request.id))?;
                 if request.jump_to_ns.is_some_and(|to| to < state.time_ns) {
                     let text = "a run under way cannot go back: open its recording when it is done";
@@ -187,15 +187,15 @@ impl Viewer<'_> {
     /// New subscriptions begin with the last message of their channels.
     fn subscribe(&mut self, wanted: &[Subscription]) -> Result<(), Error> {
         // Of a run that was over when the request came, nothing is left to see.
-        let first = self.announcement.first_channel_id;
-        let channels = self.announcement.programme.channels.len();
+        let first = self.run_info.first_channel_id;
+        let channels = self.run_info.channel_list.channels.len();
         let known = wanted.iter().filter_map(|subscription| {
             let channel = subscription.channel_id.checked_sub(first)? as usize;
             (channel < channels).then_some((channel, subscription.id))
         });
         let known: BTreeMap<usize, u32> = known.collect();
         let asked: Vec<usize> = known.keys().copied().collect();
-        let (latest, seen) = self.stage.watch(&asked);
+        let (latest, seen) = self.buffer.subscribe(&asked);
         for (&channel, &subscription) in &known {
             self.subscriptions.insert(channel, Receiving { subscription, seen });
         }
@@ -213,8 +213,8 @@ impl Viewer<'_> {
 
     /// Another viewer, or the end of a pause, may have changed the playback.
     fn hear_of_changes(&mut self) -> Result<(), Error> {
-        let (state, changes) = self.stage.playback();
-        if self.stage.paced && changes != self.changes {
+        let (state, changes) = self.buffer.playback();
+        if self.buffer.is_paced && changes != self.changes {
             self.changes = changes;
             self.send(state.encode(""))?;
         }
@@ -225,7 +225,7 @@ impl Viewer<'_> {
     fn send(&mut self, message: impl Into<Message>) -> Result<(), Error> {
         let mut sent = self.socket.send(message.into());
         while let Err(error) = sent {
-            let late = self.stage.closed_for().is_some_and(|closed| closed > PATIENCE);
+            let late = self.buffer.closed_for().is_some_and(|closed| closed > CONNECTION_TIMEOUT);
             if late || !would_block(&error) {
                 return Err(error);
             }
@@ -237,7 +237,7 @@ impl Viewer<'_> {
     /// Closes, and lets the viewer read what is still on its way.
     fn say_goodbye(&mut self) -> Result<(), Error> {
         self.socket.close(None)?;
-        self.socket.get_ref().set_read_timeout(Some(PATIENCE))?;
+        self.socket.get_ref().set_read_timeout(Some(CONNECTION_TIMEOUT))?;
         while self.socket.read().is_ok() {}
         Ok(())
     }

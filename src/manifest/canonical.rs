@@ -1,4 +1,4 @@
-//! The canonical manifest of one run and its content key.
+//! The canonical manifest of one run and its run key.
 
 use crate::head::Head;
 use crate::keys::{HasKeys as _, Writer};
@@ -37,9 +37,9 @@ impl RunManifest {
 
 /// What a recording's content follows from: SHA-256 of the canonical manifest and of the versions that interpret it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ContentKey(String);
+pub struct RunKey(String);
 
-impl ContentKey {
+impl RunKey {
     /// The whole key, 64 hexadecimal digits.
     #[must_use]
     pub fn as_str(&self) -> &str {
@@ -60,19 +60,19 @@ impl ContentKey {
     }
 }
 
-impl fmt::Display for ContentKey {
+impl fmt::Display for RunKey {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(&self.0)
     }
 }
 
-/// The content key of a run: of its canonical manifest, the version of the model's physics and that of the recording's schema.
+/// The run key of a run: of its canonical manifest, the version of the model's physics and that of the recording's schema.
 #[must_use]
-pub fn content_key(canonical: &str, physics_version: u32, schema_version: u32) -> ContentKey {
+pub fn run_key(canonical: &str, physics_version: u32, schema_version: u32) -> RunKey {
     let mut hash = Sha256::new();
     // The versions have a fixed length and come first, so that no two inputs run into the same bytes.
     hash.update(physics_version.to_le_bytes());
     hash.update(schema_version.to_le_bytes());
     hash.update(canonical.as_bytes());
-    ContentKey(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    RunKey(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }

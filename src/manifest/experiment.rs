@@ -1,6 +1,6 @@
 //! From the text of a manifest to an experiment with all its runs.
 
-use crate::canonical::{ContentKey, RunManifest};
+use crate::canonical::{RunKey, RunManifest};
 use crate::checks::{self, Check};
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::head::{Head, is_name};
@@ -56,7 +56,7 @@ pub struct Override {
 const MOST_RUNS: usize = 1_000_000;
 /// Past so many errors no further point of a sweep is looked at.
 const ENOUGH_ERRORS: usize = 200;
-/// Longest file stem before its content key; file systems stop at 255 bytes.
+/// Longest file stem before its run key; file systems stop at 255 bytes.
 const LONGEST_STEM: usize = 160;
 
 /// Reads a manifest. `origin` is the file's name, for messages and for the default of `name`.
@@ -141,7 +141,7 @@ impl Run {
     /// The name of the run's files without their endings: `NAME[__key=value...][__rNNN]__KEY8`, where `key` is the last
     /// part of a swept key. Where that would be too long for a file system, the coordinates give way to the whole key.
     #[must_use]
-    pub fn file_stem(&self, name: &str, key: &ContentKey, replicates: u32) -> String {
+    pub fn file_stem(&self, name: &str, key: &RunKey, replicates: u32) -> String {
         let mut stem = name.to_owned();
         for coordinate in &self.coordinates {
             let last = coordinate.key.rsplit('.').next().unwrap_or_default();

@@ -28,7 +28,7 @@ mod starter;
 mod sweep;
 mod timing;
 
-pub use canonical::{ContentKey, RunManifest, content_key};
+pub use canonical::{RunKey, RunManifest, run_key};
 pub use checks::{Bound, Check, parse_checks};
 pub use comparison::{KeyDifference, differing_keys};
 pub use diagnostics::Diagnostics;

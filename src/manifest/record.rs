@@ -145,7 +145,7 @@ impl RecordConfig {
         let known = model.channels();
         check_channels(model.name(), known, table);
         if let Some(wanted) = &mut self.channels {
-            // Their order decides nothing, so that it must not decide the content key.
+            // Their order decides nothing, so that it must not decide the run key.
             wanted.sort_by_key(|channel| known.iter().position(|name| name == channel));
         }
     }

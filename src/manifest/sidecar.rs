@@ -1,6 +1,6 @@
 //! `experiment.toml`, which lies beside the recordings: what analysis needs to know of the whole experiment.
 
-use crate::canonical::ContentKey;
+use crate::canonical::RunKey;
 use crate::checks::{self, Check};
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::experiment::Experiment;
@@ -36,8 +36,8 @@ pub struct ExperimentRecord {
 pub struct RunRecord {
     /// Name of the recording within the folder.
     pub file: String,
-    /// Its content key.
-    pub content_key: ContentKey,
+    /// Its run key.
+    pub run_key: RunKey,
     /// Where it lies in the sweep.
     pub coordinates: Vec<Coordinate>,
     /// Number of the replicate, from 0.
@@ -47,13 +47,10 @@ pub struct RunRecord {
 impl ExperimentRecord {
     /// The record of an experiment whose runs have these files, in the order of [`Experiment::runs`].
     #[must_use]
-    pub fn new(
-        experiment: &Experiment,
-        files: impl IntoIterator<Item = (String, ContentKey)>,
-    ) -> Self {
-        let runs = experiment.runs.iter().zip(files).map(|(run, (file, content_key))| RunRecord {
+    pub fn new(experiment: &Experiment, files: impl IntoIterator<Item = (String, RunKey)>) -> Self {
+        let runs = experiment.runs.iter().zip(files).map(|(run, (file, run_key))| RunRecord {
             file,
-            content_key,
+            run_key,
             coordinates: run.coordinates.clone(),
             replicate: run.replicate,
         });
@@ -168,7 +165,7 @@ table! {
     /// The keys of one of `[[runs]]`.
     struct RunKeys {
         file: String [""] = String::new(),
-        content_key: String [""] = String::new(),
+        run_key: String [""] = String::new(),
         coordinates: Vec<Coordinate> [""] = Vec::new(),
         replicate: u32 ["1"] = 0,
     }
@@ -178,24 +175,20 @@ impl RunKeys {
     fn of(run: &RunRecord) -> Self {
         Self {
             file: run.file.clone(),
-            content_key: run.content_key.to_string(),
+            run_key: run.run_key.to_string(),
             coordinates: run.coordinates.clone(),
             replicate: run.replicate,
         }
     }
 
     fn into_record(self, reader: &mut Reader<'_>) -> Option<RunRecord> {
-        let Some(content_key) = ContentKey::from_hex(&self.content_key) else {
-            reader.refuse(
-                &["content_key"],
-                "this is not a content key",
-                "must be 64 hexadecimal digits",
-            );
+        let Some(run_key) = RunKey::from_hex(&self.run_key) else {
+            reader.refuse(&["run_key"], "this is not a run key", "must be 64 hexadecimal digits");
             return None;
         };
         Some(RunRecord {
             file: self.file,
-            content_key,
+            run_key,
             coordinates: self.coordinates,
             replicate: self.replicate,
         })

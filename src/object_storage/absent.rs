@@ -2,7 +2,7 @@
 
 use crate::address::Address;
 use crate::error::StoreError;
-use crate::{Object, Parcel, Put};
+use crate::object::{Object, Put, Upload};
 use kinetoscope_recording::storage::{Opened, Storage};
 use std::convert::Infallible;
 use std::io;
@@ -36,13 +36,13 @@ impl Store {
 
     /// # Errors
     /// As with the feature.
-    pub fn put_once(&self, _: Parcel<'_>) -> Result<Put, StoreError> {
+    pub fn put_once(&self, _: Upload<'_>) -> Result<Put, StoreError> {
         match self.0 {}
     }
 
     /// # Errors
     /// As with the feature.
-    pub fn replace(&self, _: Parcel<'_>) -> Result<(), StoreError> {
+    pub fn replace(&self, _: Upload<'_>) -> Result<(), StoreError> {
         match self.0 {}
     }
 }

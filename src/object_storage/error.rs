@@ -1,36 +1,29 @@
-//! Why a place on object storage can't be used.
+//! Errors of object storage.
 
-use std::fmt;
 use std::io;
+use thiserror::Error;
 
-/// Why a place on object storage can't be used, with the user's next step.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// The reason why an address cannot be used, with the remedy for the user.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{message}")]
 pub struct StoreError {
     message: String,
-    /// Whether the same command may succeed later. A wrong address stays wrong.
+    /// Whether the same command may succeed later.
     pub is_retryable: bool,
 }
 
 impl StoreError {
-    /// What only another command can mend.
+    /// An error that only another command can correct.
     pub(crate) fn wrong(message: String) -> Self {
         Self { message, is_retryable: false }
     }
 
-    /// What may be gone at the next try.
+    /// An error that may not occur at the next attempt.
     #[cfg(feature = "s3")]
     pub(crate) fn passing(message: String) -> Self {
         Self { message, is_retryable: true }
     }
 }
-
-impl fmt::Display for StoreError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for StoreError {}
 
 impl From<StoreError> for io::Error {
     fn from(error: StoreError) -> Self {

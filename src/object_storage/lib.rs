@@ -1,11 +1,14 @@
-//! Finished recordings on object storage: put once and never replaced unseen, found again, and read by ranges.
+//! Finished recordings on object storage: uploaded once, never overwritten unchecked, listed, and read by byte ranges.
 //!
-//! Of what the files hold it knows nothing; of recordings, only what reading one asks of the place where it lies. Built without the
-//! feature `s3`, every address is refused with a word on how to build with it.
+//! The package does not depend on the contents of the files, except that it implements the storage from which recordings are
+//! read. Without the feature `s3`, every address is rejected with a message that names the feature.
 
 pub mod address;
 pub mod error;
+mod object;
 pub mod ranged_input;
+
+pub use object::{Object, Put, Upload};
 
 #[cfg(feature = "s3")]
 mod s3;
@@ -16,36 +19,3 @@ pub use s3::Store;
 mod absent;
 #[cfg(not(feature = "s3"))]
 pub use absent::Store;
-
-use std::path::Path;
-
-/// An object: its name below the place that was asked, with slashes, and its size.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Object {
-    /// Its name below the place, with slashes.
-    pub name: String,
-    /// Its size.
-    pub bytes: u64,
-}
-
-/// What came of putting a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Put {
-    /// It is there now.
-    Created,
-    /// It was there, with the same bytes.
-    Same,
-    /// Other bytes are there under its name, and were left as they are.
-    Differs,
-}
-
-/// A file that is put, and whether to stop doing so: it is asked several times a second.
-#[derive(Clone, Copy)]
-pub struct Parcel<'a> {
-    /// The file.
-    pub file: &'a Path,
-    /// Name of the object below the place.
-    pub name: &'a str,
-    /// Whether to stop.
-    pub stop: &'a (dyn Fn() -> bool + Sync),
-}

@@ -2,8 +2,8 @@
 
 use crate::address::Address;
 use crate::error::StoreError;
+use crate::object::{Object, Put, Upload};
 use crate::ranged_input::RangedInput;
-use crate::{Object, Parcel, Put};
 use kinetoscope_recording::storage::{Opened, Storage};
 use object_store::aws::{AmazonS3, AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::path::Path as Key;
@@ -130,24 +130,24 @@ impl Store {
     ///
     /// # Errors
     /// A file that can't be read, a store that does not take it or gives back something else, or the stop.
-    pub fn put_once(&self, parcel: Parcel<'_>) -> Result<Put, StoreError> {
-        let (key, mut file) = (self.0.key(parcel.name)?, opened(parcel.file)?);
-        let here = fingerprint(&mut file).map_err(|error| unread(parcel.file, &error))?;
-        if let Some(there) = self.0.fingerprint(&key, parcel.stop)? {
+    pub fn put_once(&self, upload: Upload<'_>) -> Result<Put, StoreError> {
+        let (key, mut file) = (self.0.key(upload.name)?, opened(upload.file)?);
+        let here = fingerprint(&mut file).map_err(|error| unread(upload.file, &error))?;
+        if let Some(there) = self.0.fingerprint(&key, upload.stop)? {
             return Ok(if there == here { Put::Same } else { Put::Differs });
         }
         let put = if here.bytes > PART {
-            self.0.put_in_parts(&key, file, &here, parcel)
+            self.0.put_in_parts(&key, file, &here, upload)
         } else {
-            self.0.put_at_once(&key, file, &here, parcel, PutMode::Create)
+            self.0.put_at_once(&key, file, &here, upload, PutMode::Create)
         };
         let put = put?;
-        match self.0.fingerprint(&key, parcel.stop)? {
+        match self.0.fingerprint(&key, upload.stop)? {
             Some(there) if there == here => Ok(put),
             Some(_) if put == Put::Same => Ok(Put::Differs),
             Some(_) | None => Err(StoreError::passing(format!(
                 "{}/{} is not what was put there. The file was kept: run the same command again",
-                self.0.address, parcel.name
+                self.0.address, upload.name
             ))),
         }
     }
@@ -156,10 +156,10 @@ impl Store {
     ///
     /// # Errors
     /// A file that can't be read, a store that does not take it, or the stop.
-    pub fn replace(&self, parcel: Parcel<'_>) -> Result<(), StoreError> {
-        let (key, mut file) = (self.0.key(parcel.name)?, opened(parcel.file)?);
-        let here = fingerprint(&mut file).map_err(|error| unread(parcel.file, &error))?;
-        self.0.put_at_once(&key, file, &here, parcel, PutMode::Overwrite).map(drop)
+    pub fn replace(&self, upload: Upload<'_>) -> Result<(), StoreError> {
+        let (key, mut file) = (self.0.key(upload.name)?, opened(upload.file)?);
+        let here = fingerprint(&mut file).map_err(|error| unread(upload.file, &error))?;
+        self.0.put_at_once(&key, file, &here, upload, PutMode::Overwrite).map(drop)
     }
 }
 
@@ -251,13 +251,13 @@ impl Place {
         key: &Key,
         mut file: File,
         here: &Fingerprint,
-        parcel: Parcel<'_>,
+        upload: Upload<'_>,
         mode: PutMode,
     ) -> Result<Put, StoreError> {
         let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(|error| unread(parcel.file, &error))?;
+        file.read_to_end(&mut bytes).map_err(|error| unread(upload.file, &error))?;
         let options = PutOptions { mode, attributes: attributes(here), ..PutOptions::default() };
-        self.wait(parcel.stop, async {
+        self.wait(upload.stop, async {
             match self.bucket.put_opts(key, bytes.into(), options).await {
                 Ok(_) => Ok(Put::Created),
                 Err(Error::AlreadyExists { .. } | Error::Precondition { .. }) => Ok(Put::Same),
@@ -271,12 +271,12 @@ impl Place {
         key: &Key,
         mut file: File,
         here: &Fingerprint,
-        parcel: Parcel<'_>,
+        upload: Upload<'_>,
     ) -> Result<Put, StoreError> {
         let options =
             PutMultipartOptions { attributes: attributes(here), ..PutMultipartOptions::default() };
-        let mut upload = self.wait(parcel.stop, self.bucket.put_multipart_opts(key, options))?;
-        let put = self.put_parts(upload.as_mut(), &mut file, here.bytes, parcel);
+        let mut upload = self.wait(upload.stop, self.bucket.put_multipart_opts(key, options))?;
+        let put = self.put_parts(upload.as_mut(), &mut file, here.bytes, upload);
         if put.is_err() {
             // Parts that stay behind cost room until the bucket's own rule takes them away.
             let _ = self.runtime.block_on(async { timeout(TO_CLEAN_UP, upload.abort()).await });
@@ -289,16 +289,16 @@ impl Place {
         upload: &mut dyn MultipartUpload,
         file: &mut File,
         bytes: u64,
-        parcel: Parcel<'_>,
+        upload: Upload<'_>,
     ) -> Result<Put, StoreError> {
         let length = PART.max(bytes.div_ceil(MOST_PARTS));
         for _ in 0..bytes.div_ceil(length) {
             let mut part = Vec::new();
             let read = file.by_ref().take(length).read_to_end(&mut part);
-            read.map_err(|error| unread(parcel.file, &error))?;
-            self.wait(parcel.stop, upload.put_part(part.into()))?;
+            read.map_err(|error| unread(upload.file, &error))?;
+            self.wait(upload.stop, upload.put_part(part.into()))?;
         }
-        self.wait(parcel.stop, upload.complete())?;
+        self.wait(upload.stop, upload.complete())?;
         Ok(Put::Created)
     }
 

@@ -1,11 +1,12 @@
 //! The files beside the recordings: the experiment as run, the viewer's layout, and host and timing of each run.
 
-use crate::plan::{Plan, Status};
-use crate::run::{self, Ending};
+use crate::plan::Plan;
+use crate::run::RunReport;
 use kinetoscope_manifest::{Experiment, ExperimentRecord, TimingTable};
+use kinetoscope_recording::atomic_file::replace;
 use serde::Serialize;
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -14,28 +15,20 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// # Errors
 /// Whatever the operating system says of the file.
 pub fn write_experiment(experiment: &Experiment, plan: &Plan) -> io::Result<()> {
-    let files = plan.runs.iter().map(|run| (run.file_name(), run.content_key.clone()));
+    let files = plan.runs.iter().map(|run| (run.file_name(), run.run_key.clone()));
     let record = ExperimentRecord::new(experiment, files);
     replace(&plan.folder.join("experiment.toml"), record.to_toml().as_bytes())
 }
 
-/// Writes `layout.json` for the run that shows the largest container, so that every run of a sweep fits its view.
+/// Writes `layout.json` for the run with the largest view, so that every run of a sweep fits it. A plan whose runs are all
+/// finished keeps the existing layout.
 ///
 /// # Errors
-/// Whatever the operating system says of the file.
+/// A folder that cannot be written.
 pub fn write_layout(plan: &Plan) -> io::Result<()> {
-    let mut largest = None;
-    for planned in &plan.runs {
-        if let Status::ToDo(estimate) = &planned.status
-            && largest.is_none_or(|(height, _)| estimate.view_height > height)
-        {
-            largest = Some((estimate.view_height, planned));
-        }
-    }
-    // A plan whose runs are all done keeps the layout that they were given.
-    match largest.map(|(_, planned)| run::layout(&planned.run.manifest)) {
-        Some(Ok(layout)) => replace(&plan.folder.join("layout.json"), layout.as_bytes()),
-        Some(Err(_)) | None => Ok(()),
+    match &plan.layout {
+        Some(layout) => replace(&plan.folder.join("layout.json"), layout.as_bytes()),
+        None => Ok(()),
     }
 }
 
@@ -73,8 +66,8 @@ struct Host<'a> {
 ///
 /// # Errors
 /// Whatever the operating system says of the file.
-pub fn write_host(folder: &Path, stem: &str, ending: &Ending, jobs: usize) -> io::Result<()> {
-    let wall_time_s = ending.wall_time.as_secs_f64();
+pub fn write_host(folder: &Path, stem: &str, report: &RunReport, jobs: usize) -> io::Result<()> {
+    let wall_time_s = report.wall_time.as_secs_f64();
     let host = Host {
         recording: &format!("{stem}.mcap"),
         program_version: env!("CARGO_PKG_VERSION"),
@@ -88,10 +81,10 @@ pub fn write_host(folder: &Path, stem: &str, ending: &Ending, jobs: usize) -> io
             .ok()
             .map(|t| t.as_secs()),
         wall_time_s,
-        steps_or_events: ending.work,
-        steps_or_events_per_s: ending.work as f64 / wall_time_s,
-        frames: ending.frames,
-        bytes: ending.bytes,
+        steps_or_events: report.work,
+        steps_or_events_per_s: report.work as f64 / wall_time_s,
+        frames: report.frames,
+        bytes: report.bytes,
         peak_memory_of_the_program_bytes: peak_memory_bytes(),
     };
     let text = serde_json::to_string_pretty(&host)?;
@@ -149,14 +142,4 @@ fn peak_memory_bytes() -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kibibytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
     Some(kibibytes * 1024)
-}
-
-/// Replaces a file as a whole: a reader sees the old one or the new one, never half.
-pub(crate) fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".tmp");
-    let mut file = File::create(&temporary)?;
-    file.write_all(contents)?;
-    file.sync_all()?;
-    fs::rename(&temporary, path)
 }

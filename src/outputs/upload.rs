@@ -1,11 +1,10 @@
-//! Recordings that go to object storage. A run is recorded here first, so that a kill costs what it always costs; its recording is
-//! then put there as a whole file, only where its name is free, and removed here.
+//! Upload of recordings to object storage. A run is recorded in a local folder first, so that it can resume after a kill. The
+//! finished recording is uploaded as a whole file if its name is free, and the local file is removed.
 
-use crate::cli::exit::Exit;
 use crate::plan::{Plan, PlannedRun, Status};
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_object_storage::error::StoreError;
-use kinetoscope_object_storage::{Parcel, Put, Store};
+use kinetoscope_object_storage::{Put, Store, Upload};
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
@@ -18,19 +17,20 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use thiserror::Error;
 
-/// After a put that failed, runs go on for so long before the next is tried: a store that is away holds up no run.
-const REST: Duration = Duration::from_secs(30);
+/// Pause after a failed upload before the next attempt, so that an unreachable store does not delay the runs.
+const PAUSE_AFTER_FAILURE: Duration = Duration::from_secs(30);
 
-/// Recordings that are asked for at the same time.
-const ASKED_AT_ONCE: usize = 32;
+/// Number of recordings whose headers are read concurrently.
+const CONCURRENT_READS: usize = 32;
 
-/// Whether to stop.
+/// Returns whether to stop.
 pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// The place of one experiment's recordings on object storage.
+/// Uploads the recordings of one experiment to one location on object storage.
 #[derive(Debug)]
-pub struct Depot {
+pub struct Uploader {
     store: Arc<Store>,
     keep_local: bool,
     state: Mutex<State>,
@@ -38,52 +38,84 @@ pub struct Depot {
 
 #[derive(Debug, Default)]
 struct State {
-    /// Recordings known to be there, by their file names.
-    there: BTreeSet<String>,
-    /// Whether what stands beside them is.
+    /// File names of the recordings that are known to be on the store.
+    uploaded: BTreeSet<String>,
+    /// Whether the side files are on the store.
     side_files: bool,
-    /// How many recordings came from here.
+    /// Number of recordings uploaded by this process.
     put: usize,
-    /// Recordings whose names are taken by other bytes.
-    refused: Vec<String>,
-    /// The last put that failed, and when.
+    /// Messages about recordings whose names are taken by other bytes.
+    conflicts: Vec<String>,
+    /// The last failed upload and its time.
     failure: Option<(StoreError, Instant)>,
 }
 
-/// What came of the puts.
+/// Result of the uploads of an experiment.
 #[derive(Debug)]
-pub struct Delivery {
-    /// How many recordings were put.
+pub struct UploadReport {
+    /// Number of uploaded recordings.
     pub put: usize,
-    /// What went wrong, with the next step.
+    /// Messages for the user: what failed, with the remedy.
     pub complaints: Vec<String>,
-    /// The exit code of it.
-    pub exit: Exit,
+    /// The last failed upload, if a recording is still to be uploaded.
+    pub failure: Option<StoreError>,
+    /// Whether a recording was rejected because its name is taken by other bytes.
+    pub has_conflicts: bool,
 }
 
-impl Depot {
-    /// Opens the place; nothing is asked of it yet.
+impl UploadReport {
+    /// Whether every finished recording is on object storage.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.failure.is_none() && !self.has_conflicts
+    }
+}
+
+/// The reason why the existing recordings could not be found on object storage.
+#[derive(Debug, Error)]
+pub enum LookupError {
+    /// The store does not answer, or has no such bucket.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The header of a recording could not be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+}
+
+impl LookupError {
+    /// Whether the same command may succeed later.
+    #[must_use]
+    pub fn is_retryable(&self) -> bool {
+        match self {
+            Self::Store(error) => error.is_retryable,
+            Self::Read(_) => true,
+        }
+    }
+}
+
+impl Uploader {
+    /// Opens the location without a request.
     ///
     /// # Errors
-    /// Settings that make no sense, or a program that was built without object storage.
+    /// Invalid settings, or a program that was built without object storage.
     pub fn open(address: &Address, keep_local: bool) -> Result<Self, StoreError> {
         let store = Arc::new(Store::open(address)?);
         Ok(Self { store, keep_local, state: Mutex::default() })
     }
 
-    /// Where it is.
+    /// The location.
     #[must_use]
     pub fn address(&self) -> &Address {
         self.store.address()
     }
 
-    /// Marks the runs as done whose recordings are there: finished, and with the whole key. With `force` it only makes sure that the
-    /// store answers.
+    /// Marks the runs as finished whose recordings are on the store, finished and with the whole key. With `force`, only checks that
+    /// the store answers.
     ///
     /// # Errors
-    /// A store that does not answer, or has no such bucket, with the exit code.
-    pub fn find(&self, plan: &mut Plan, force: bool) -> Result<(), (Exit, String)> {
-        let objects = self.store.objects().map_err(|error| (exit_of(&error), error.to_string()))?;
+    /// A store that does not answer or has no such bucket, or a recording that cannot be read.
+    pub fn find(&self, plan: &mut Plan, force: bool) -> Result<(), LookupError> {
+        let objects = self.store.objects()?;
         if force {
             return Ok(());
         }
@@ -93,21 +125,21 @@ impl Depot {
             named.try_for_each(|run| {
                 if let Some(outcome) = self.outcome(run)? {
                     run.status = Status::Done(outcome);
-                    self.state().there.insert(run.file_name());
+                    self.state().uploaded.insert(run.file_name());
                 }
                 Ok(())
             })
         };
-        // An answer takes the way there and back, whatever the number of processors.
-        let pool = ThreadPoolBuilder::new().num_threads(ASKED_AT_ONCE).build();
+        // The latency of the network dominates; therefore, the number of threads does not depend on the processors.
+        let pool = ThreadPoolBuilder::new().num_threads(CONCURRENT_READS).build();
         let found = match pool {
             Ok(pool) => pool.install(ask),
             Err(_) => ask(),
         };
-        found.map_err(|error| (Exit::Retryable, error.to_string()))
+        Ok(found?)
     }
 
-    /// How a run ended by its recording there; `None` where something else has its name.
+    /// The outcome of a run by its recording on the store; `None` if another object has its name.
     fn outcome(&self, run: &PlannedRun) -> Result<Option<Outcome>, ReadError> {
         let path = PathBuf::from(self.address().to_string()).join(run.file_name());
         let storage: Arc<dyn Storage> = self.store.clone();
@@ -118,16 +150,16 @@ impl Depot {
         }
     }
 
-    /// Puts the recording of a run that has just ended, unless the store has failed a moment ago.
+    /// Uploads the recording of a run that has just ended, unless an upload failed shortly before.
     pub fn put_soon(&self, run: &PlannedRun, folder: &Path, stop: Stop<'_>) {
-        let rests = matches!(&self.state().failure, Some((_, when)) if when.elapsed() < REST);
-        if !rests {
+        let is_paused = matches!(&self.state().failure, Some((_, when)) if when.elapsed() < PAUSE_AFTER_FAILURE);
+        if !is_paused {
             self.put(run, folder, stop);
         }
     }
 
-    /// Puts all recordings that are still here, of earlier commands too, until the store fails; before them, once,
-    /// what stands beside them, where this process answers for the whole experiment.
+    /// Uploads all recordings that are still in the local folder, including those of earlier commands, until an upload fails.
+    /// If this process executes the whole experiment, uploads the side files first, once.
     pub fn put_all(&self, plan: &Plan, is_whole: bool, stop: Stop<'_>) {
         self.state().failure = None;
         if is_whole && !self.state().side_files {
@@ -144,23 +176,25 @@ impl Depot {
         }
     }
 
-    /// Puts `experiment.toml` and `layout.json`, in place of those of an earlier plan.
+    /// Uploads `experiment.toml` and `layout.json`, which replace those of an earlier plan.
     fn put_side_files(&self, folder: &Path, stop: Stop<'_>) -> Result<(), StoreError> {
-        // A plan without a run to do has no new layout.
+        // A plan whose runs are all finished has no new layout.
         let files = ["experiment.toml", "layout.json"].map(|name| (name, folder.join(name)));
         files
             .iter()
             .filter(|(_, file)| file.exists())
-            .try_for_each(|(name, file)| self.store.replace(Parcel { file, name, stop }))
+            .try_for_each(|(name, file)| self.store.replace(Upload { file, name, stop }))
     }
 
     fn put(&self, run: &PlannedRun, folder: &Path, stop: Stop<'_>) {
         let name = run.file_name();
         let file = folder.join(&name);
-        if self.keep_local && self.state().there.contains(&name) || run.recorded(folder).is_none() {
+        if self.keep_local && self.state().uploaded.contains(&name)
+            || run.recorded(folder).is_none()
+        {
             return;
         }
-        match self.store.put_once(Parcel { file: &file, name: &name, stop }) {
+        match self.store.put_once(Upload { file: &file, name: &name, stop }) {
             Ok(put @ (Put::Created | Put::Same)) => {
                 self.put_host_file(run, folder, stop);
                 if !self.keep_local && let Err(error) = remove(&file) {
@@ -168,9 +202,9 @@ impl Depot {
                 }
                 let mut state = self.state();
                 state.put += usize::from(put == Put::Created);
-                state.there.insert(name);
+                state.uploaded.insert(name);
             }
-            Ok(Put::Differs) => self.state().refused.push(format!(
+            Ok(Put::Differs) => self.state().conflicts.push(format!(
                 "{}/{name} is there already and holds other bytes than {}. Both were kept: fetch it, compare the two with \
                  --compare, and remove the one that is not wanted",
                 self.address(),
@@ -180,13 +214,13 @@ impl Depot {
         }
     }
 
-    /// Host and timing of a run. Where they can't be put nothing is lost but themselves.
+    /// Uploads host and timing of a run. A failure loses only this file.
     fn put_host_file(&self, run: &PlannedRun, folder: &Path, stop: Stop<'_>) {
         let name = format!("{}.host.json", run.stem);
         let file = folder.join(&name);
-        let put = self.store.replace(Parcel { file: &file, name: &name, stop });
+        let put = self.store.replace(Upload { file: &file, name: &name, stop });
         if put.is_ok() && !self.keep_local {
-            // A timing file that stays is overwritten by the next.
+            // The next upload overwrites a timing file that could not be removed.
             let _ = remove(&file);
         }
     }
@@ -199,35 +233,32 @@ impl Depot {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What came of it all.
+    /// Reports the uploads so far.
     #[must_use]
-    pub fn delivery(&self, plan: &Plan) -> Delivery {
+    pub fn report(&self, plan: &Plan) -> UploadReport {
         let state = self.state();
-        let mut delivery =
-            Delivery { put: state.put, complaints: state.refused.clone(), exit: Exit::Done };
+        let mut report = UploadReport {
+            put: state.put,
+            complaints: state.conflicts.clone(),
+            failure: None,
+            has_conflicts: !state.conflicts.is_empty(),
+        };
         if let Some((error, _)) = &state.failure {
             let left = plan.runs.iter().filter(|run| {
-                !state.there.contains(&run.file_name()) && run.recorded(&plan.folder).is_some()
+                !state.uploaded.contains(&run.file_name()) && run.recorded(&plan.folder).is_some()
             });
             let left = match left.count() {
                 1 => "1 recording waits".to_owned(),
                 left => format!("{left} recordings wait"),
             };
-            delivery.complaints.push(format!(
+            report.complaints.push(format!(
                 "{error}\n{left} in {}: the same command puts it all there without running again",
                 plan.folder.display()
             ));
-            delivery.exit = exit_of(error);
+            report.failure = Some(error.clone());
         }
-        if !state.refused.is_empty() {
-            delivery.exit = Exit::RunFailed;
-        }
-        delivery
+        report
     }
-}
-
-fn exit_of(error: &StoreError) -> Exit {
-    if error.is_retryable { Exit::Retryable } else { Exit::BadManifest }
 }
 
 /// Removes a file that another process may have removed.

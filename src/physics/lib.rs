@@ -1,7 +1,7 @@
 //! The physics of Kinetoscope: four models behind one trait, [`model::Model`].
 //!
 //! Each model is a folder that imports no other model; `motion.rs` holds its equation of motion with the formula above the code.
-//! Nothing here depends on files, the command line, the clock or the number of threads, so results have the same bits everywhere.
+//! A model is registered once, in `models!` below. Nothing here depends on files, the command line, the clock or the number of threads, so results have the same bits everywhere.
 
 mod cell_grid;
 mod cell_lists;
@@ -19,37 +19,53 @@ mod restart_state;
 pub mod simd;
 pub mod sum;
 
-use crate::model::Model;
+use crate::model::{Model, ModelKind, SetupError};
+use crate::random::Seed;
 use kinetoscope_manifest::model::ModelConfig;
+use kinetoscope_recording::checkpoint;
 
-/// Something that is done alike for every model: one generic function, called with the model's type.
-pub trait ForModel {
-    /// What comes of it.
-    type Output;
-
-    /// Does it for one model.
-    fn call<M: Model>(self, config: &M::Config) -> Self::Output;
-}
-
-/// Calls `action` with the model that `config` names.
-pub fn with_model<A: ForModel>(config: &ModelConfig, action: A) -> A::Output {
-    match config {
-        ModelConfig::Dem(config) => action.call::<dem::Dem>(config),
-        ModelConfig::Gas(config) => action.call::<gas::Gas>(config),
-        ModelConfig::Packing(config) => action.call::<packing::Packing>(config),
-        ModelConfig::Orbit(config) => action.call::<orbit::Orbit>(config),
-    }
-}
-
-/// The version of a model's physics.
-#[must_use]
-pub fn physics_version(config: &ModelConfig) -> u32 {
-    struct Action;
-    impl ForModel for Action {
-        type Output = u32;
-        fn call<M: Model>(self, _: &M::Config) -> u32 {
-            M::PHYSICS_VERSION
+/// Registers the models: one line per model, its variant of [`ModelConfig`] and its type.
+macro_rules! models {
+    ($($variant:ident => $model:ty),+ $(,)?) => {
+        /// The properties that all runs of the configured model share.
+        #[must_use]
+        pub fn kind_of(config: &ModelConfig) -> &'static ModelKind {
+            match config {
+                $(ModelConfig::$variant(_) => <$model>::kind(),)+
+            }
         }
-    }
-    with_model(config, Action)
+
+        /// Builds the configured model at its start.
+        ///
+        /// # Errors
+        /// As [`Model::prepare`].
+        pub fn prepare(
+            config: &ModelConfig,
+            seed: Seed,
+            opt_in: bool,
+        ) -> Result<Box<dyn Model>, SetupError> {
+            match config {
+                $(ModelConfig::$variant(config) => {
+                    Ok(Box::new(<$model>::prepare(config, seed, opt_in)?))
+                })+
+            }
+        }
+
+        /// Restores the configured model from a checkpoint's bytes; `None` if they are damaged.
+        #[must_use]
+        pub fn restore(config: &ModelConfig, bytes: &[u8]) -> Option<Box<dyn Model>> {
+            match config {
+                $(ModelConfig::$variant(_) => {
+                    Some(Box::new(checkpoint::decode_content::<$model>(bytes)?))
+                })+
+            }
+        }
+    };
+}
+
+models! {
+    Dem => dem::Dem,
+    Gas => gas::Gas,
+    Packing => packing::Packing,
+    Orbit => orbit::Orbit,
 }

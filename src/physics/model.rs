@@ -1,14 +1,13 @@
-//! The one boundary between physics and the rest.
+//! The boundary between physics and the rest of the program: what every model implements.
 
 use crate::random::Seed;
 use kinetoscope_recording::channels::ChannelDeclaration;
+use kinetoscope_recording::checkpoint::Content;
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-use std::fmt;
+use thiserror::Error;
 
-/// How long a run is, as the model counts it.
+/// Length of a run, as the model counts it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Extent {
     /// `total` steps of length `step` in the model's time unit.
@@ -18,13 +17,13 @@ pub enum Extent {
         /// Length of one step, in the model's time unit.
         step: f64,
     },
-    /// This many events.
+    /// Number of events.
     Events(u64),
-    /// This long, in the model's time unit; any instant can be looked at.
+    /// Duration in the model's time unit; a frame can be taken at any instant.
     Time(f64),
 }
 
-/// Where the next frame is.
+/// Position of the next frame in the run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
     /// After this many steps or events since the start.
@@ -33,7 +32,7 @@ pub enum Target {
     Time(f64),
 }
 
-/// Whether a call to [`Model::advance`] arrived.
+/// Result of a call to [`Model::advance`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// The target is reached: a frame may be taken.
@@ -42,74 +41,73 @@ pub enum Progress {
     Working,
 }
 
-/// A start that can't be run, in words for the user: what is wrong and what would do.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refusal(pub String);
+/// A start that cannot be run: what is wrong and what to change, for the user.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{0}")]
+pub struct SetupError(pub String);
 
-/// Physics that went wrong while running (a blow-up, a collapse): a result, not a crash.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault(pub String);
+/// A physical failure of a running simulation (a blow-up, a collapse): a result, not a crash.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{0}")]
+pub struct SimulationFault(pub String);
 
-impl fmt::Display for Refusal {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.0)
-    }
+/// The properties that all runs of a model share.
+#[derive(Clone, Copy, Debug)]
+pub struct ModelKind {
+    /// Name of the table `[model.<name>]`.
+    pub name: &'static str,
+    /// Version of the physics, part of the run key. Every change that alters a bit of a trajectory raises it.
+    pub physics_version: u32,
+    /// Unit of time: "s", "d", or "" for dimensionless time.
+    pub time_unit: &'static str,
+    /// Columns of a particle's row in the state.
+    pub state_columns: &'static [StateColumn],
+    /// Channels that [`Model::observe`] can fill, in file order.
+    pub channels: &'static [ChannelDeclaration],
 }
 
-impl fmt::Display for Fault {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Refusal {}
-impl std::error::Error for Fault {}
-
-/// A physical system that can be moved, looked at and continued. The value is its own checkpoint.
+/// A physical system that can be advanced, observed and resumed. The serialized value is its checkpoint.
 ///
-/// How work is cut by `at_most`, and whether anybody looks, does not change a bit of the trajectory.
-pub trait Model: Sized + Serialize + DeserializeOwned {
-    /// The table `[model.<NAME>]`.
-    type Config;
-    /// The table's name.
-    const NAME: &'static str;
-    /// Raised with every change that alters a trajectory's bits; part of the content key.
-    const PHYSICS_VERSION: u32;
-    /// "s", "d", or "" for dimensionless time.
-    const TIME_UNIT: &'static str;
-    /// The columns of a particle's row in the state.
-    const STATE_COLUMNS: &'static [StateColumn];
-    /// The channels that [`Model::observe`] can fill, in file order.
-    const CHANNELS: &'static [ChannelDeclaration];
+/// Invariant: neither the division of the work by `at_most` nor an observation changes a bit of the trajectory.
+pub trait Model: Content + Send {
+    /// The table `[model.<name>]`.
+    type Config
+    where
+        Self: Sized;
 
-    /// The state at the start. `opt_in` asks for the series that is recorded only on request: single collisions, which cost
-    /// memory between frames, or contact forces.
+    /// The properties that all runs of the model share.
+    fn kind() -> &'static ModelKind
+    where
+        Self: Sized;
+
+    /// Builds the state at the start. `opt_in` requests the series that is recorded only on request: single collisions,
+    /// which take memory between frames, or contact forces.
     ///
     /// # Errors
-    /// A start that can't be built or can't be run, with what would do instead.
-    fn prepare(config: &Self::Config, seed: Seed, opt_in: bool) -> Result<Self, Refusal>;
+    /// A start that cannot be built or cannot be run, with the remedy.
+    fn prepare(config: &Self::Config, seed: Seed, opt_in: bool) -> Result<Self, SetupError>
+    where
+        Self: Sized;
 
     /// The channels that this run fills, in file order.
-    fn channels(&self) -> &'static [ChannelDeclaration] {
-        Self::CHANNELS
-    }
+    fn channels(&self) -> &'static [ChannelDeclaration];
 
-    /// How long the run is.
+    /// Length of the run.
     fn extent(&self) -> Extent;
 
-    /// Particles that may still enter: what memory and disk must have room for beside those that are there.
+    /// Number of particles that may still enter. Memory and disk must have room for them in addition to the present ones.
     fn particles_to_come(&self) -> u64 {
         0
     }
 
-    /// Moves toward the target by at most so many steps or events (at least one). The first call after a target was
-    /// reached opens a new window: quantities "since the last frame" start again from zero.
+    /// Advances toward the target by at most `at_most` steps or events (at least one). The first call after a reached
+    /// target opens a new window: quantities "since the last frame" start again from zero.
     ///
     /// # Errors
-    /// Physics that went wrong; the state may still be looked at.
-    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault>;
+    /// A physical failure; the state may still be observed.
+    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault>;
 
-    /// Steps or events since the start.
+    /// Number of steps or events since the start.
     fn count(&self) -> u64;
 
     /// Time since the start, computed from counts and never accumulated where steps are fixed.
@@ -118,6 +116,6 @@ pub trait Model: Sized + Serialize + DeserializeOwned {
     /// Fills an empty frame with the state at the target that was reached last.
     fn observe(&self, frame: &mut Frame);
 
-    /// The drawing's fixed part.
+    /// The fixed part of the drawing.
     fn scenery(&self) -> Scenery;
 }

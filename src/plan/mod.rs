@@ -1,68 +1,106 @@
-//! The plan: all runs of an experiment with their content keys, what is there already, and what the rest will take.
+//! The plan: all runs of an experiment with their run keys, which of them are finished, and the resources of the others.
 
 pub mod prune;
 pub mod restart_files;
 pub mod why;
 
-use crate::run::{Assignment, Estimate, estimate};
-use kinetoscope_manifest::{ContentKey, Experiment, Run, content_key};
-use kinetoscope_physics::model::Refusal;
-use kinetoscope_physics::physics_version;
+use crate::run::RunSpec;
+use crate::run::estimate::{Estimate, PROGRAM_BYTES};
+use crate::run::prepared::Prepared;
+use kinetoscope_manifest::{Experiment, Run, RunKey, run_key};
+use kinetoscope_physics::kind_of;
+use kinetoscope_physics::model::SetupError;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::file;
+use kinetoscope_recording::layout::layout_json;
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// Memory for the starts that a plan of several runs keeps for their execution, by the runs' memory estimates. A run whose start
+/// is not kept builds it again. The limit is below the estimate for one run, so that a cluster's task stays within the memory
+/// that it requests.
+const KEPT_STARTS_BYTES: u64 = 32 << 20;
 
 /// One run of the plan.
 #[derive(Debug)]
 pub struct PlannedRun {
-    /// The run as the manifest expands to it.
+    /// The run as expanded from the manifest.
     pub run: Run,
     /// The canonical text of its manifest.
     pub canonical: String,
-    /// What identifies its result.
-    pub content_key: ContentKey,
-    /// The recording's file name without its ending.
+    /// The hash of all inputs.
+    pub run_key: RunKey,
+    /// The recording's file name without its extension.
     pub stem: String,
-    /// What there is of it.
+    /// Whether the run is finished.
     pub status: Status,
+    /// The start that planning built, if it is kept for the execution.
+    start: Mutex<Option<Prepared>>,
 }
 
-/// What there is of a run.
+/// Status of a run.
 #[derive(Debug)]
 pub enum Status {
-    /// Its recording is there, with this outcome.
+    /// Its recording exists, with this outcome.
     Done(Outcome),
-    /// It is to be done, and will take this.
+    /// It is to be executed, with these resources.
     ToDo(Estimate),
-    /// It can't be done.
-    Refused(Refusal),
+    /// It cannot be executed.
+    Rejected(SetupError),
 }
 
 /// All runs of an experiment.
 #[derive(Debug)]
 pub struct Plan {
-    /// Where the recordings go: the output folder and the experiment's name.
+    /// The folder of the recordings: the output folder and the experiment's name.
     pub folder: PathBuf,
     /// The runs, in the manifest's order.
     pub runs: Vec<PlannedRun>,
+    /// The viewer's layout of the run to be executed with the largest view; `None` if all runs are finished.
+    pub layout: Option<String>,
+}
+
+/// What planning keeps of the starts that it builds.
+struct Kept {
+    free_bytes: u64,
+    /// Height of the largest view so far, index of its run, and the layout.
+    layout: Option<(f64, usize, Option<String>)>,
+}
+
+impl Kept {
+    /// Keeps the layout if the view is the largest so far, and the start if there is room for it.
+    fn take(&mut self, index: usize, start: Prepared, estimate: &Estimate) -> Option<Prepared> {
+        let height = estimate.view_height;
+        let is_largest = self.layout.as_ref().is_none_or(|(largest, at, _)| {
+            height > *largest || (height == *largest && index < *at)
+        });
+        if is_largest {
+            // A template that does not fit the model leaves the experiment without a layout.
+            self.layout = Some((height, index, layout_json(&start.header).ok()));
+        }
+        let bytes = estimate.memory_bytes.saturating_sub(PROGRAM_BYTES);
+        self.free_bytes = self.free_bytes.checked_sub(bytes)?;
+        Some(start)
+    }
 }
 
 impl Plan {
-    /// Plans all runs of `experiment` below `output`. With `force` nothing counts as done.
+    /// Plans all runs of `experiment` below `output`. With `force`, no run counts as finished.
     #[must_use]
     pub fn new(experiment: &Experiment, output: &Path, force: bool) -> Self {
-        Self::of(experiment, output, force, |_| true)
+        let room = if experiment.runs.len() == 1 { u64::MAX } else { KEPT_STARTS_BYTES };
+        Self::of(experiment, output, force, room, |_| true)
     }
 
-    /// Plans only the runs with these content keys.
+    /// Plans only the runs with these run keys.
     ///
     /// # Errors
-    /// The first key that no run has.
+    /// The first key that belongs to no run.
     pub fn of_keys(
         experiment: &Experiment,
         output: &Path,
@@ -70,51 +108,62 @@ impl Plan {
         keys: &[String],
     ) -> Result<Self, String> {
         let wanted: HashSet<&str> = keys.iter().map(String::as_str).collect();
-        let plan = Self::of(experiment, output, force, |key| wanted.contains(key.as_str()));
-        let planned: HashSet<&str> = plan.runs.iter().map(|run| run.content_key.as_str()).collect();
+        let room = if keys.len() == 1 { u64::MAX } else { KEPT_STARTS_BYTES };
+        let plan = Self::of(experiment, output, force, room, |key| wanted.contains(key.as_str()));
+        let planned: HashSet<&str> = plan.runs.iter().map(|run| run.run_key.as_str()).collect();
         match keys.iter().find(|key| !planned.contains(key.as_str())) {
             Some(unknown) => Err(unknown.clone()),
             None => Ok(plan),
         }
     }
 
-    /// The starts of all runs that are to be done are built, to be refused early: on all processors.
+    /// Builds the starts of all runs to be executed, on all processors, so that a run is rejected before the first one starts.
     fn of(
         experiment: &Experiment,
         output: &Path,
         force: bool,
-        wanted: impl Fn(&ContentKey) -> bool + Sync,
+        room_for_starts: u64,
+        wanted: impl Fn(&RunKey) -> bool + Sync,
     ) -> Self {
         let folder = output.join(&experiment.name);
-        let planned = |run: &Run| {
-            let canonical = run.manifest.canonical();
-            let physics_version = physics_version(&run.manifest.model);
-            let content_key = content_key(&canonical, physics_version, SCHEMA_VERSION);
-            if !wanted(&content_key) {
+        let kept = Mutex::new(Kept { free_bytes: room_for_starts, layout: None });
+        let planned = |(index, run): (usize, &Run)| {
+            let manifest = &run.manifest;
+            let canonical = manifest.canonical();
+            let physics_version = kind_of(&manifest.model).physics_version;
+            let run_key = run_key(&canonical, physics_version, SCHEMA_VERSION);
+            if !wanted(&run_key) {
                 return None;
             }
-            let stem = run.file_stem(&experiment.name, &content_key, experiment.replicates);
-            let there = (!force).then(|| finished(&folder, &stem, &content_key)).flatten();
-            let status = match there {
-                Some(outcome) => Status::Done(outcome),
-                None => match estimate(&run.manifest) {
-                    Ok(estimate) => Status::ToDo(estimate),
-                    Err(refusal) => Status::Refused(refusal),
+            let stem = run.file_stem(&experiment.name, &run_key, experiment.replicates);
+            let recorded = (!force).then(|| finished(&folder, &stem, &run_key)).flatten();
+            let (status, start) = match recorded {
+                Some(outcome) => (Status::Done(outcome), None),
+                None => match Prepared::new(manifest, &canonical, run_key.as_str()) {
+                    Ok(start) => {
+                        let estimate = Estimate::of(&start, manifest);
+                        let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                        let start = kept.take(index, start, &estimate);
+                        (Status::ToDo(estimate), start)
+                    }
+                    Err(error) => (Status::Rejected(error), None),
                 },
             };
-            Some(PlannedRun { run: run.clone(), canonical, content_key, stem, status })
+            let (run, start) = (run.clone(), Mutex::new(start));
+            Some(PlannedRun { run, canonical, run_key, stem, status, start })
         };
-        let runs = experiment.runs.par_iter().filter_map(planned).collect();
-        Self { folder, runs }
+        let runs = experiment.runs.par_iter().enumerate().filter_map(planned).collect();
+        let kept = kept.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Self { folder, runs, layout: kept.layout.and_then(|(.., layout)| layout) }
     }
 
-    /// The runs that are to be done.
+    /// The runs to be executed.
     #[must_use]
     pub fn to_do(&self) -> Vec<&PlannedRun> {
         self.runs.iter().filter(|run| matches!(run.status, Status::ToDo(_))).collect()
     }
 
-    /// The runs that are to be done, the costliest first: then no long run is left alone at the end.
+    /// The runs to be executed in descending order of cost, so that no long run executes alone at the end.
     #[must_use]
     pub fn to_do_by_cost(&self) -> Vec<&PlannedRun> {
         let mut runs = self.to_do();
@@ -123,10 +172,10 @@ impl Plan {
         runs
     }
 
-    /// The runs that can't be done, with the reason.
-    pub fn refused(&self) -> impl Iterator<Item = (&PlannedRun, &Refusal)> {
+    /// The runs that cannot be executed, with the reason.
+    pub fn rejected(&self) -> impl Iterator<Item = (&PlannedRun, &SetupError)> {
         self.runs.iter().filter_map(|run| match &run.status {
-            Status::Refused(refusal) => Some((run, refusal)),
+            Status::Rejected(error) => Some((run, error)),
             Status::Done(_) | Status::ToDo(_) => None,
         })
     }
@@ -138,12 +187,13 @@ impl Plan {
             .iter()
             .map(|run| match &run.status {
                 Status::ToDo(estimate) => estimate.bytes,
-                Status::Done(_) | Status::Refused(_) => 0,
+                Status::Done(_) | Status::Rejected(_) => 0,
             })
             .fold(0, u64::saturating_add)
     }
 
-    /// Upper estimate of the bytes that the `jobs` largest recordings still need; what a stopped run left has its room.
+    /// Upper estimate of the bytes that the `jobs` largest recordings still need. The part of an interrupted run on the disk is
+    /// subtracted.
     #[must_use]
     pub fn bytes_at_once(&self, jobs: usize) -> u64 {
         let needed = |run: &PlannedRun| {
@@ -158,37 +208,43 @@ impl Plan {
 }
 
 impl PlannedRun {
-    /// The run as it is handed to [`crate::run::execute`].
+    /// The run as [`crate::run::execute`] takes it.
     #[must_use]
-    pub fn assignment<'a>(&'a self, folder: &'a Path) -> Assignment<'a> {
-        Assignment {
+    pub fn spec<'a>(&'a self, folder: &'a Path) -> RunSpec<'a> {
+        RunSpec {
             manifest: &self.run.manifest,
             canonical: &self.canonical,
-            content_key: self.content_key.as_str(),
+            run_key: self.run_key.as_str(),
             folder,
             stem: &self.stem,
         }
     }
 
-    /// What it will take, if it is to be done.
+    /// Takes the run's start, if the plan has kept it.
+    #[must_use]
+    pub fn take_start(&self) -> Option<Prepared> {
+        self.start.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// The resources of a run that is to be executed.
     #[must_use]
     pub fn estimate(&self) -> Option<&Estimate> {
         match &self.status {
             Status::ToDo(estimate) => Some(estimate),
-            Status::Done(_) | Status::Refused(_) => None,
+            Status::Done(_) | Status::Rejected(_) => None,
         }
     }
 
-    /// The outcome of its recording as it is now in `folder`: finished, and with the whole key.
+    /// The outcome of its finished recording in `folder`, whose whole key is checked.
     #[must_use]
     pub fn recorded(&self, folder: &Path) -> Option<Outcome> {
-        finished(folder, &self.stem, &self.content_key)
+        finished(folder, &self.stem, &self.run_key)
     }
 
-    /// The outcome of a recording, where it is this run's: finished, and with the whole key.
+    /// The outcome of a recording if it is finished and has this run's whole key.
     #[must_use]
     pub fn outcome_in(&self, recording: &Recording) -> Option<Outcome> {
-        outcome(recording, &self.content_key)
+        outcome(recording, &self.run_key)
     }
 
     /// The recording's file name.
@@ -198,16 +254,16 @@ impl PlannedRun {
     }
 }
 
-/// The outcome of a recording that is there, is finished and carries the whole key: the file's name alone proves nothing.
-fn finished(folder: &Path, stem: &str, content_key: &ContentKey) -> Option<Outcome> {
-    outcome(&Recording::open(&folder.join(format!("{stem}.mcap"))).ok()?, content_key)
+/// The outcome of a finished recording with the whole key: the file name contains only the start of the key.
+fn finished(folder: &Path, stem: &str, run_key: &RunKey) -> Option<Outcome> {
+    outcome(&Recording::open(&folder.join(format!("{stem}.mcap"))).ok()?, run_key)
 }
 
-fn outcome(recording: &Recording, content_key: &ContentKey) -> Option<Outcome> {
+fn outcome(recording: &Recording, run_key: &RunKey) -> Option<Outcome> {
     let provenance = recording.provenance();
     match provenance.outcome.clone()? {
         Outcome::Interrupted => None,
-        outcome => (provenance.content_key == content_key.as_str()).then_some(outcome),
+        outcome => (provenance.run_key == run_key.as_str()).then_some(outcome),
     }
 }
 
@@ -216,9 +272,9 @@ fn outcome(recording: &Recording, content_key: &ContentKey) -> Option<Outcome> {
 mod tests {
     use super::*;
 
-    /// A disk that was full and has just the missing room again must do.
+    /// A disk with exactly the missing space must suffice after it was full.
     #[test]
-    fn what_a_stopped_run_left_needs_no_more_room() {
+    fn partial_recording_reduces_the_space_needed() {
         let output = tempfile::tempdir().unwrap();
         let experiment =
             kinetoscope_manifest::parse("seed = 1\n[model.gas]\n", "kept.toml", &[]).unwrap();

@@ -52,12 +52,11 @@ pub fn remove(recordings: &[PathBuf]) -> io::Result<()> {
     Ok(())
 }
 
-/// Whether a file is a recording whose name ends in the start of its content key.
+/// Whether a file is a recording whose name ends in the start of its run key.
 fn carries_its_key(name: &str, path: &Path) -> bool {
     let key =
         name.strip_suffix(".mcap").and_then(|stem| stem.rsplit_once("__")).map(|(_, key)| key);
     key.is_some_and(|key| {
-        Recording::open(path)
-            .is_ok_and(|recording| recording.provenance().content_key.starts_with(key))
+        Recording::open(path).is_ok_and(|recording| recording.provenance().run_key.starts_with(key))
     })
 }

@@ -16,7 +16,7 @@ pub struct StartFiles {
 }
 
 impl StartFiles {
-    /// Paths are relative to `folder`. A recording named by its content key is looked for there and in the folders beside
+    /// Paths are relative to `folder`. A recording named by its run key is looked for there and in the folders beside
     /// and below it, by the part of the key that its file's name ends in.
     #[must_use]
     pub fn relative_to(folder: &Path) -> Self {
@@ -31,21 +31,21 @@ impl StartFiles {
         if let Some(state) = self.found.borrow().get(name) {
             return Ok(Arc::clone(state));
         }
-        let state = Arc::new(match RecordedState::content_key_of(name) {
-            Some(content_key) => self.named_by_key(content_key, name)?,
+        let state = Arc::new(match RecordedState::run_key_of(name) {
+            Some(run_key) => self.named_by_key(run_key, name)?,
             None => last_state(&self.folder.join(name))?,
         });
         self.found.borrow_mut().insert(name.to_owned(), Arc::clone(&state));
         Ok(state)
     }
 
-    fn named_by_key(&self, content_key: &str, identity: &str) -> Result<RecordedState, String> {
+    fn named_by_key(&self, run_key: &str, identity: &str) -> Result<RecordedState, String> {
         let beside = self.folder.parent().map(Path::to_owned).unwrap_or_default();
         let mut folders = vec![self.folder.clone()];
         folders.extend(entries(&beside).into_iter().filter(|path| path.is_dir()));
         folders.extend(entries(&self.folder).into_iter().filter(|path| path.is_dir()));
-        let short = content_key.get(..8).unwrap_or(content_key);
-        let endings = [format!("__{short}.mcap"), format!("__{content_key}.mcap")];
+        let short = run_key.get(..8).unwrap_or(run_key);
+        let endings = [format!("__{short}.mcap"), format!("__{run_key}.mcap")];
         let candidates = folders.iter().flat_map(|folder| entries(folder)).filter(|path| {
             let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
             endings.iter().any(|ending| name.ends_with(ending))
@@ -60,7 +60,7 @@ impl StartFiles {
         }
         Err(other.unwrap_or_else(|| {
             format!(
-                "no recording with the content key {content_key} is in {} or a folder beside it: put it there",
+                "no recording with the run key {run_key} is in {} or a folder beside it: put it there",
                 self.folder.display()
             )
         }))
@@ -99,6 +99,6 @@ fn last_state(path: &Path) -> Result<RecordedState, String> {
         ));
     };
     let values = (0..table.rows()).flat_map(|row| table.row(row)).copied().collect();
-    RecordedState::new(&provenance.model, &provenance.content_key, table.columns().to_vec(), values)
+    RecordedState::new(&provenance.model, &provenance.run_key, table.columns().to_vec(), values)
         .map_err(|why| format!("{}: {why}", path.display()))
 }

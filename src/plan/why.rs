@@ -2,7 +2,7 @@
 
 use crate::plan::{PlannedRun, Status};
 use kinetoscope_manifest::differing_keys;
-use kinetoscope_physics::physics_version;
+use kinetoscope_physics::kind_of;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::file::{final_path, partial_path};
@@ -18,7 +18,7 @@ pub enum Reason {
     /// It was done, and ended so.
     Done(Outcome),
     /// It can't be done.
-    Refused(String),
+    Rejected(String),
     /// It was begun: this file is there.
     Unfinished(String),
     /// Its file is there and can't be used.
@@ -43,7 +43,7 @@ impl fmt::Display for Reason {
                 write!(formatter, "done; it ended in a fault ({fault}), --force does it again")
             }
             Self::Done(_) => formatter.write_str("done"),
-            Self::Refused(refusal) => write!(formatter, "can't be done: {refusal}"),
+            Self::Rejected(refusal) => write!(formatter, "can't be done: {refusal}"),
             Self::Unfinished(file) => write!(formatter, "to do: {file} is unfinished"),
             Self::Unusable(what) => write!(formatter, "to do: {what}"),
             Self::OtherName(file) => {
@@ -62,7 +62,7 @@ impl fmt::Display for Reason {
 pub struct Earlier {
     /// By the file's stem without its key: the experiment's name, the coordinates and the replicate.
     by_place: BTreeMap<String, Vec<EarlierRecording>>,
-    /// File names by content key.
+    /// File names by run key.
     by_key: BTreeMap<String, String>,
 }
 
@@ -95,7 +95,7 @@ impl Earlier {
             let contents = match Recording::open(&folder.join(&file)) {
                 Ok(recording) => {
                     let provenance = recording.provenance();
-                    earlier.by_key.insert(provenance.content_key.clone(), file.clone());
+                    earlier.by_key.insert(provenance.run_key.clone(), file.clone());
                     Contents::Readable {
                         manifest: recording.manifest().to_owned(),
                         physics_version: provenance.physics_version,
@@ -117,7 +117,7 @@ impl Earlier {
     pub fn reason(&self, run: &PlannedRun, folder: &Path) -> Reason {
         match &run.status {
             Status::Done(outcome) => return Reason::Done(outcome.clone()),
-            Status::Refused(refusal) => return Reason::Refused(refusal.to_string()),
+            Status::Rejected(refusal) => return Reason::Rejected(refusal.to_string()),
             Status::ToDo(_) => {}
         }
         if let Some(what) = unusable(&final_path(folder, &run.stem)) {
@@ -126,7 +126,7 @@ impl Earlier {
         if partial_path(folder, &run.stem).exists() {
             return Reason::Unfinished(format!("{}.partial.mcap", run.stem));
         }
-        if let Some(file) = self.by_key.get(run.content_key.as_str()) {
+        if let Some(file) = self.by_key.get(run.run_key.as_str()) {
             return Reason::OtherName(file.clone());
         }
         let candidates = self.by_place.get(place_of(&run.stem)).into_iter().flatten();
@@ -140,7 +140,7 @@ impl Earlier {
     }
 }
 
-/// A file's stem without its content key.
+/// A file's stem without its run key.
 fn place_of(stem: &str) -> &str {
     stem.rsplit_once("__").map_or(stem, |(place, _)| place)
 }
@@ -155,7 +155,7 @@ fn unusable(path: &Path) -> Option<String> {
         Ok(recording) => Some(match recording.provenance().outcome {
             None => format!("{} has no end", path.display()),
             Some(Outcome::Interrupted) => format!("{} was interrupted", path.display()),
-            Some(_) => format!("{} has the content key of another run", path.display()),
+            Some(_) => format!("{} has the run key of another run", path.display()),
         }),
     }
 }
@@ -164,7 +164,7 @@ fn changes(earlier: &Contents, run: &PlannedRun) -> Vec<String> {
     match earlier {
         Contents::OtherSchema(found) => vec![format!("layout version: {found} → {SCHEMA_VERSION}")],
         Contents::Readable { manifest, physics_version: before } => {
-            let now = physics_version(&run.run.manifest.model);
+            let now = kind_of(&run.run.manifest.model).physics_version;
             let version = (*before != now).then(|| format!("physics version: {before} → {now}"));
             let keys = differing_keys(manifest, &run.canonical);
             version.into_iter().chain(keys.iter().map(ToString::to_string)).collect()

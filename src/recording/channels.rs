@@ -3,7 +3,7 @@
 
 use prost::Message;
 
-/// Version of the recording's layout; part of the content key.
+/// Version of the recording's layout; part of the run key.
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// Topic of the exact state of all particles.

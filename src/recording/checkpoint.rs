@@ -1,14 +1,16 @@
-//! The side file of a run under way: what it goes on from after a kill. It is replaced as a whole and leaves no trace in
-//! the recording.
+//! The checkpoint of a run in progress, from which the run resumes after a kill. The file is replaced as a whole; it leaves no
+//! trace in the recording.
 //!
 //! Layout: magic, version (u32), length of the identity (u32), identity, length of the content (u64), content, CRC-32 of
-//! all before it; numbers in little-endian order. The content is postcard's encoding, which keeps every bit of an f64.
+//! all preceding bytes; numbers in little-endian order. The content is one or more parts in
+//! postcard's encoding, which keeps every bit of an f64.
 
+use crate::atomic_file::{replace_with, temporary_path};
 use crate::error::RecordError;
-use crate::file::{at, sync_folder};
+use crate::file::at;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufWriter, IntoInnerError, Write};
 use std::path::{Path, PathBuf};
 
@@ -16,6 +18,7 @@ const MAGIC: [u8; 8] = *b"\x89KINCKP\n";
 /// Raised when the layout changes, in the file or of the recorder's part of the content.
 const VERSION: u32 = 1;
 const CHECKSUM_BYTES: usize = 4;
+const DAMAGED: &str = "the checkpoint is damaged";
 /// Bytes that go to the disk at once.
 const PIECE: usize = 1 << 20;
 
@@ -25,8 +28,54 @@ pub fn path(folder: &Path, stem: &str) -> PathBuf {
     folder.join(format!("{stem}.checkpoint"))
 }
 
-/// Replaces the checkpoint: afterward the old one or the new one is there, whatever happens meanwhile. `identity` says
-/// what the content belongs to: content key, program and physics version.
+/// A part of a checkpoint's content. Every serializable type is one; `dyn Content` needs no type parameter.
+pub trait Content {
+    /// Number of bytes that the part takes, counted without writing them.
+    ///
+    /// # Errors
+    /// A part that cannot be encoded: a defect of the program.
+    fn encoded_size(&self) -> postcard::Result<u64>;
+
+    /// Writes the part to a sink.
+    ///
+    /// # Errors
+    /// A part that cannot be encoded, or a sink that fails.
+    fn encode_into(&self, sink: &mut dyn Write) -> postcard::Result<()>;
+}
+
+impl<T: Serialize> Content for T {
+    fn encoded_size(&self) -> postcard::Result<u64> {
+        Ok(postcard::experimental::serialized_size(self)? as u64)
+    }
+
+    fn encode_into(&self, sink: &mut dyn Write) -> postcard::Result<()> {
+        postcard::to_io(self, sink).map(drop)
+    }
+}
+
+/// Decodes one part of a checkpoint's content; `None` if the bytes are damaged.
+#[must_use]
+pub fn decode_content<C: DeserializeOwned>(bytes: &[u8]) -> Option<C> {
+    postcard::from_bytes(bytes).ok()
+}
+
+/// Decodes the first part of a checkpoint's content and returns it with the bytes of the next parts; `None` if the bytes are
+/// damaged.
+#[must_use]
+pub fn decode_head<C: DeserializeOwned>(bytes: &[u8]) -> Option<(C, &[u8])> {
+    postcard::take_from_bytes(bytes).ok()
+}
+
+/// Number of bytes that a part takes in a checkpoint.
+///
+/// # Errors
+/// A part that cannot be encoded: a defect of the program.
+pub fn size(part: &dyn Content) -> Result<u64, RecordError> {
+    part.encoded_size().map_err(|error| RecordError::Container(defect(error).to_string()))
+}
+
+/// Replaces the checkpoint as a whole: afterward, the old one or the new one exists, whatever happens meanwhile. `identity`
+/// is what the content belongs to: run key, program and physics version. The parts are written one after the other.
 ///
 /// # Errors
 /// A disk that fails.
@@ -34,27 +83,21 @@ pub fn write(
     folder: &Path,
     stem: &str,
     identity: &str,
-    content: &impl Serialize,
+    parts: &[&dyn Content],
 ) -> Result<(), RecordError> {
     let path = path(folder, stem);
-    let temporary = folder.join(format!("{stem}.checkpoint.tmp"));
-    let replace = || {
-        let file = write_into(File::create(&temporary)?, identity, content)?;
-        file.sync_all()?;
-        fs::rename(&temporary, &path)
-    };
-    replace().map_err(|error| at(&path, &error))?;
-    sync_folder(&path)
+    replace_with(&path, |file| write_into(file, identity, parts)).map_err(|error| at(&path, &error))
 }
 
-/// The content of the checkpoint; `None` where there is none.
+/// Reads the checkpoint; `None` if there is none. `decode` makes a value of the content's bytes, `None` if they are damaged.
 ///
 /// # Errors
-/// A checkpoint that can't be read, is damaged, or belongs to something else.
-pub fn read<C: DeserializeOwned>(
+/// A checkpoint that cannot be read, is damaged, or belongs to another run or version.
+pub fn read<C>(
     folder: &Path,
     stem: &str,
     identity: &str,
+    decode: impl FnOnce(&[u8]) -> Option<C>,
 ) -> Result<Option<C>, RecordError> {
     let path = path(folder, stem);
     let bytes = match fs::read(&path) {
@@ -62,7 +105,8 @@ pub fn read<C: DeserializeOwned>(
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(at(&path, &error)),
     };
-    decode(&bytes, identity)
+    content(&bytes, identity)
+        .and_then(|content| decode(content).ok_or(DAMAGED))
         .map(Some)
         .map_err(|what| RecordError::NotContinued { path, what: what.to_owned() })
 }
@@ -72,7 +116,8 @@ pub fn read<C: DeserializeOwned>(
 /// # Errors
 /// A folder that can't be written.
 pub fn remove(folder: &Path, stem: &str) -> Result<(), RecordError> {
-    for path in [path(folder, stem), folder.join(format!("{stem}.checkpoint.tmp"))] {
+    let path = path(folder, stem);
+    for path in [temporary_path(&path), path] {
         match fs::remove_file(&path) {
             Ok(()) => {}
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
@@ -82,27 +127,19 @@ pub fn remove(folder: &Path, stem: &str) -> Result<(), RecordError> {
     Ok(())
 }
 
-/// How many bytes a content takes in a checkpoint, counted without writing them.
-///
-/// # Errors
-/// Content that can't be encoded: a defect of the program.
-pub fn size(content: &impl Serialize) -> Result<u64, RecordError> {
-    let size = postcard::experimental::serialized_size(content);
-    size.map(|size| size as u64).map_err(|error| RecordError::Container(defect(error).to_string()))
-}
-
 /// The bytes of a checkpoint.
 ///
 /// # Errors
-/// Content that can't be encoded: a defect of the program.
-pub fn encode(identity: &str, content: &impl Serialize) -> Result<Vec<u8>, RecordError> {
-    let bytes = write_into(Vec::new(), identity, content);
+/// Content that cannot be encoded: a defect of the program.
+pub fn encode(identity: &str, parts: &[&dyn Content]) -> Result<Vec<u8>, RecordError> {
+    let bytes = write_into(Vec::new(), identity, parts);
     bytes.map_err(|error| RecordError::Container(error.to_string()))
 }
 
-/// Writes a checkpoint piece by piece: a copy of a large run may have no room beside it.
-fn write_into<W: Write>(sink: W, identity: &str, content: &impl Serialize) -> io::Result<W> {
-    let length = postcard::experimental::serialized_size(content).map_err(defect)? as u64;
+/// Writes a checkpoint piece by piece, because memory may have no room for a copy of a large run.
+fn write_into<W: Write>(sink: W, identity: &str, parts: &[&dyn Content]) -> io::Result<W> {
+    let sizes = parts.iter().map(|part| part.encoded_size());
+    let length = sizes.sum::<postcard::Result<u64>>().map_err(defect)?;
     let checked = Checked { sink, checksum: crc32fast::Hasher::new(), failure: None };
     let mut pieces = BufWriter::with_capacity(PIECE, checked);
     pieces.write_all(&MAGIC)?;
@@ -110,8 +147,10 @@ fn write_into<W: Write>(sink: W, identity: &str, content: &impl Serialize) -> io
     pieces.write_all(&(identity.len() as u32).to_le_bytes())?;
     pieces.write_all(identity.as_bytes())?;
     pieces.write_all(&length.to_le_bytes())?;
-    if let Err(error) = postcard::to_io(content, &mut pieces) {
-        return Err(pieces.get_mut().failure.take().unwrap_or_else(|| defect(error)));
+    for part in parts {
+        if let Err(error) = part.encode_into(&mut pieces) {
+            return Err(pieces.get_mut().failure.take().unwrap_or_else(|| defect(error)));
+        }
     }
     let Checked { mut sink, checksum, .. } =
         pieces.into_inner().map_err(IntoInnerError::into_error)?;
@@ -119,7 +158,7 @@ fn write_into<W: Write>(sink: W, identity: &str, content: &impl Serialize) -> io
     Ok(sink)
 }
 
-/// Counts up the checksum of what goes through, and keeps why it could not: the encoder does not say.
+/// Computes the checksum of the bytes written, and keeps the error of a failed write, which the encoder does not report.
 struct Checked<W> {
     sink: W,
     checksum: crc32fast::Hasher,
@@ -149,33 +188,32 @@ fn defect(error: postcard::Error) -> io::Error {
     io::Error::other(format!("a checkpoint: {error}"))
 }
 
-/// The content of a checkpoint's bytes. Nothing is allocated that the bytes do not justify.
+/// Checks a checkpoint's bytes and returns its content.
 ///
 /// # Errors
 /// What is wrong with the bytes.
-pub fn decode<C: DeserializeOwned>(bytes: &[u8], identity: &str) -> Result<C, &'static str> {
-    let damaged = "the checkpoint is damaged";
-    let (checked, checksum) = bytes.split_last_chunk::<CHECKSUM_BYTES>().ok_or(damaged)?;
+pub fn content<'a>(bytes: &'a [u8], identity: &str) -> Result<&'a [u8], &'static str> {
+    let (checked, checksum) = bytes.split_last_chunk::<CHECKSUM_BYTES>().ok_or(DAMAGED)?;
     if !checked.starts_with(&MAGIC) {
-        return Err("it is no checkpoint");
+        return Err("the file is not a checkpoint");
     }
     if crc32fast::hash(checked) != u32::from_le_bytes(*checksum) {
-        return Err(damaged);
+        return Err(DAMAGED);
     }
     let rest = &checked[MAGIC.len()..];
-    let (version, rest) = rest.split_first_chunk().ok_or(damaged)?;
+    let (version, rest) = rest.split_first_chunk().ok_or(DAMAGED)?;
     if u32::from_le_bytes(*version) != VERSION {
         return Err("the checkpoint has the layout of another version of the program");
     }
-    let (length, rest) = rest.split_first_chunk().ok_or(damaged)?;
+    let (length, rest) = rest.split_first_chunk().ok_or(DAMAGED)?;
     let (found, rest) =
-        rest.split_at_checked(u32::from_le_bytes(*length) as usize).ok_or(damaged)?;
+        rest.split_at_checked(u32::from_le_bytes(*length) as usize).ok_or(DAMAGED)?;
     if found != identity.as_bytes() {
         return Err("the checkpoint belongs to another run or another version of the program");
     }
-    let (length, content) = rest.split_first_chunk().ok_or(damaged)?;
+    let (length, content) = rest.split_first_chunk().ok_or(DAMAGED)?;
     if u64::from_le_bytes(*length) != content.len() as u64 {
-        return Err(damaged);
+        return Err(DAMAGED);
     }
-    postcard::from_bytes(content).map_err(|_| damaged)
+    Ok(content)
 }

@@ -1,51 +1,79 @@
-//! What can go wrong while recording or reading, with the user's next step.
+//! The errors of recording and reading, with the remedy for the user.
 
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
+use thiserror::Error;
 
-/// A recording that can't be written.
-#[derive(Debug)]
+/// A recording that cannot be written.
+#[derive(Debug, Error)]
 pub enum RecordError {
-    /// The disk, or what stands in for it. The message names the path.
-    Io(io::Error),
+    /// The disk or another sink failed. The message names the path.
+    #[error("{source}. {remedy}", source = .0, remedy = remedy(.0))]
+    Io(#[from] io::Error),
     /// Another process writes the same recording.
+    #[error(
+        "{} is being written by another process. Wait for it to end, then run the same command again",
+        path.display()
+    )]
     Locked {
         /// The partial file.
         path: PathBuf,
     },
     /// A finished recording of the same name holds other bytes.
+    #[error(
+        "{} is there already and holds other bytes than the new recording {}. Both were kept: \
+         compare the two, then delete the one that is not wanted",
+        existing.display(),
+        partial.display()
+    )]
     Differs {
-        /// The finished recording; it was left as it is.
+        /// The finished recording, unchanged.
         existing: PathBuf,
-        /// The new one.
+        /// The new recording.
         partial: PathBuf,
     },
-    /// What a killed run left can't be gone on with.
+    /// A killed run cannot be resumed from its files.
+    #[error("{} can't be gone on with: {what}", path.display())]
     NotContinued {
         /// The partial file or the checkpoint.
         path: PathBuf,
         /// What is wrong with it.
         what: String,
     },
-    /// The manifest asks for a channel that the model does not have.
+    /// The manifest names a channel that the model does not have.
+    #[error("this model has no channel \"{name}\". Name some of: {}", known.join(", "))]
     UnknownTopic {
         /// The name, without the leading slash.
         name: String,
-        /// What there is.
+        /// The existing channels.
         known: Vec<&'static str>,
     },
     /// The playback rate is out of range, or the playback would be too long for the viewers.
+    #[error(
+        "frame {frame} can't be played at {rate} frames a second: viewers take up to 50 a second and 93 days in all. \
+         Record fewer frames, or change `record.playback_rate`"
+    )]
     Playback {
         /// Frame that has no log time.
         frame: u64,
-        /// Frames a second of playback.
+        /// Frames per second of playback.
         rate: f64,
     },
     /// The model broke its declaration: a defect of the program.
+    #[error("{0}. This is a defect of the program: please report it")]
     Declaration(String),
-    /// The container refused what it was given: a defect of the program.
+    /// The container rejected its input: a defect of the program.
+    #[error("the MCAP writer refused: {0}. This is a defect of the program: please report it")]
     Container(String),
+}
+
+/// What the user can do about a failed disk.
+fn remedy(source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::StorageFull => "Free space on this disk, then run the same command again",
+        _ => "Check the disk and the folder's permissions, then run the same command again",
+    }
 }
 
 impl RecordError {
@@ -53,69 +81,6 @@ impl RecordError {
     #[must_use]
     pub fn is_retryable(&self) -> bool {
         matches!(self, Self::Io(_) | Self::Locked { .. })
-    }
-}
-
-impl fmt::Display for RecordError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Io(source) if source.kind() == io::ErrorKind::StorageFull => {
-                write!(
-                    formatter,
-                    "{source}. Free space on this disk, then run the same command again"
-                )
-            }
-            Self::Io(source) => write!(
-                formatter,
-                "{source}. Check the disk and the folder's permissions, then run the same command again"
-            ),
-            Self::Locked { path } => write!(
-                formatter,
-                "{} is being written by another process. Wait for it to end, then run the same command again",
-                path.display()
-            ),
-            Self::Differs { existing, partial } => write!(
-                formatter,
-                "{} is there already and holds other bytes than the new recording {}. Both were kept: \
-                 compare the two, then delete the one that is not wanted",
-                existing.display(),
-                partial.display()
-            ),
-            Self::NotContinued { path, what } => {
-                write!(formatter, "{} can't be gone on with: {what}", path.display())
-            }
-            Self::UnknownTopic { name, known } => write!(
-                formatter,
-                "this model has no channel \"{name}\". Name some of: {}",
-                known.join(", ")
-            ),
-            Self::Playback { frame, rate } => write!(
-                formatter,
-                "frame {frame} can't be played at {rate} frames a second: viewers take up to 50 a second and 93 days in all. \
-                 Record fewer frames, or change `record.playback_rate`"
-            ),
-            Self::Declaration(what) => {
-                write!(formatter, "{what}. This is a defect of the program: please report it")
-            }
-            Self::Container(what) => {
-                write!(
-                    formatter,
-                    "the MCAP writer refused: {what}. This is a defect of the program: please report it"
-                )
-            }
-        }
-    }
-}
-
-impl std::error::Error for RecordError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        if let Self::Io(source) = self { Some(source) } else { None }
-    }
-}
-
-impl From<io::Error> for RecordError {
-    fn from(source: io::Error) -> Self {
-        Self::Io(source)
     }
 }
 
@@ -128,41 +93,41 @@ impl From<mcap::McapError> for RecordError {
     }
 }
 
-/// Why a recording, or the rest of it, can't be read.
+/// The reason why a recording, or the rest of it, cannot be read.
 #[derive(Debug)]
 pub struct ReadError {
     /// The file.
     pub path: PathBuf,
-    /// Frames that were read before, all intact.
+    /// Number of frames read before the error, all intact.
     pub intact_frames: u64,
     /// What is wrong.
     pub fault: ReadFault,
 }
 
-/// What is wrong with a recording.
+/// A defect of a recording.
 #[derive(Debug)]
 pub enum ReadFault {
-    /// The file can't be opened or read.
+    /// The file cannot be opened or read.
     Io(io::Error),
     /// Not an MCAP file.
     NotMcap,
     /// An MCAP file of another program.
     Foreign,
-    /// A recording with a layout that this program does not know.
+    /// A recording of another schema version.
     OtherSchema {
-        /// The layout's version.
+        /// The version found.
         found: u32,
     },
     /// The file ends before its footer: the run was killed or the copy is incomplete.
     Torn {
-        /// Where the file stops making sense.
+        /// End of the intact part.
         byte: u64,
     },
-    /// Bytes that are not what was written.
+    /// Bytes differ from those that were written.
     Damaged {
-        /// Where.
+        /// Position of the damage.
         byte: u64,
-        /// What does not fit.
+        /// The inconsistency found.
         what: String,
     },
 }

@@ -297,13 +297,13 @@ fn read_part(file: &mut File, part: &mut Vec<u8>) -> io::Result<()> {
 }
 
 /// Makes the new name last. Only Unix opens folders.
-pub(crate) fn sync_folder(path: &Path) -> Result<(), RecordError> {
+pub(crate) fn sync_folder(path: &Path) -> io::Result<()> {
     let folder = match path.parent() {
         Some(folder) if cfg!(unix) && !folder.as_os_str().is_empty() => folder,
         Some(_) if cfg!(unix) => Path::new("."),
         _ => return Ok(()),
     };
-    File::open(folder).and_then(|folder| folder.sync_all()).map_err(|error| at(folder, &error))
+    File::open(folder).and_then(|folder| folder.sync_all()).map_err(|error| named(folder, &error))
 }
 
 fn named(path: &Path, error: &io::Error) -> io::Error {

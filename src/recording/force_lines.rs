@@ -1,18 +1,27 @@
-//! The contact forces that a drawing can show: the strongest, since a bed of a million discs has millions.
+//! The contact forces that a drawing shows: only the strongest, because a bed of a million discs has millions.
 
-use crate::frame::ContactLine;
+/// A contact force, drawn as a line between two points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactLine {
+    /// One end, in the state's length unit.
+    pub from: [f64; 2],
+    /// The other end.
+    pub to: [f64; 2],
+    /// Normal force, in the unit of `Scenery::force_range_top`.
+    pub force: f64,
+}
 
-/// Contact forces in the order in which they were added, without some that are too weak to be drawn.
+/// Contact forces in the order of addition, without some that are too weak to be drawn.
 #[derive(Clone, Debug)]
 pub(crate) struct ForceLines {
     lines: Vec<ContactLine>,
-    /// So many are drawn, and more only where forces are equal.
+    /// Number of forces drawn; more only if forces are equal.
     drawn_at_most: usize,
-    /// At this length the weak ones are left out.
+    /// Length at which the weak forces are removed.
     full_at: usize,
 }
 
-/// No contact is left out: for looking at a frame without recording it.
+/// Keeps every contact, for a frame that is not recorded.
 impl Default for ForceLines {
     fn default() -> Self {
         Self::drawing(usize::MAX)
@@ -26,7 +35,7 @@ impl PartialEq for ForceLines {
 }
 
 impl ForceLines {
-    /// Forces of which at most so many are drawn.
+    /// A list of forces of which at most `at_most` are drawn.
     pub(crate) fn drawing(at_most: usize) -> Self {
         Self { lines: Vec::new(), drawn_at_most: at_most, full_at: at_most.saturating_mul(2) }
     }
@@ -45,7 +54,7 @@ impl ForceLines {
         if self.lines.len() >= self.full_at {
             let weakest = weakest_drawn(&self.lines, self.drawn_at_most);
             self.lines.retain(|line| line.force.abs() >= weakest);
-            // Where all forces are equal nothing was left out: the next time must not come at once.
+            // If all forces are equal, none was removed, and the next removal must not follow at once.
             self.full_at = 2 * Ord::max(self.lines.len(), self.drawn_at_most);
         }
     }

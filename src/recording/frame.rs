@@ -1,18 +1,12 @@
 //! The messages of one instant, in memory: all that physics sees of recording.
 
+pub use crate::force_lines::ContactLine;
+pub use crate::state_column::StateColumn;
+
 use crate::channels::Channel;
 use crate::force_lines::ForceLines;
 use crate::scenery::Wall;
 use crate::table::Rows;
-
-/// One column of the state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StateColumn {
-    /// Name as it stands in the recording, such as `vx`.
-    pub name: &'static str,
-    /// Unit, such as "m/s"; empty for dimensionless.
-    pub unit: &'static str,
-}
 
 /// How grave a line of the log is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,17 +26,6 @@ pub struct LogLine {
     pub level: Level,
     /// One line, facts with units.
     pub text: String,
-}
-
-/// A contact force, drawn as a line between two points.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactLine {
-    /// One end, in the state's length unit.
-    pub from: [f64; 2],
-    /// The other end.
-    pub to: [f64; 2],
-    /// Normal force, in the unit of `Scenery::force_range_top`.
-    pub force: f64,
 }
 
 /// One encoded message of a channel of ours.

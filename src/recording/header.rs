@@ -35,8 +35,8 @@ pub enum Selection {
 pub struct Header {
     /// Canonical manifest of the run, embedded as it is.
     pub manifest: String,
-    /// The run's content key.
-    pub content_key: String,
+    /// The run's run key.
+    pub run_key: String,
     /// Name of the model.
     pub model: &'static str,
     /// Version of the model's physics.
@@ -125,7 +125,7 @@ impl Header {
             model: self.model.to_owned(),
             physics_version: self.physics_version,
             schema_version: SCHEMA_VERSION,
-            content_key: self.content_key.clone(),
+            run_key: self.run_key.clone(),
             time_unit: self.time_unit.to_owned(),
             playback_rate: self.playback_rate,
             state_columns: self.state_columns.iter().map(|column| column.name.to_owned()).collect(),

@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows physics beyond the columns and messages that a model declares.
 
+pub mod atomic_file;
 pub mod background;
 pub mod channels;
 pub mod checkpoint;
@@ -11,11 +12,11 @@ pub mod fields;
 pub mod file;
 pub mod frame;
 pub mod layout;
+pub mod observer;
 pub mod provenance;
 pub mod reader;
 pub mod recorder;
 pub mod scenery;
-pub mod spectator;
 pub mod storage;
 
 mod color;
@@ -28,7 +29,9 @@ mod header;
 mod open_chunk;
 mod playback;
 mod scene;
+mod schema;
 mod sink;
+mod state_column;
 mod table;
 mod trail;
 mod unpacking;

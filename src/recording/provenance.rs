@@ -54,8 +54,8 @@ pub struct Provenance {
     pub physics_version: u32,
     /// Version of the recording's layout.
     pub schema_version: u32,
-    /// The run's content key.
-    pub content_key: String,
+    /// The run's run key.
+    pub run_key: String,
     /// "s", "d", or "" for dimensionless time.
     pub time_unit: String,
     /// Frames a second of playback.
@@ -76,7 +76,7 @@ impl Provenance {
             ("model".to_owned(), self.model.clone()),
             ("physics_version".to_owned(), self.physics_version.to_string()),
             ("schema_version".to_owned(), self.schema_version.to_string()),
-            ("content_key".to_owned(), self.content_key.clone()),
+            ("run_key".to_owned(), self.run_key.clone()),
             ("time_unit".to_owned(), self.time_unit.clone()),
             ("playback_rate".to_owned(), self.playback_rate.to_string()),
             ("state_columns".to_owned(), self.state_columns.join(",")),
@@ -91,7 +91,7 @@ impl Provenance {
             model: metadata.get("model")?.clone(),
             physics_version: metadata.get("physics_version")?.parse().ok()?,
             schema_version: metadata.get("schema_version")?.parse().ok()?,
-            content_key: metadata.get("content_key")?.clone(),
+            run_key: metadata.get("run_key")?.clone(),
             time_unit: metadata.get("time_unit")?.clone(),
             playback_rate: metadata.get("playback_rate")?.parse().ok()?,
             state_columns: words(metadata.get("state_columns")?),

@@ -6,18 +6,17 @@ pub use resuming::RecorderState;
 
 mod resuming;
 
-use crate::channels::{self, Channel as _, ChannelDeclaration, FrameClock};
-use crate::descriptor::file_descriptor_set;
+use crate::channels::{self, Channel as _, FrameClock};
 use crate::error::RecordError;
 use crate::frame::{Frame, Level, LogLine};
+use crate::observer::{ChannelList, FrameObserver};
 use crate::playback::log_time_ns;
 use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
-use crate::scene::Stage;
+use crate::scene::SceneBuilder;
+use crate::schema::schema_of;
 use crate::sink::CountingSink;
-use crate::spectator::{Programme, Spectator};
 use crate::trail::Trails;
-use foxglove::Encode as _;
-use foxglove::messages::{Log, PointCloud, SceneUpdate, Timestamp, log};
+use foxglove::messages::{Log, Timestamp, log};
 use mcap::records::{MessageHeader, Metadata};
 use prost::Message;
 use resuming::Resumable;
@@ -42,7 +41,7 @@ pub struct Clock {
 /// Writes one recording. Dropped before [`Recorder::finish`] it leaves whole chunks of whole frames, and no footer.
 pub struct Recorder<W: Write> {
     header: Header,
-    stage: Stage,
+    stage: SceneBuilder,
     trails: Trails,
     // Empty only while being dropped.
     writer: Option<mcap::Writer<CountingSink<W>>>,
@@ -54,7 +53,7 @@ pub struct Recorder<W: Write> {
     // Frames in closed chunks.
     closed_frames: u64,
     resumable: Option<Resumable>,
-    spectator: Option<Box<dyn Spectator>>,
+    observer: Option<Box<dyn FrameObserver>>,
     buffer: Vec<u8>,
     written: Arc<AtomicU64>,
 }
@@ -66,7 +65,8 @@ impl<W: Write> Recorder<W> {
     /// A header that can't be recorded, or a sink that fails.
     pub fn create(sink: W, header: &Header) -> Result<Self, RecordError> {
         header.check()?;
-        let stage = Stage::new(&header.scenery, header.state_columns, header.drawn_particles)?;
+        let stage =
+            SceneBuilder::new(&header.scenery, header.state_columns, header.drawn_particles)?;
         let written = Arc::new(AtomicU64::new(0));
         let sink = CountingSink::new(sink, Arc::clone(&written));
         let mut writer = write_options(header.compression).create(sink)?;
@@ -92,7 +92,7 @@ impl<W: Write> Recorder<W> {
             payload_in_chunk: 0,
             closed_frames: 0,
             resumable: None,
-            spectator: None,
+            observer: None,
             buffer: Vec::new(),
             written,
         })
@@ -104,12 +104,12 @@ impl<W: Write> Recorder<W> {
         self.recorded.contains(&topic)
     }
 
-    /// Shows all that is recorded from here on to a spectator; what was drawn once, at the start, is shown again.
+    /// Shows all that is recorded from here on to a observer; what was drawn once, at the start, is shown again.
     ///
     /// # Errors
     /// A channel without a schema: a defect of the program.
-    pub fn show_to(&mut self, mut spectator: Box<dyn Spectator>) -> Result<(), RecordError> {
-        spectator.begin(Programme::of(&self.header, &self.recorded)?);
+    pub fn show_to(&mut self, mut observer: Box<dyn FrameObserver>) -> Result<(), RecordError> {
+        observer.begin(ChannelList::of(&self.header, &self.recorded)?);
         if self.frames > 0 {
             let start = Timestamp::new(0, 0);
             for (topic, drawn) in [
@@ -117,11 +117,11 @@ impl<W: Write> Recorder<W> {
                 (channels::LEGEND, self.stage.legend(start)),
             ] {
                 if self.wants(topic) {
-                    spectator.message(topic, 0, &drawn.encode_to_vec());
+                    observer.message(topic, 0, &drawn.encode_to_vec());
                 }
             }
         }
-        self.spectator = Some(spectator);
+        self.observer = Some(observer);
         Ok(())
     }
 
@@ -175,8 +175,8 @@ impl<W: Write> Recorder<W> {
         self.draw(frame, log_time, time)?;
         self.write_log(frame.log_lines(), log_time, time)?;
         self.end_frame()?;
-        if let Some(spectator) = &mut self.spectator {
-            spectator.end_of_frame();
+        if let Some(observer) = &mut self.observer {
+            observer.end_of_frame();
         }
         Ok(())
     }
@@ -373,8 +373,8 @@ impl<W: Write> Recorder<W> {
         if let Some(Resumable { open, .. }) = &mut self.resumable {
             open.push(channel_id, self.frames, log_time, payload);
         }
-        if let Some(spectator) = &mut self.spectator {
-            spectator.message(topic, log_time, payload);
+        if let Some(observer) = &mut self.observer {
+            observer.message(topic, log_time, payload);
         }
         Ok(())
     }
@@ -412,28 +412,6 @@ fn write_options(compression: Compression) -> mcap::WriteOptions {
         .calculate_data_section_crc(true)
         .calculate_summary_section_crc(true)
         .calculate_attachment_crcs(true)
-}
-
-pub(crate) fn schema_of(
-    topic: &str,
-    declared: &[ChannelDeclaration],
-) -> Result<foxglove::Schema, RecordError> {
-    if topic == FrameClock::TOPIC {
-        return own_schema(&ChannelDeclaration::of::<FrameClock>());
-    }
-    if let Some(channel) = declared.iter().find(|channel| channel.topic == topic) {
-        return own_schema(channel);
-    }
-    let schema = match topic {
-        channels::STATE => PointCloud::get_schema(),
-        channels::LOG => Log::get_schema(),
-        _ => SceneUpdate::get_schema(),
-    };
-    schema.ok_or_else(|| RecordError::Declaration(format!("{topic} has no schema")))
-}
-
-fn own_schema(channel: &ChannelDeclaration) -> Result<foxglove::Schema, RecordError> {
-    Ok(foxglove::Schema::new(channel.schema, "protobuf", file_descriptor_set(channel)?))
 }
 
 fn log_level(level: Level) -> log::Level {

@@ -4,10 +4,10 @@
 
 use crate::color::{self, ColorMap};
 use crate::error::RecordError;
-use crate::force_lines::weakest_drawn;
-use crate::frame::{ContactLine, StateColumn};
+use crate::force_lines::{ContactLine, weakest_drawn};
 use crate::playback::three_digits;
 use crate::scenery::{DrawnRadius, Scenery, Wall};
+use crate::state_column::StateColumn;
 use crate::trail::{PATHS, Trails};
 use foxglove::messages::{
     Color, CubePrimitive, CylinderPrimitive, LinePrimitive, Point3, Pose, Quaternion, SceneEntity,
@@ -64,7 +64,7 @@ impl DrawnColumns {
 
 /// The fixed part of the drawing, and how rows of the state become scenes.
 #[derive(Clone, Debug)]
-pub(crate) struct Stage {
+pub(crate) struct SceneBuilder {
     scenery: Scenery,
     columns: DrawnColumns,
     colors: ColorMap,
@@ -74,7 +74,7 @@ pub(crate) struct Stage {
     drawn_at_most: usize,
 }
 
-impl Stage {
+impl SceneBuilder {
     /// `drawn_at_most` is a number of particles.
     pub(crate) fn new(
         scenery: &Scenery,

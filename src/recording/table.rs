@@ -1,7 +1,7 @@
 //! The exact state of one frame: a row a particle, a column a quantity.
 
-use crate::frame::StateColumn;
 use crate::scene::{FRAME_ID, pose};
+use crate::state_column::StateColumn;
 use foxglove::messages::packed_element_field::NumericType;
 use foxglove::messages::{PackedElementField, PointCloud, Timestamp};
 use prost::Message as _;

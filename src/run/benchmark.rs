@@ -8,19 +8,22 @@ use kinetoscope_manifest::{
     Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,
     TimingTable,
 };
-use kinetoscope_physics::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use kinetoscope_physics::model::{Extent, Progress, SetupError, SimulationFault, Target};
+use kinetoscope_physics::prepare;
 use kinetoscope_physics::random::Seed;
-use kinetoscope_physics::{ForModel, with_model};
 use std::fs;
 use std::time::Instant;
+use thiserror::Error;
 
-/// Why a run was not timed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// The reason why a run was not timed.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum TimingError {
-    /// It can't be run.
-    Refused(Refusal),
-    /// Its physics went wrong.
-    Fault(Fault),
+    /// The run cannot start.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The simulation failed.
+    #[error(transparent)]
+    Fault(#[from] SimulationFault),
 }
 
 /// Time and work of one run.
@@ -75,27 +78,15 @@ pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
 }
 
 fn measure(manifest: &RunManifest) -> Result<Measurement, TimingError> {
-    struct Action<'a>(&'a RunManifest);
-    impl ForModel for Action<'_> {
-        type Output = Result<Measurement, TimingError>;
-        fn call<M: Model>(self, config: &M::Config) -> Self::Output {
-            let seed = Seed { seed: self.0.seed, replicate: self.0.replicate };
-            let mut model = M::prepare(config, seed, false).map_err(TimingError::Refused)?;
-            let target = match model.extent() {
-                Extent::Steps { total, .. } | Extent::Events(total) => Target::Count(total),
-                Extent::Time(duration) => Target::Time(duration),
-            };
-            let started = Instant::now();
-            while model.advance(target, u64::MAX).map_err(TimingError::Fault)? == Progress::Working
-            {
-            }
-            Ok(Measurement {
-                seconds: started.elapsed().as_secs_f64(),
-                steps_or_events: model.count(),
-            })
-        }
-    }
-    with_model(&manifest.model, Action(manifest))
+    let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
+    let mut model = prepare(&manifest.model, seed, false)?;
+    let target = match model.extent() {
+        Extent::Steps { total, .. } | Extent::Events(total) => Target::Count(total),
+        Extent::Time(duration) => Target::Time(duration),
+    };
+    let started = Instant::now();
+    while model.advance(target, u64::MAX)? == Progress::Working {}
+    Ok(Measurement { seconds: started.elapsed().as_secs_f64(), steps_or_events: model.count() })
 }
 
 /// What the figures were measured on.

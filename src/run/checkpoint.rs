@@ -1,169 +1,164 @@
-//! When a run is saved, and how it goes on: checkpoints by the clock, which leave no trace in the recording.
+//! Checkpoints by the clock. A run resumes from its last checkpoint, and the recording shows no trace of it.
 
+use crate::run::prepared::Prepared;
+use crate::run::schedule::Schedule;
+use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_physics::model::Model;
+use kinetoscope_physics::restore;
 use kinetoscope_recording::background::FrameWriter;
-use kinetoscope_recording::checkpoint;
+use kinetoscope_recording::checkpoint::{self, decode_head};
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::RecordingFile;
-use kinetoscope_recording::recorder::{Header, Recorder, RecorderState};
-use kinetoscope_recording::spectator::Spectator;
-use serde::{Deserialize, Serialize};
+use kinetoscope_recording::recorder::RecorderState;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// A run takes at least so many times a checkpoint's cost between two of them: at most 2 % of its time go to checkpoints.
+/// Minimum time between two checkpoints, in units of a checkpoint's cost: checkpoints take at most 2 % of the run time.
 const COST_RATIO: u32 = 50;
-/// What a checkpoint is expected to cost before there was one: a slow machine encodes and a slow disk takes so many bytes a
-/// second.
-const FORESEEN_BYTES_PER_S: u64 = 200_000_000;
+/// Expected speed of the first checkpoint: that of a slow machine and a slow disk.
+const EXPECTED_BYTES_PER_S: u64 = 200_000_000;
 
-/// A run between two frames or in the middle of one.
-pub struct Underway<M: Model, W: Write = RecordingFile> {
-    /// The model, somewhere on its way to frame `next`.
-    pub model: M,
+/// A run in progress, at a frame or between two frames.
+pub struct RunState<W: Write = RecordingFile> {
+    /// The model, on its way to frame `next`.
+    pub model: Box<dyn Model>,
+    /// The targets of the frames.
+    pub schedule: Schedule,
     /// The recorder, after frame `next - 1`.
     pub recorder: FrameWriter<W>,
-    /// The frame that comes next.
+    /// The next frame.
     pub next: u64,
 }
 
-#[derive(Serialize)]
-struct Saved<'a, M> {
-    next: u64,
-    recorder: RecorderState,
-    model: &'a M,
+impl<W: Write> RunState<W> {
+    pub(crate) fn new(prepared: Prepared, recorder: FrameWriter<W>, next: u64) -> Self {
+        let Prepared { model, schedule, .. } = prepared;
+        Self { model, schedule, recorder, next }
+    }
 }
 
-#[derive(Deserialize)]
-struct Restored<M> {
-    next: u64,
-    recorder: RecorderState,
-    model: M,
+/// The content of a checkpoint.
+pub(crate) struct Saved {
+    pub(crate) next: u64,
+    pub(crate) recorder: RecorderState,
+    pub(crate) model: Box<dyn Model>,
 }
 
-/// Saves one run now and then.
+impl Saved {
+    /// Reads the last checkpoint of a run; `None` if there is none.
+    pub(crate) fn read(
+        folder: &Path,
+        stem: &str,
+        identity: &str,
+        model: &ModelConfig,
+    ) -> Result<Option<Self>, RecordError> {
+        checkpoint::read(folder, stem, identity, |content| {
+            let ((next, recorder), rest) = decode_head(content)?;
+            Some(Self { next, recorder, model: restore(model, rest)? })
+        })
+    }
+}
+
+/// Saves one run to a file at intervals.
 pub struct Checkpointer {
     folder: PathBuf,
     stem: String,
     identity: String,
     every: Duration,
     last: Instant,
-    /// Of the last checkpoint; before there was one, as foreseen once the first could be due.
+    /// Cost of the last checkpoint; before the first one, its expected cost.
     cost: Option<Duration>,
 }
 
 impl Checkpointer {
-    /// A checkpoint at least every so often, by the clock.
+    /// A policy with at least the time `every` between two checkpoints.
     #[must_use]
     pub fn new(folder: &Path, stem: &str, identity: String, every: Duration) -> Self {
         let (folder, stem) = (folder.to_owned(), stem.to_owned());
         Self { folder, stem, identity, every, last: Instant::now(), cost: None }
     }
 
-    /// Time between two checkpoints of such a cost. An interval of zero asks for all that can be had, whatever it costs.
+    /// Time between two checkpoints of this cost. An interval of zero requests a checkpoint at every opportunity.
     fn pause(&self, cost: Duration) -> Duration {
         if self.every.is_zero() { Duration::ZERO } else { self.every.max(cost * COST_RATIO) }
     }
 }
 
-/// How a run under way is kept safe.
-pub trait Safekeeping<M: Model, W: Write> {
+/// When and where a run in progress is saved.
+pub trait CheckpointPolicy<W: Write> {
     /// Saves the run.
     ///
     /// # Errors
     /// A disk that fails.
-    fn save(&mut self, underway: &mut Underway<M, W>) -> Result<(), RecordError>;
+    fn save(&mut self, state: &mut RunState<W>) -> Result<(), RecordError>;
 
-    /// Saves the run if it is time.
+    /// Saves the run if a checkpoint is due.
     ///
     /// # Errors
     /// A disk that fails.
-    fn save_if_due(&mut self, underway: &mut Underway<M, W>) -> Result<(), RecordError>;
+    fn save_if_due(&mut self, state: &mut RunState<W>) -> Result<(), RecordError>;
 }
 
-/// For a run that is not to be gone on with.
-pub struct NeverSaved;
+/// The policy of a run that cannot be resumed.
+pub struct NoCheckpoints;
 
-impl<M: Model, W: Write> Safekeeping<M, W> for NeverSaved {
-    fn save(&mut self, _: &mut Underway<M, W>) -> Result<(), RecordError> {
+impl<W: Write> CheckpointPolicy<W> for NoCheckpoints {
+    fn save(&mut self, _: &mut RunState<W>) -> Result<(), RecordError> {
         Ok(())
     }
 
-    fn save_if_due(&mut self, _: &mut Underway<M, W>) -> Result<(), RecordError> {
+    fn save_if_due(&mut self, _: &mut RunState<W>) -> Result<(), RecordError> {
         Ok(())
     }
 }
 
-impl<M: Model> Safekeeping<M, RecordingFile> for Checkpointer {
-    fn save(&mut self, underway: &mut Underway<M>) -> Result<(), RecordError> {
+impl CheckpointPolicy<RecordingFile> for Checkpointer {
+    fn save(&mut self, state: &mut RunState) -> Result<(), RecordError> {
         let started = Instant::now();
-        let recorder = underway.recorder.save_point()?;
-        let saved = Saved { next: underway.next, recorder, model: &underway.model };
-        checkpoint::write(&self.folder, &self.stem, &self.identity, &saved)?;
+        let head = (state.next, state.recorder.save_point()?);
+        checkpoint::write(&self.folder, &self.stem, &self.identity, &[&head, &*state.model])?;
         self.last = Instant::now();
         self.cost = Some(started.elapsed());
         Ok(())
     }
 
-    fn save_if_due(&mut self, underway: &mut Underway<M>) -> Result<(), RecordError> {
+    fn save_if_due(&mut self, state: &mut RunState) -> Result<(), RecordError> {
         let waited = self.last.elapsed();
         if waited < self.every {
             return Ok(());
         }
         let cost = match self.cost {
             Some(cost) => cost,
-            None => *self.cost.insert(foreseen_cost(checkpoint::size(&underway.model)?)),
+            None => *self.cost.insert(expected_cost(checkpoint::size(&*state.model)?)),
         };
-        if waited < self.pause(cost) { Ok(()) } else { self.save(underway) }
+        if waited < self.pause(cost) { Ok(()) } else { self.save(state) }
     }
 }
 
-/// What a checkpoint of so many bytes is expected to cost.
-fn foreseen_cost(bytes: u64) -> Duration {
-    Duration::from_nanos(bytes.saturating_mul(1_000_000_000 / FORESEEN_BYTES_PER_S))
-}
-
-/// Goes on from the last checkpoint; `None` where there is none. `header` makes the recording's header from the model, and
-/// `spectator` watches what comes.
-///
-/// # Errors
-/// A checkpoint or a partial file that can't be gone on with, or a disk that fails.
-pub fn go_on<M: Model>(
-    folder: &Path,
-    stem: &str,
-    identity: &str,
-    header: impl FnOnce(&M) -> Header,
-    spectator: impl FnOnce() -> Option<Box<dyn Spectator>>,
-) -> Result<Option<Underway<M>>, RecordError> {
-    let Some(restored) = checkpoint::read::<Restored<M>>(folder, stem, identity)? else {
-        return Ok(None);
-    };
-    let Restored { next, recorder, model } = restored;
-    let mut recorder = Recorder::resume(folder, stem, &header(&model), recorder)?;
-    if let Some(spectator) = spectator() {
-        recorder.show_to(spectator)?;
-    }
-    Ok(Some(Underway { model, recorder: FrameWriter::start(recorder), next }))
+/// Expected cost of a checkpoint of this size.
+fn expected_cost(bytes: u64) -> Duration {
+    Duration::from_nanos(bytes.saturating_mul(1_000_000_000 / EXPECTED_BYTES_PER_S))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// 1e6 discs take some 93 MB: a first checkpoint after the shortest interval, 5 s, would cost a short run far more than 2 %.
+    /// The checkpoint of 1e6 discs has about 93 MB. If it were written after the minimum interval of 5 s, it would take far more
+    /// than 2 % of a short run.
     #[test]
-    fn no_checkpoint_costs_more_than_two_per_cent_of_the_time_before_it() {
+    fn checkpoints_take_at_most_two_percent_of_the_run_time() {
         let every = Duration::from_secs(5);
         let checkpointer = |every| Checkpointer::new(Path::new("."), "a run", String::new(), every);
         for bytes in [0, 1_000, 1_000_000, 93_000_000, 10_000_000_000] {
-            let cost = foreseen_cost(bytes);
+            let cost = expected_cost(bytes);
             let pause = checkpointer(every).pause(cost);
             assert!(pause >= every && cost.as_secs_f64() <= 0.02 * pause.as_secs_f64(), "{bytes}");
             assert_eq!(checkpointer(Duration::ZERO).pause(cost), Duration::ZERO);
         }
         assert_eq!(
-            checkpointer(every).pause(foreseen_cost(93_000_000)),
+            checkpointer(every).pause(expected_cost(93_000_000)),
             Duration::from_millis(23_250)
         );
     }

@@ -1,7 +1,7 @@
 //! When frames are taken: from what the manifest asks and how long the run is to one target a frame.
 
 use kinetoscope_manifest::record::{Decades, FramesPerDecade, RecordInterval};
-use kinetoscope_physics::model::{Extent, Refusal, Target};
+use kinetoscope_physics::model::{Extent, SetupError, Target};
 
 /// The targets of all frames after the start, in order. The last is always the run's end.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +34,7 @@ impl Schedule {
     ///
     /// # Errors
     /// An interval that the run can't serve, with one that it can.
-    pub fn new(interval: RecordInterval, extent: Extent) -> Result<Self, Refusal> {
+    pub fn new(interval: RecordInterval, extent: Extent) -> Result<Self, SetupError> {
         match (interval, extent) {
             (RecordInterval::Frames(frames), Extent::Time(duration)) => {
                 Ok(Self { interval: Interval::EvenTimes { duration }, frames: frames.get() })
@@ -44,7 +44,7 @@ impl Schedule {
                 Extent::Steps { total, .. } | Extent::Events(total),
             ) => {
                 if frames.get() > total {
-                    return Err(Refusal(format!(
+                    return Err(SetupError(format!(
                         "[record] frames = {frames}, but the run has only {total} steps or events: \
                          ask for frames = {total} at most"
                     )));
@@ -68,7 +68,7 @@ impl Schedule {
             (RecordInterval::Logarithmic(per_decade, decades), extent) => {
                 Ok(logarithmic(per_decade, decades, extent))
             }
-            (RecordInterval::EveryTime(_), Extent::Events(_)) => Err(Refusal(
+            (RecordInterval::EveryTime(_), Extent::Events(_)) => Err(SetupError(
                 "[record] asks for frames by time, but the run's length is in events: \
                  use frames or every_collisions, or give the model a duration"
                     .to_owned(),
@@ -76,7 +76,7 @@ impl Schedule {
             (
                 RecordInterval::EverySteps(_) | RecordInterval::EveryCollisions(_),
                 Extent::Time(_),
-            ) => Err(Refusal(
+            ) => Err(SetupError(
                 "[record] asks for frames by steps or collisions, but the run's length is a time: \
                  use frames, or an interval of time"
                     .to_owned(),
@@ -131,9 +131,9 @@ fn step_next_to(time: f64, step: f64) -> u64 {
     (time / step + 0.5).floor() as u64
 }
 
-fn every_time_in_steps(every: f64, step: f64, total: u64) -> Result<Schedule, Refusal> {
+fn every_time_in_steps(every: f64, step: f64, total: u64) -> Result<Schedule, SetupError> {
     if every < step {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "[record] asks for a frame every {every:e}, less than the time step of {step:e}: \
              ask for {step:e} at least"
         )));

@@ -1,7 +1,7 @@
 //! A record that a file was verified, so that others can check it without a re-run.
 
-use crate::outputs::sidecars;
-use kinetoscope_manifest::content_key;
+use kinetoscope_manifest::run_key;
+use kinetoscope_recording::atomic_file;
 use kinetoscope_recording::reader::Recording;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -33,8 +33,8 @@ pub struct Attestation {
     pub sha256: String,
     /// Size of the file.
     pub bytes: u64,
-    /// The run's content key.
-    pub content_key: String,
+    /// The run's run key.
+    pub run_key: String,
     /// The program that did the run again.
     pub verified_by_program_version: String,
     /// Its version of the model's physics.
@@ -49,7 +49,7 @@ pub struct Attestation {
 
 /// What a file and its attestation say of each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum AttestationStatus {
     /// The file is the one that was verified.
     Attested(Attestation),
     /// It is another one; in what.
@@ -75,7 +75,7 @@ impl Attestation {
             attestation_version: ATTESTATION_VERSION,
             sha256,
             bytes,
-            content_key: recording.provenance().content_key.clone(),
+            run_key: recording.provenance().run_key.clone(),
             verified_by_program_version: env!("CARGO_PKG_VERSION").to_owned(),
             verified_by_physics_version: physics_version,
             verdict,
@@ -90,36 +90,38 @@ impl Attestation {
     /// A folder that can't be written.
     pub fn write(&self, recording: &Path) -> io::Result<PathBuf> {
         let path = attestation_path(recording);
-        sidecars::replace(&path, serde_json::to_string_pretty(self)?.as_bytes())?;
+        atomic_file::replace(&path, serde_json::to_string_pretty(self)?.as_bytes())?;
         Ok(path)
     }
 }
 
-/// Compares a file with its attestation: size, hash and content key, without a re-run.
+/// Compares a file with its attestation: size, hash and run key, without a re-run.
 ///
 /// # Errors
 /// A recording that can't be read.
-pub fn standing(recording: &Path) -> io::Result<Standing> {
+pub fn attestation_status(recording: &Path) -> io::Result<AttestationStatus> {
     let path = attestation_path(recording);
     let attestation = match read(&path) {
         Ok(attestation) => attestation,
-        Err(error) => return Ok(Standing::Unattested(format!("{}: {error}", path.display()))),
+        Err(error) => {
+            return Ok(AttestationStatus::Unattested(format!("{}: {error}", path.display())));
+        }
     };
     if attestation.attestation_version != ATTESTATION_VERSION {
         let found = attestation.attestation_version;
         let what = format!("{}: layout version {found} is not known", path.display());
-        return Ok(Standing::Unattested(what));
+        return Ok(AttestationStatus::Unattested(what));
     }
     if File::open(recording)?.metadata()?.len() != attestation.bytes {
-        return Ok(Standing::Changed("size"));
+        return Ok(AttestationStatus::Changed("size"));
     }
     if hash(recording)?.0 != attestation.sha256 {
-        return Ok(Standing::Changed("SHA-256"));
+        return Ok(AttestationStatus::Changed("SHA-256"));
     }
-    if !carries_key(recording, &attestation.content_key) {
-        return Ok(Standing::Changed("content key"));
+    if !carries_key(recording, &attestation.run_key) {
+        return Ok(AttestationStatus::Changed("run key"));
     }
-    Ok(Standing::Attested(attestation))
+    Ok(AttestationStatus::Attested(attestation))
 }
 
 fn read(path: &Path) -> io::Result<Attestation> {
@@ -131,12 +133,9 @@ fn read(path: &Path) -> io::Result<Attestation> {
 fn carries_key(path: &Path, key: &str) -> bool {
     Recording::open(path).is_ok_and(|recording| {
         let provenance = recording.provenance();
-        let made = content_key(
-            recording.manifest(),
-            provenance.physics_version,
-            provenance.schema_version,
-        );
-        made.as_str() == key && provenance.content_key == key
+        let made =
+            run_key(recording.manifest(), provenance.physics_version, provenance.schema_version);
+        made.as_str() == key && provenance.run_key == key
     })
 }
 

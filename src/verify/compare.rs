@@ -1,63 +1,48 @@
-//! Two recordings: which keys of their manifests differ, which versions, and what they hold.
+//! Comparison of two recordings: the manifest keys that differ, the versions, and the messages.
 
 use crate::verify::diff::{Comparison, compare_messages};
 use kinetoscope_manifest::{KeyDifference, differing_keys};
 use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::file::same_bytes;
 use kinetoscope_recording::reader::Recording;
-use std::fmt;
 use std::path::Path;
+use thiserror::Error;
 
-/// All that tells two recordings apart, from the question to the answer.
+/// The differences between two recordings.
 #[derive(Debug)]
 pub struct RecordingComparison {
     /// The keys of the manifests that differ.
     pub keys: Vec<KeyDifference>,
-    /// Versions and content keys that differ: what, and both.
+    /// Versions and run keys that differ: the name and both values.
     pub versions: Vec<(&'static str, [String; 2])>,
-    /// The messages.
+    /// Comparison of the messages.
     pub messages: Comparison,
-    /// Whether the files are equal in every byte.
+    /// Whether the files are byte-identical.
     pub same_bytes: bool,
 }
 
-/// Why two recordings can't be compared.
-#[derive(Debug)]
+/// The reason why two recordings cannot be compared.
+#[derive(Debug, Error)]
 pub enum CompareError {
-    /// One of them is none.
-    Read(ReadError),
-    /// One of them could not be read to its end.
-    Io(RecordError),
-}
-
-impl fmt::Display for CompareError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Read(error) => error.fmt(formatter),
-            Self::Io(error) => error.fmt(formatter),
-        }
-    }
-}
-
-impl std::error::Error for CompareError {}
-
-impl From<ReadError> for CompareError {
-    fn from(error: ReadError) -> Self {
-        Self::Read(error)
-    }
+    /// One of the files is not a recording.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// One of the files could not be read to its end.
+    #[error(transparent)]
+    Io(#[from] RecordError),
 }
 
 /// Compares two recordings.
 ///
 /// # Errors
-/// A file that is no recording or can't be read at all. Damage further on is part of the answer.
+/// A file that is not a recording or cannot be opened. Damage after the first frame is part of the result.
 pub fn compare_recordings(left: &Path, right: &Path) -> Result<RecordingComparison, CompareError> {
     let (left_recording, right_recording) = (Recording::open(left)?, Recording::open(right)?);
     Ok(RecordingComparison {
         keys: differing_keys(left_recording.manifest(), right_recording.manifest()),
         versions: versions(&left_recording, &right_recording),
         messages: compare_messages(&left_recording, &right_recording)?,
-        same_bytes: same_bytes(left, right).map_err(CompareError::Io)?,
+        same_bytes: same_bytes(left, right)?,
     })
 }
 
@@ -65,7 +50,7 @@ fn versions(left: &Recording, right: &Recording) -> Vec<(&'static str, [String; 
     let entries = |recording: &Recording| {
         let provenance = recording.provenance();
         [
-            ("content key", provenance.content_key.clone()),
+            ("run key", provenance.run_key.clone()),
             ("program version", provenance.program_version.clone()),
             ("physics version", provenance.physics_version.to_string()),
         ]

@@ -99,7 +99,7 @@ pub enum Mismatch {
     },
 }
 
-/// Compares what two recordings say, not the bytes that they say it in. Versions and content keys are no part of it.
+/// Compares what two recordings say, not the bytes that they say it in. Versions and run keys are no part of it.
 ///
 /// # Errors
 /// A file that can't be opened. What can't be read of it ends the comparison and is part of the answer.

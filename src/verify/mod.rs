@@ -1,4 +1,4 @@
-//! A recording is verified by doing its run again, from the manifest that it carries.
+//! Verification of a recording: its run is executed again from the embedded manifest, and the bytes or messages are compared.
 
 pub mod attestation;
 pub mod compare;
@@ -6,103 +6,87 @@ pub mod diff;
 
 use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
-use crate::run::{Replay, RunError, replay_into};
+use crate::run::checkpoint::NoCheckpoints;
+use crate::run::prepared::Prepared;
+use crate::run::{RunError, record_frames, record_start};
 use crate::verify::diff::{Comparison, compare_messages};
-use kinetoscope_manifest::{KeyDifference, RunManifest, content_key, differing_keys, parse_run};
-use kinetoscope_physics::physics_version;
+use kinetoscope_manifest::{KeyDifference, RunManifest, differing_keys, parse_run, run_key};
+use kinetoscope_physics::kind_of;
 use kinetoscope_recording::error::{ReadError, ReadFault, RecordError};
 use kinetoscope_recording::reader::{Outcome, Recording};
-use std::fmt;
+use kinetoscope_recording::recorder::Recorder;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use thiserror::Error;
 
-/// Bytes of the recording that are compared at once.
+/// Size of the parts in which bytes are compared.
 const COMPARED_AT_ONCE: usize = 1 << 16;
 
-/// What came of doing a recording's run again.
+/// Result of a verification.
 #[derive(Debug)]
 pub struct Verification {
-    /// What the file says of itself.
+    /// The recording.
     pub recording: Recording,
     /// The physics version of this program.
     pub physics_version: u32,
-    /// Whether the content key follows from the embedded manifest and the recorded versions.
+    /// Whether the run key follows from the embedded manifest and the recorded versions.
     pub key_fits: bool,
-    /// Keys that this version of the program reads otherwise than they stand in the file, such as one that is new.
+    /// Manifest keys that this version of the program reads differently, such as a new key.
     pub reinterpreted: Vec<KeyDifference>,
-    /// How far the file goes along with the re-run.
+    /// How far the file agrees with the rerun.
     pub finding: Finding,
 }
 
-/// How far a file goes along with its re-run.
+/// How far a file agrees with its rerun.
 #[derive(Debug)]
 pub enum Finding {
-    /// Every byte is the same.
+    /// Every byte is equal.
     SameBytes {
-        /// Frames of the file.
+        /// Number of frames in the file.
         frames: u64,
     },
-    /// Bytes differ; so much the messages say, the file on the left and the re-run on the right.
+    /// Bytes differ; the messages are compared, with the file on the left and the rerun on the right.
     Messages(Box<Comparison>),
 }
 
-/// Why a recording can't be verified.
-#[derive(Debug)]
+/// The reason why a recording cannot be verified.
+#[derive(Debug, Error)]
 pub enum VerifyError {
-    /// It can't be read, or holds no frame.
-    Read(ReadError),
-    /// This version of the program does not understand its manifest, with all that is wrong with it.
+    /// The file cannot be read, or holds no frame.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// This version of the program does not accept the manifest; all errors are listed.
+    #[error(
+        "this version does not understand the manifest in the recording; verify it with the version that wrote it\n{0}"
+    )]
     Manifest(String),
-    /// The recording that the run began with is not there.
+    /// The recording from which the run started is missing.
+    #[error("the run began where another recording ends: {0}")]
     Start(String),
-    /// The re-run does not start.
+    /// The rerun does not start.
+    #[error("the re-run failed: {0}")]
     Run(RunError),
-    /// The temporary file of the re-run failed.
+    /// The temporary file of the rerun failed.
+    #[error(
+        "cannot write the re-run to {folder}: {source}. Free some space there, or name another folder in TMPDIR",
+        folder = std::env::temp_dir().display(),
+        source = .0
+    )]
     Temporary(io::Error),
-    /// A signal came.
+    /// The program received a signal.
+    #[error("Stopped before the end: nothing is said of the recording")]
     Interrupted(u8),
 }
 
-impl fmt::Display for VerifyError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Read(error) => error.fmt(formatter),
-            Self::Manifest(errors) => write!(
-                formatter,
-                "this version does not understand the manifest in the recording; verify it with the version that wrote it\n{errors}"
-            ),
-            Self::Start(why) => {
-                write!(formatter, "the run began where another recording ends: {why}")
-            }
-            Self::Run(error) => write!(formatter, "the re-run failed: {error}"),
-            Self::Temporary(error) => write!(
-                formatter,
-                "cannot write the re-run to {}: {error}. Free some space there, or name another folder in TMPDIR",
-                std::env::temp_dir().display()
-            ),
-            Self::Interrupted(_) => {
-                formatter.write_str("Stopped before the end: nothing is said of the recording")
-            }
-        }
-    }
-}
-
-impl std::error::Error for VerifyError {}
-
-impl From<ReadError> for VerifyError {
-    fn from(error: ReadError) -> Self {
-        Self::Read(error)
-    }
-}
-
-/// Does the run of a recording again and compares: first the bytes as they come, which needs no disk; where they differ,
-/// message by message with a temporary recording. Of a damaged or unfinished file the intact frames are compared.
+/// Executes the run of a recording again and compares. Bytes are compared while they are produced, which needs no disk space. If
+/// they differ, the messages are compared with a temporary recording. For a damaged or unfinished file, the intact frames are
+/// compared.
 ///
 /// # Errors
-/// A file without a readable frame, a manifest that is not understood, a re-run that does not start, or an interruption.
+/// A file without a readable frame, a manifest that is not accepted, a rerun that does not start, or an interruption.
 pub fn verify(
     path: &Path,
     interrupt: &Interrupt,
@@ -122,32 +106,31 @@ pub fn verify(
         interrupt,
         on_frame,
     };
-    // The versions stand in the file, so that a file of another version has other bytes.
+    // The file contains the versions; therefore, a file of another version has other bytes.
     let same_versions = provenance.program_version == env!("CARGO_PKG_VERSION")
-        && physics == physics_version(&manifest.model);
+        && physics == kind_of(&manifest.model).physics_version;
     let finding = if !rerun.extent.damaged && same_versions && rerun.has_same_bytes(path)? {
         Finding::SameBytes { frames: rerun.extent.frames }
     } else {
         Finding::Messages(Box::new(rerun.compare_messages()?))
     };
     Ok(Verification {
-        physics_version: physics_version(&manifest.model),
-        key_fits: content_key(recording.manifest(), physics, layout).as_str()
-            == provenance.content_key,
+        physics_version: kind_of(&manifest.model).physics_version,
+        key_fits: run_key(recording.manifest(), physics, layout).as_str() == provenance.run_key,
         reinterpreted: differing_keys(recording.manifest(), &manifest.canonical()),
         finding,
         recording,
     })
 }
 
-/// The folder of a file, as an absolute path where there is one, so that it has folders beside it.
+/// The folder of a file, as an absolute path if possible, so that its adjacent folders can be listed.
 fn folder_of(path: &Path) -> PathBuf {
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
     let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
     folder.canonicalize().unwrap_or(folder)
 }
 
-/// What of a file can be read.
+/// The readable part of a file.
 #[derive(Clone, Copy)]
 struct IntactPart {
     frames: u64,
@@ -166,7 +149,7 @@ fn intact_part(recording: &Recording) -> Result<IntactPart, ReadError> {
     Ok(IntactPart { frames, damaged: false })
 }
 
-/// A run that is done again, for as many frames as there are to compare with.
+/// A rerun, for as many frames as the file has.
 struct Rerun<'a> {
     recording: &'a Recording,
     manifest: &'a RunManifest,
@@ -176,7 +159,7 @@ struct Rerun<'a> {
 }
 
 impl Rerun<'_> {
-    /// Whether the re-run has the bytes of the file. It is given up at the first byte that differs.
+    /// Whether the rerun has the bytes of the file. It stops at the first byte that differs.
     fn has_same_bytes(&self, path: &Path) -> Result<bool, VerifyError> {
         let differs = Arc::new(AtomicBool::new(false));
         let expected = File::open(path).map_err(|error| self.unreadable(error))?;
@@ -195,7 +178,7 @@ impl Rerun<'_> {
         }
     }
 
-    /// Records the re-run to a temporary file and compares the messages.
+    /// Records the rerun to a temporary file and compares the messages.
     fn compare_messages(&self) -> Result<Comparison, VerifyError> {
         let file = tempfile::Builder::new()
             .prefix("kinetoscope-")
@@ -227,20 +210,30 @@ impl Rerun<'_> {
             }
         };
         stop_at(0);
-        let replay = Replay {
-            manifest: self.manifest,
-            embedded: self.recording.manifest(),
-            content_key: &self.recording.provenance().content_key,
-        };
         let on_frame = |done, of| {
             stop_at(done);
             (self.on_frame)(done, of);
         };
-        let recorded = replay_into(replay, sink, &interrupt, &on_frame);
+        let recorded = self.replay_into(sink, &interrupt, &on_frame);
         if let Some(code) = interrupt.exit_code() {
             return Err(VerifyError::Interrupted(code));
         }
-        recorded.map(|(sink, _)| sink).map_err(VerifyError::Run)
+        recorded.map_err(VerifyError::Run)
+    }
+
+    /// Executes the run again and records it into a sink, which is returned.
+    fn replay_into<W: Write + Send + 'static>(
+        &self,
+        sink: W,
+        interrupt: &Interrupt,
+        on_frame: &(dyn Fn(u64, u64) + Sync),
+    ) -> Result<W, RunError> {
+        let run_key = &self.recording.provenance().run_key;
+        let start = Prepared::new(self.manifest, self.recording.manifest(), run_key)?;
+        let recorder = Recorder::create(sink, &start.header)?;
+        let mut state = record_start(start, recorder)?;
+        let outcome = record_frames(&mut state, &mut NoCheckpoints, interrupt, on_frame)?;
+        Ok(state.recorder.finish(&outcome)?)
     }
 
     fn unreadable(&self, source: io::Error) -> VerifyError {
@@ -252,7 +245,7 @@ impl Rerun<'_> {
     }
 }
 
-/// Compares what is written with what a file holds, and refuses the first byte that differs.
+/// A sink that compares the written bytes with a file and fails at the first difference.
 struct ByteComparison {
     expected: BufReader<File>,
     part: Vec<u8>,

@@ -57,5 +57,5 @@ fn an_unknown_key_is_an_error() {
     fs::write(&manifest, SWEEP).unwrap();
     let output = program().arg(&manifest).args(["--only", "0123"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("no run has the content key 0123"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no run has the run key 0123"));
 }

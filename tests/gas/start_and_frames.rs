@@ -151,7 +151,7 @@ fn the_first_frame_says_what_runs() {
     assert!(warning.text.contains("v_max dt / r = 0.18"), "{}", warning.text);
     assert_eq!(first.state().len(), 4 * 1000);
     let topics: Vec<_> = first.messages().iter().map(|message| message.topic).collect();
-    let declared: Vec<_> = Gas::CHANNELS.iter().map(|channel| channel.topic).collect();
+    let declared: Vec<_> = Gas::kind().channels.iter().map(|channel| channel.topic).collect();
     assert_eq!(topics, declared);
     advance(&mut gas, Target::Count(1));
     assert!(frame(&gas).log_lines().is_empty());

@@ -5,36 +5,28 @@
 
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::record::CHANNELS;
-use kinetoscope_physics::model::Model;
 use kinetoscope_physics::random::Seed;
-use kinetoscope_physics::{ForModel, with_model};
+use kinetoscope_physics::{kind_of, prepare};
 use kinetoscope_recording::channels;
 use std::collections::BTreeSet;
 
 /// The topics that a recording of a model can hold, without their slashes; `/frame` is in every recording.
-struct Topics;
-
-impl ForModel for Topics {
-    type Output = BTreeSet<&'static str>;
-    fn call<M: Model>(self, config: &M::Config) -> Self::Output {
-        let model = M::prepare(config, Seed { seed: 0, replicate: 0 }, false).unwrap();
-        let scenery = model.scenery();
-        let mut topics: BTreeSet<&str> =
-            [channels::STATE, channels::DISCS, channels::WALLS, channels::LEGEND, channels::LOG]
-                .into();
-        topics.extend(M::CHANNELS.iter().map(|channel| channel.topic));
-        topics.insert(channels::VELOCITY);
-        topics.extend(scenery.force_range_top.map(|_| channels::CONTACTS));
-        topics.extend(scenery.trail.then_some(channels::TRAIL));
-        topics.into_iter().map(|topic| topic.trim_start_matches('/')).collect()
-    }
+fn topics(config: &ModelConfig) -> BTreeSet<&'static str> {
+    let model = prepare(config, Seed { seed: 0, replicate: 0 }, false).unwrap();
+    let scenery = model.scenery();
+    let mut topics: BTreeSet<&str> =
+        [channels::STATE, channels::DISCS, channels::WALLS, channels::LEGEND, channels::LOG].into();
+    topics.extend(kind_of(config).channels.iter().map(|channel| channel.topic));
+    topics.insert(channels::VELOCITY);
+    topics.extend(scenery.force_range_top.map(|_| channels::CONTACTS));
+    topics.extend(scenery.trail.then_some(channels::TRAIL));
+    topics.into_iter().map(|topic| topic.trim_start_matches('/')).collect()
 }
 
 #[test]
 fn a_manifest_can_name_every_channel_of_its_model() {
     for (name, named) in CHANNELS {
         let config = ModelConfig::with_defaults(name).unwrap();
-        let topics = with_model(&config, Topics);
-        assert_eq!(topics, named.iter().copied().collect(), "{name}");
+        assert_eq!(topics(&config), named.iter().copied().collect(), "{name}");
     }
 }

@@ -50,7 +50,7 @@ fn recordings_in(
 }
 
 fn assert_same(one: &BTreeMap<String, Vec<u8>>, other: &BTreeMap<String, Vec<u8>>, who: &str) {
-    assert!(one.keys().eq(other.keys()), "{who}: other files, hence other content keys");
+    assert!(one.keys().eq(other.keys()), "{who}: other files, hence other run keys");
     for (name, bytes) in one {
         assert!(bytes == &other[name], "{who}: {name} differs");
     }

@@ -4,10 +4,11 @@
 
 use kinetoscope::run::schedule::Schedule;
 use kinetoscope_manifest::RunManifest;
+use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::record::RecordInterval;
 use kinetoscope_physics::model::{Model, Progress};
 use kinetoscope_physics::random::Seed;
-use kinetoscope_physics::{ForModel, with_model};
+use kinetoscope_physics::{prepare, restore};
 use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::frame::Frame;
 use std::num::NonZeroU64;
@@ -162,40 +163,32 @@ impl Taking {
 
 /// The frames that were looked at, the last one last.
 pub(crate) fn trajectory(manifest: &RunManifest, taking: Taking) -> Vec<Frame> {
-    struct Action<'a>(&'a RunManifest, Taking);
-    impl ForModel for Action<'_> {
-        type Output = Vec<Frame>;
-        fn call<M: Model>(self, config: &M::Config) -> Vec<Frame> {
-            let Self(manifest, taking) = self;
-            let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
-            let mut model = M::prepare(config, seed, taking.per_collision).unwrap();
-            let interval = taking.frames.map_or(manifest.record.interval, |frames| {
-                RecordInterval::Frames(NonZeroU64::new(frames).unwrap())
-            });
-            let schedule = Schedule::new(interval, model.extent()).unwrap();
-            let mut frames = Vec::new();
-            for index in 1..=schedule.frames() {
-                let target = schedule.target(index);
-                while model.advance(target, taking.budget).unwrap() == Progress::Working {
-                    model = if taking.restore { restored(&model) } else { model };
-                }
-                if taking.look_at_all || index == schedule.frames() {
-                    let mut frame = Frame::new();
-                    model.observe(&mut frame);
-                    frames.push(frame);
-                }
-                model = if taking.restore { restored(&model) } else { model };
-            }
-            frames
+    let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
+    let mut model = prepare(&manifest.model, seed, taking.per_collision).unwrap();
+    let interval = taking.frames.map_or(manifest.record.interval, |frames| {
+        RecordInterval::Frames(NonZeroU64::new(frames).unwrap())
+    });
+    let schedule = Schedule::new(interval, model.extent()).unwrap();
+    let mut frames = Vec::new();
+    for index in 1..=schedule.frames() {
+        let target = schedule.target(index);
+        while model.advance(target, taking.budget).unwrap() == Progress::Working {
+            model = if taking.restore { restored(&*model, &manifest.model) } else { model };
         }
+        if taking.look_at_all || index == schedule.frames() {
+            let mut frame = Frame::new();
+            model.observe(&mut frame);
+            frames.push(frame);
+        }
+        model = if taking.restore { restored(&*model, &manifest.model) } else { model };
     }
-    with_model(&manifest.model, Action(manifest, taking))
+    frames
 }
 
-/// The model as a checkpoint brings it back.
-fn restored<M: Model>(model: &M) -> M {
-    let bytes = checkpoint::encode("a model", model).unwrap();
-    checkpoint::decode(&bytes, "a model").unwrap()
+/// The model as restored from a checkpoint.
+fn restored(model: &dyn Model, config: &ModelConfig) -> Box<dyn Model> {
+    let bytes = checkpoint::encode("a model", &[model]).unwrap();
+    restore(config, checkpoint::content(&bytes, "a model").unwrap()).unwrap()
 }
 
 /// The bits of a frame's state.

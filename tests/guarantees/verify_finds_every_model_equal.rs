@@ -86,7 +86,7 @@ fn other_versions_are_named_and_compared() {
     let recording = record(folder.path(), "gas", MANIFESTS[3].1);
     let opened = Recording::open(&recording).unwrap();
     let physics = opened.provenance().physics_version + 1;
-    let key = kinetoscope_manifest::content_key(
+    let key = kinetoscope_manifest::run_key(
         opened.manifest(),
         physics,
         opened.provenance().schema_version,
@@ -95,7 +95,7 @@ fn other_versions_are_named_and_compared() {
     let metadata = BTreeMap::from([
         ("program_version".to_owned(), "0.0.9".to_owned()),
         ("physics_version".to_owned(), physics.to_string()),
-        ("content_key".to_owned(), key.to_string()),
+        ("run_key".to_owned(), key.to_string()),
     ]);
     Forgery { metadata, ..Forgery::default() }.write(&recording, &other);
     let verified = verify(&other);
@@ -114,12 +114,12 @@ fn a_manifest_of_another_version_is_read_as_far_as_it_is_understood() {
     let provenance = opened.provenance();
     let other = folder.path().join("other.mcap");
     let forge = |change: &dyn Fn(&str) -> String| {
-        let key = kinetoscope_manifest::content_key(
+        let key = kinetoscope_manifest::run_key(
             &change(opened.manifest()),
             provenance.physics_version,
             provenance.schema_version,
         );
-        let metadata = BTreeMap::from([("content_key".to_owned(), key.to_string())]);
+        let metadata = BTreeMap::from([("run_key".to_owned(), key.to_string())]);
         Forgery { manifest: Some(change), metadata, message: None }.write(&recording, &other);
         verify(&other)
     };

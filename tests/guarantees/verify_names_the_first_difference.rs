@@ -175,20 +175,20 @@ fn a_manifest_with_another_seed() {
     let reseed = |text: &str| text.replace("seed = 8\n", "seed = 9\n");
     let forged = packing.forged(&Forgery { manifest: Some(&reseed), ..Forgery::default() });
     let verified = verify(&forged);
-    assert_differs(&verified, "The content key in the file is not that of its manifest");
+    assert_differs(&verified, "The run key in the file is not that of its manifest");
     assert_differs(&verified, "First difference: /state, frame 0 (time 0.0), particle 0, x: ");
     // A forger who makes the key fit is found by the messages alone.
     let opened = Recording::open(&forged).unwrap();
     let provenance = opened.provenance();
-    let key = kinetoscope_manifest::content_key(
+    let key = kinetoscope_manifest::run_key(
         opened.manifest(),
         provenance.physics_version,
         provenance.schema_version,
     );
-    let metadata = BTreeMap::from([("content_key".to_owned(), key.to_string())]);
+    let metadata = BTreeMap::from([("run_key".to_owned(), key.to_string())]);
     let forged = packing.forged(&Forgery { manifest: Some(&reseed), metadata, message: None });
     let verified = verify(&forged);
-    assert!(!stderr(&verified).contains("content key"), "{}", stderr(&verified));
+    assert!(!stderr(&verified).contains("run key"), "{}", stderr(&verified));
     assert_differs(&verified, "First difference: /state, frame 0 (time 0.0), particle 0, x: ");
 }
 

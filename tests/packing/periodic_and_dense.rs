@@ -18,7 +18,7 @@ use crate::bench::{
 use crate::without_walls::{deepest_overlap, hexatic_order, periodic, placed, pressures};
 use kinetoscope_manifest::model::{Boundary, CollapseGuard, PackingConfig, PackingPlacement};
 use kinetoscope_manifest::quantity::{NonNegative, Positive};
-use kinetoscope_physics::model::{Model, Refusal};
+use kinetoscope_physics::model::{Model, SetupError};
 use kinetoscope_physics::packing::Packing;
 use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
@@ -108,7 +108,7 @@ fn compression_ends_at_the_pressure_that_was_asked_for() {
 
 #[test]
 fn what_can_not_be_compressed_is_refused() {
-    let Refusal(words) = Packing::prepare(
+    let SetupError(words) = Packing::prepare(
         &placed(at_fraction(100, 0.905), PackingPlacement::Compressed),
         Seed { seed: 1, replicate: 0 },
         false,

@@ -8,14 +8,14 @@
 use crate::bench::{Seen, advance_to_count, at_fraction, distance, given, look, observe, prepare};
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement};
 use kinetoscope_manifest::quantity::{BoxSide, NonNegative, Positive};
-use kinetoscope_physics::model::{Model, Refusal};
+use kinetoscope_physics::model::{Model, SetupError};
 use kinetoscope_physics::packing::Packing;
 use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::scenery::Wall;
 use std::num::NonZeroU32;
 
 fn refusal(config: &PackingConfig) -> String {
-    let Refusal(words) =
+    let SetupError(words) =
         Packing::prepare(config, Seed { seed: 1, replicate: 0 }, false).err().unwrap();
     words
 }

@@ -55,7 +55,7 @@ fn it_says_these_things_and_no_more() {
         "attestation_version",
         "sha256",
         "bytes",
-        "content_key",
+        "run_key",
         "verified_by_program_version",
         "verified_by_physics_version",
         "verdict",

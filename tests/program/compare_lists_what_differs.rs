@@ -39,7 +39,7 @@ fn keys_come_before_messages() {
     let keys: Vec<&str> = text.lines().filter(|line| line.starts_with("  ")).collect();
     let expected = ["  model.gas.particles: 50 → 60", "  model.gas.temperature_k: 300.0 → 373.15"];
     assert_eq!(keys, expected, "the keys that differ, and no other");
-    assert!(text.contains("\ncontent key: "), "{text}");
+    assert!(text.contains("\nrun key: "), "{text}");
     assert!(
         stderr(&compared).contains("First difference: /state, frame 0 (time 0.0 s), particle 0, ")
     );

@@ -248,7 +248,7 @@ fn settled_then_shaken(friction: f64, longest_way: f64) {
     assert!(moved < longest_way, "{moved:e}");
 }
 
-/// One bed, a sweep over it: each run begins with the same state; the path is no part of the content key, the state is.
+/// One bed, a sweep over it: each run begins with the same state; the path is no part of the run key, the state is.
 #[test]
 fn a_sweep_reuses_a_bed_and_its_key_follows_the_state() {
     let bench = Bench::new();
@@ -282,7 +282,7 @@ fn a_sweep_reuses_a_bed_and_its_key_follows_the_state() {
     fs::create_dir(&copy).unwrap();
     fs::write(copy.join("sweep.toml"), &sweep).unwrap();
     fs::copy(&recording, bench.path("bed.mcap")).unwrap();
-    let key = Recording::open(&before[0]).unwrap().provenance().content_key.clone();
+    let key = Recording::open(&before[0]).unwrap().provenance().run_key.clone();
     let task = |more: &[&str]| {
         let mut command = program();
         command.arg(copy.join("sweep.toml")).arg("--output").arg(bench.path("again"));
@@ -299,7 +299,7 @@ fn a_sweep_reuses_a_bed_and_its_key_follows_the_state() {
     fs::remove_file(&recording).unwrap();
     let output = verified(&before[0]);
     assert_eq!(output.status.code(), Some(5));
-    assert!(words(&output).contains("no recording with the content key"), "{}", words(&output));
+    assert!(words(&output).contains("no recording with the run key"), "{}", words(&output));
 }
 
 #[test]

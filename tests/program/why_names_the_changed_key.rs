@@ -83,10 +83,8 @@ fn versions_and_broken_files_are_reasons() {
     let provenance = Recording::open(&recording).unwrap().provenance().clone();
     let older = recording.with_file_name("gas__0123abcd.mcap");
     let forge = |key: &str, value: String| {
-        let metadata = BTreeMap::from([
-            (key.to_owned(), value),
-            ("content_key".to_owned(), "0123abcd".repeat(8)),
-        ]);
+        let metadata =
+            BTreeMap::from([(key.to_owned(), value), ("run_key".to_owned(), "0123abcd".repeat(8))]);
         Forgery { metadata, ..Forgery::default() }.write(&recording, &older);
     };
     let now = provenance.physics_version;

@@ -248,11 +248,11 @@ impl RecordingFolder {
         for (file, run) in opened {
             let Some(&index) = self.index.get(&finished_name(&file)) else { continue };
             let entry = &record.runs[index];
-            if run.content_key == entry.content_key.to_string() {
+            if run.run_key == entry.run_key.to_string() {
                 ordered.push((index, run, entry.coordinates.clone()));
             } else {
                 self.notes.push(format!(
-                    "{file} is stale: its content key is not that of the experiment as run last; left out"
+                    "{file} is stale: its run key is not that of the experiment as run last; left out"
                 ));
             }
         }

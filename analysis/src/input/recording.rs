@@ -14,8 +14,8 @@ pub struct OpenRun {
     pub canonical: String,
     /// The run's manifest.
     pub manifest: RunManifest,
-    /// The run's content key.
-    pub content_key: String,
+    /// The run's run key.
+    pub run_key: String,
 }
 
 impl OpenRun {
@@ -48,8 +48,8 @@ pub fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
         ))
     })?;
     let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
-    let content_key = recording.provenance().content_key.clone();
-    Ok(OpenRun { recording, file, canonical, manifest, content_key })
+    let run_key = recording.provenance().run_key.clone();
+    Ok(OpenRun { recording, file, canonical, manifest, run_key })
 }
 
 /// Whether a file name is that of a recording in progress.

@@ -22,7 +22,7 @@ struct CacheKey {
     program: FileStamp,
     /// The recording.
     recording: FileStamp,
-    content_key: String,
+    run_key: String,
     snapshots_at: Vec<f64>,
 }
 
@@ -88,7 +88,7 @@ impl AnalysisCache {
         Some(CacheKey {
             program: self.program.clone(),
             recording: FileStamp::new(run.recording().bytes(), run.recording().changed()?)?,
-            content_key: run.content_key.clone(),
+            run_key: run.run_key.clone(),
             snapshots_at: snapshots_at.to_vec(),
         })
     }

@@ -112,7 +112,7 @@ fn partial_files_are_read_only_when_named() {
 fn stale_recordings_are_left_out_and_named() {
     let folder = Folder::write(MANIFEST, frames);
     fs::copy(folder.file(0), folder.path().join("old.mcap")).unwrap();
-    // Another run under a listed name: its content key tells.
+    // Another run under a listed name: its run key tells.
     fs::copy(folder.file(0), folder.file(1)).unwrap();
     let said = analyze(&[folder.name()]);
     assert_eq!(said.code, 0, "{}", said.text);

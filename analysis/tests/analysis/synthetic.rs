@@ -1,7 +1,7 @@
 //! Recordings whose numbers are known, written without any physics: a manifest, and frames made by hand.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use kinetoscope_manifest::{ExperimentRecord, Run, RunManifest, content_key, parse};
+use kinetoscope_manifest::{ExperimentRecord, Run, RunManifest, parse, run_key};
 use kinetoscope_recording::channels::{
     self, ChannelDeclaration, DemContactForces, DemContacts, DemEnergy, DemTemperature,
     GasCollisions, GasInvariants, GasPressure, GasSpeeds, GasTemperature, OrbitElements,
@@ -86,8 +86,8 @@ pub(crate) fn flat(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-fn key_of(run: &Run) -> kinetoscope_manifest::ContentKey {
-    content_key(&run.manifest.canonical(), 1, channels::SCHEMA_VERSION)
+fn key_of(run: &Run) -> kinetoscope_manifest::RunKey {
+    run_key(&run.manifest.canonical(), 1, channels::SCHEMA_VERSION)
 }
 
 /// Writes one recording.
@@ -95,7 +95,7 @@ pub(crate) fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outco
     let model = run.manifest.model.name();
     let header = Header {
         manifest: run.manifest.canonical(),
-        content_key: key_of(run).to_string(),
+        run_key: key_of(run).to_string(),
         model,
         physics_version: 1,
         program_version: "0".to_owned(),

@@ -36,7 +36,7 @@ fn place_of_the_fast_disc(frame: u32) -> [f64; 2] {
 fn recording(folder: &Path, channels: &[&str]) -> PathBuf {
     let header = Header {
         manifest: String::new(),
-        content_key: String::new(),
+        run_key: String::new(),
         model: "dem",
         physics_version: 1,
         program_version: "0".to_owned(),

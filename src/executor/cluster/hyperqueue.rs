@@ -1,11 +1,12 @@
-//! HyperQueue through its command `hq`: one job a submission, a line of content keys a task.
+//! HyperQueue through its command `hq`: one job a submission, a line of run keys a task.
 //!
 //! Its exit codes are not believed, they are 0 for jobs that failed or do not exist; nor is a task's state, since finished
 //! tasks may run again after the server was restarted. What waits or runs is left alone, everything else is judged by the
 //! recordings. The server is the one that `hq` itself finds: by `HQ_SERVER_DIR`, or in the user's home.
 
-use crate::executor::cluster::scheduler::{JOB_NAME, Live, Resources, answer};
-use crate::executor::cluster::submission;
+use crate::executor::cluster::active_tasks::ActiveTasks;
+use crate::executor::cluster::engine_command::output_of;
+use crate::executor::cluster::submission::{self, JOB_NAME, Resources};
 use crate::executor::cluster::task::TaskCommand;
 use crate::plan::PlannedRun;
 use serde_json::Value;
@@ -16,9 +17,9 @@ use std::process::Command;
 /// HyperQueue has no limit of its own; so many are listed in a second.
 pub(super) const MOST_TASKS: usize = 10_000;
 
-/// As [`super::engine::Engine::live`].
-pub(super) fn live(folder: &Path) -> io::Result<Live> {
-    let mut live = Live::default();
+/// As [`super::scheduler::Engine::live`].
+pub(super) fn live(folder: &Path) -> io::Result<ActiveTasks> {
+    let mut live = ActiveTasks::default();
     for job in all(&ask(&["job", "list"])?) {
         let name = job["name"].as_str().and_then(|name| name.strip_prefix(JOB_NAME));
         let (Some(name), Some(id)) = (name, job["id"].as_u64()) else { continue };
@@ -41,7 +42,7 @@ pub(super) fn live(folder: &Path) -> io::Result<Live> {
     Ok(live)
 }
 
-/// As [`super::engine::Engine::submit`]. Memory is not asked for: not every worker offers it as a resource.
+/// As [`super::scheduler::Engine::submit`]. Memory is not asked for: not every worker offers it as a resource.
 pub(super) fn submit(
     folder: &Path,
     tasks: &[Vec<&PlannedRun>],
@@ -64,12 +65,12 @@ pub(super) fn submit(
     if let Some(minutes) = resources.time_limit_min {
         hq.arg(format!("--time-limit={minutes}min"));
     }
-    answer(hq.args(["--", "sh"]).arg(&submission.script)).map(drop)
+    output_of(hq.args(["--", "sh"]).arg(&submission.script)).map(drop)
 }
 
 /// What `hq` says. Its JSON is documented as unstable: what is not as expected counts as not there.
 fn ask(arguments: &[&str]) -> io::Result<Value> {
-    let text = answer(Command::new("hq").args(["--output-mode", "json"]).args(arguments))?;
+    let text = output_of(Command::new("hq").args(["--output-mode", "json"]).args(arguments))?;
     serde_json::from_str(&text).map_err(|error| io::Error::other(format!("hq: {error}")))
 }
 

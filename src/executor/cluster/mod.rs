@@ -1,10 +1,12 @@
 //! Executes the plan on a cluster, through Slurm or HyperQueue.
 
+mod active_tasks;
+mod engine_command;
 pub mod expected_time;
 mod hyperqueue;
 pub mod queue;
 pub mod scheduler;
 mod slurm;
 mod squeue;
-mod submission;
+pub mod submission;
 pub mod task;

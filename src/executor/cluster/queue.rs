@@ -3,8 +3,10 @@
 //! Nothing is remembered but what lies in the folder. So the program may leave at any time, and the same command takes up
 //! the thread: what the cluster has in its queue is not submitted again, what it lost is.
 
+use crate::executor::cluster::active_tasks::ActiveTasks;
 use crate::executor::cluster::expected_time;
-use crate::executor::cluster::scheduler::{Engine, Live, Resources};
+use crate::executor::cluster::scheduler::Engine;
+use crate::executor::cluster::submission::Resources;
 use crate::executor::cluster::task::{TaskCommand, dealt};
 use crate::executor::progress::ProgressDisplay;
 use crate::interrupt::Interrupt;
@@ -35,12 +37,12 @@ pub struct End<'a> {
     /// What became of each run.
     pub results: Vec<Result<'a>>,
     /// Why the cluster will not start what it still has, and what to type; `None` where it will.
-    pub hindrances: Option<String>,
+    pub hold_reasons: Option<String>,
 }
 
 /// How the plan is submitted.
 #[derive(Clone, Debug)]
-pub struct Errand {
+pub struct SubmissionOptions {
     /// Who does the tasks.
     pub engine: Engine,
     /// What all tasks have in common.
@@ -53,7 +55,7 @@ pub struct Errand {
 
 struct Watch<'a> {
     folder: &'a Path,
-    errand: &'a Errand,
+    options: &'a SubmissionOptions,
     results: Vec<Result<'a>>,
     fruitless: u32,
     /// Runs recorded, and bytes of unfinished recordings, at the last submission.
@@ -69,7 +71,7 @@ struct Watch<'a> {
 /// A folder that can't be read or written, or a cluster that takes nothing.
 pub fn run_all<'a>(
     plan: &'a Plan,
-    errand: &'a Errand,
+    options: &'a SubmissionOptions,
     interrupt: &Interrupt,
     progress: &ProgressDisplay,
 ) -> io::Result<End<'a>> {
@@ -80,7 +82,7 @@ pub fn run_all<'a>(
     let results = runs.into_iter().map(|run| (run, None)).collect();
     let mut watch = Watch {
         folder: &plan.folder,
-        errand,
+        options,
         results,
         fruitless: 0,
         before: None,
@@ -89,17 +91,20 @@ pub fn run_all<'a>(
     let (started, mut silent) = (Instant::now(), false);
     while !interrupt.is_raised() && watch.results.iter().any(|(_, end)| end.is_none()) {
         // In this order: a task that ends in between is found among the recordings.
-        match errand.engine.live(&plan.folder) {
+        match options.engine.live(&plan.folder) {
             Ok(live) => {
                 watch.look()?;
                 let ended = watch.results.iter().filter(|(_, end)| end.is_some()).count();
                 progress.elsewhere(ended, &live.words());
-                if watch.is_hindered(&live) {
+                if watch.is_held(&live) {
                     // A person may be days away, and nobody may look at what is said here. So who started this hears of it
                     // by an exit code; the tasks stay where they are, and the same command waits for them again.
-                    return Ok(End { results: watch.results, hindrances: Some(live.hindrances) });
+                    return Ok(End {
+                        results: watch.results,
+                        hold_reasons: Some(live.hold_reasons),
+                    });
                 }
-                watch.tell_of_hindrances(&live.hindrances, progress);
+                watch.report_hold_reasons(&live.hold_reasons, progress);
                 if let Err(error) = watch.submit_what_is_missing(&live.keys) {
                     if live.is_at_rest() {
                         return Err(error);
@@ -117,7 +122,7 @@ pub fn run_all<'a>(
         }
         rest(started.elapsed(), interrupt);
     }
-    Ok(End { results: watch.results, hindrances: None })
+    Ok(End { results: watch.results, hold_reasons: None })
 }
 
 /// Waits a fiftieth of the time so far, between one and thirty seconds: a cluster is not to be asked without end.
@@ -151,19 +156,19 @@ impl Watch<'_> {
     }
 
     /// Whether all that is left are tasks that are not started until a person acts.
-    fn is_hindered(&self, live: &Live) -> bool {
+    fn is_held(&self, live: &ActiveTasks) -> bool {
         let mut left = self.results.iter().filter(|(_, end)| end.is_none()).peekable();
         left.peek().is_some()
             && live.is_at_rest()
-            && left.all(|(run, _)| live.keys.contains(run.content_key.as_str()))
+            && left.all(|(run, _)| live.keys.contains(run.run_key.as_str()))
     }
 
     /// Says what hinders tasks while others go on, whenever that has changed.
-    fn tell_of_hindrances(&mut self, hindrances: &str, progress: &ProgressDisplay) {
-        if hindrances != self.told && !hindrances.is_empty() {
-            progress.remark(hindrances);
+    fn report_hold_reasons(&mut self, hold_reasons: &str, progress: &ProgressDisplay) {
+        if hold_reasons != self.told && !hold_reasons.is_empty() {
+            progress.remark(hold_reasons);
         }
-        hindrances.clone_into(&mut self.told);
+        hold_reasons.clone_into(&mut self.told);
     }
 
     /// Submits the runs that have no end and no task, in job arrays that the site takes.
@@ -171,7 +176,7 @@ impl Watch<'_> {
         let missing: Vec<&PlannedRun> = self
             .results
             .iter()
-            .filter(|(run, end)| end.is_none() && !live.contains(run.content_key.as_str()))
+            .filter(|(run, end)| end.is_none() && !live.contains(run.run_key.as_str()))
             .map(|(run, _)| *run)
             .collect();
         if missing.is_empty() {
@@ -182,22 +187,22 @@ impl Watch<'_> {
             return Ok(());
         }
         let usual = self.results.len().div_ceil(USUAL_TASKS);
-        let tasks = dealt(&missing, self.errand.runs_per_task.unwrap_or(usual));
+        let tasks = dealt(&missing, self.options.runs_per_task.unwrap_or(usual));
         let needed = missing.iter().filter_map(|run| run.estimate()).map(|run| run.memory_bytes);
         let memory_mib = needed.max().unwrap_or_default().div_ceil(1 << 20);
-        for array in tasks.chunks(self.errand.engine.most_tasks()) {
+        for array in tasks.chunks(self.options.engine.most_tasks()) {
             let expected: Option<Vec<u64>> =
                 array.iter().map(|runs| expected_time::time_limit_min(runs)).collect();
             let longest = expected.and_then(|minutes| minutes.into_iter().max());
             let resources = Resources {
-                processors: self.errand.command.threads,
+                processors: self.options.command.threads,
                 memory_mib,
-                time_limit_min: self.errand.time_limit_min.or(longest),
+                time_limit_min: self.options.time_limit_min.or(longest),
             };
             for run in array.iter().flatten() {
                 sidecars::remove_failure(self.folder, &run.stem)?;
             }
-            let Errand { engine, command, .. } = self.errand;
+            let SubmissionOptions { engine, command, .. } = self.options;
             engine.submit(self.folder, array, command, resources)?;
         }
         Ok(())
@@ -219,7 +224,7 @@ impl Watch<'_> {
 
     fn give_up(&mut self, live: &HashSet<String>) {
         for (run, end) in self.results.iter_mut().filter(|(_, end)| end.is_none()) {
-            if !live.contains(run.content_key.as_str()) {
+            if !live.contains(run.run_key.as_str()) {
                 let failure = sidecars::read_failure(self.folder, &run.stem);
                 *end = Some(Err(failure.unwrap_or_else(|| Failure {
                     is_retryable: true,

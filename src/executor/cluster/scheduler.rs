@@ -1,15 +1,12 @@
-//! Engines that do tasks on other machines, each through its own commands.
+//! The engines that execute tasks on other machines, each through its own commands.
 
+use crate::executor::cluster::active_tasks::ActiveTasks;
+use crate::executor::cluster::submission::Resources;
 use crate::executor::cluster::task::TaskCommand;
 use crate::executor::cluster::{hyperqueue, slurm};
 use crate::plan::PlannedRun;
-use std::collections::HashSet;
 use std::io;
 use std::path::Path;
-use std::process::Command;
-
-/// Jobs of this program are named so, and then by their submission.
-pub(super) const JOB_NAME: &str = "kinetoscope-";
 
 /// Who does tasks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,69 +17,12 @@ pub enum Engine {
     HyperQueue,
 }
 
-/// What a task asks of the engine.
-#[derive(Clone, Copy, Debug)]
-pub struct Resources {
-    /// Processors.
-    pub processors: usize,
-    /// Memory.
-    pub memory_mib: u64,
-    /// Minutes; `None` is the site's default.
-    pub time_limit_min: Option<u64>,
-}
-
-/// The tasks that the engine has of one plan.
-#[derive(Debug, Default)]
-pub struct Live {
-    /// The content keys of their runs.
-    pub keys: HashSet<String>,
-    /// Tasks that run now.
-    pub running: usize,
-    /// Tasks that wait, and will be started.
-    pub waiting: usize,
-    /// Tasks that are not started until a person acts.
-    pub hindered: usize,
-    /// Why those are not, and what to type; empty if there are none.
-    pub hindrances: String,
-}
-
-impl Live {
-    /// Adds a task that runs or will: its line of content keys, and whether it runs.
-    pub(super) fn add(&mut self, keys: &str, runs: bool) {
-        self.add_keys(keys);
-        if runs { self.running += 1 } else { self.waiting += 1 }
-    }
-
-    /// Adds a task that is not started until a person acts: its line of content keys.
-    pub(super) fn add_hindered(&mut self, keys: &str) {
-        self.add_keys(keys);
-        self.hindered += 1;
-    }
-
-    fn add_keys(&mut self, keys: &str) {
-        self.keys.extend(keys.split(',').map(str::to_owned));
-    }
-
-    /// Whether nothing goes on unless a person acts or more is submitted.
-    #[must_use]
-    pub fn is_at_rest(&self) -> bool {
-        self.running + self.waiting == 0
-    }
-
-    /// How many tasks there are of each kind.
-    #[must_use]
-    pub fn words(&self) -> String {
-        let words = format!("{} tasks running, {} waiting", self.running, self.waiting);
-        if self.hindered == 0 { words } else { format!("{words}, {} held back", self.hindered) }
-    }
-}
-
 impl Engine {
     /// Asks which tasks the engine has of the plan that records into `folder`.
     ///
     /// # Errors
     /// An engine that does not answer: then nothing is known, and nothing must be concluded.
-    pub fn live(self, folder: &Path) -> io::Result<Live> {
+    pub fn live(self, folder: &Path) -> io::Result<ActiveTasks> {
         match self {
             Self::Slurm => slurm::live(folder),
             Self::HyperQueue => hyperqueue::live(folder),
@@ -114,23 +54,4 @@ impl Engine {
             Self::HyperQueue => hyperqueue::submit(folder, tasks, command, resources),
         }
     }
-}
-
-/// What a command prints; an error with its own words if it fails.
-pub(super) fn answer(command: &mut Command) -> io::Result<String> {
-    let name = command.get_program().to_string_lossy().into_owned();
-    let output = command.output().map_err(|error| {
-        let next = match error.kind() {
-            io::ErrorKind::NotFound => ". Put it on the PATH, as the site's modules may do",
-            _ => "",
-        };
-        io::Error::new(error.kind(), format!("{name}: {error}{next}"))
-    })?;
-    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
-    if !output.status.success() {
-        let words = String::from_utf8_lossy(&output.stderr);
-        let words = if words.trim().is_empty() { printed.as_str() } else { &words };
-        return Err(io::Error::other(format!("{name}: {}", words.trim())));
-    }
-    Ok(printed)
 }

@@ -1,10 +1,11 @@
-//! Slurm through its own commands: one job array a submission, a line of content keys an index.
+//! Slurm through its own commands: one job array a submission, a line of run keys an index.
 //!
 //! Partition, account and the like are Slurm's own business: `sbatch` reads them from `SBATCH_PARTITION`, `SBATCH_ACCOUNT` …
 
-use crate::executor::cluster::scheduler::{JOB_NAME, Live, Resources, answer};
-use crate::executor::cluster::squeue::{self, Standing, hindrances};
-use crate::executor::cluster::submission;
+use crate::executor::cluster::active_tasks::ActiveTasks;
+use crate::executor::cluster::engine_command::output_of;
+use crate::executor::cluster::squeue::{self, TaskState, hold_reasons};
+use crate::executor::cluster::submission::{self, JOB_NAME, Resources};
 use crate::executor::cluster::task::TaskCommand;
 use crate::plan::PlannedRun;
 use std::io;
@@ -16,16 +17,16 @@ const USUAL_ARRAY_SIZE: usize = 1001;
 /// Before its time limit a task hears SIGTERM, saves its run and ends.
 const SECONDS_TO_SAVE: u32 = 30;
 
-/// As [`super::engine::Engine::live`].
-pub(super) fn live(folder: &Path) -> io::Result<Live> {
-    let queue = answer(
+/// As [`super::scheduler::Engine::live`].
+pub(super) fn live(folder: &Path) -> io::Result<ActiveTasks> {
+    let queue = output_of(
         Command::new("squeue")
             .args(["--noheader", "--array", "--me"])
             .arg(format!("--states={}", squeue::STATES))
             .arg(format!("--format={}", squeue::FORMAT)),
     )?;
-    let mut live = Live::default();
-    let mut hindered = Vec::new();
+    let mut live = ActiveTasks::default();
+    let mut held = Vec::new();
     let mut submission = String::new();
     let mut lines: Vec<String> = Vec::new();
     for task in squeue::tasks(&queue) {
@@ -36,22 +37,22 @@ pub(super) fn live(folder: &Path) -> io::Result<Live> {
         }
         // Job arrays of other folders have no file of keys here.
         let Some(keys) = lines.get(task.index) else { continue };
-        match task.standing {
-            Standing::Runs => live.add(keys, true),
-            Standing::Waits => live.add(keys, false),
-            Standing::Hindered(..) => {
-                live.add_hindered(keys);
-                hindered.push(task);
+        match task.state {
+            TaskState::Runs => live.add(keys, true),
+            TaskState::Waits => live.add(keys, false),
+            TaskState::Held(..) => {
+                live.add_held(keys);
+                held.push(task);
             }
         }
     }
-    live.hindrances = hindrances(&hindered);
+    live.hold_reasons = hold_reasons(&held);
     Ok(live)
 }
 
 /// The most tasks that one job array of the site may have.
 pub(super) fn most_tasks() -> usize {
-    let configuration = answer(Command::new("scontrol").args(["show", "config"]));
+    let configuration = output_of(Command::new("scontrol").args(["show", "config"]));
     configuration
         .ok()
         .and_then(|text| {
@@ -62,7 +63,7 @@ pub(super) fn most_tasks() -> usize {
         .unwrap_or(USUAL_ARRAY_SIZE)
 }
 
-/// As [`super::engine::Engine::submit`].
+/// As [`super::scheduler::Engine::submit`].
 pub(super) fn submit(
     folder: &Path,
     tasks: &[Vec<&PlannedRun>],
@@ -82,5 +83,5 @@ pub(super) fn submit(
     if let Some(minutes) = resources.time_limit_min {
         sbatch.arg(format!("--time={minutes}"));
     }
-    answer(sbatch.arg(submission.script)).map(drop)
+    output_of(sbatch.arg(submission.script)).map(drop)
 }

@@ -38,21 +38,21 @@ pub(super) struct QueuedTask<'a> {
     pub(super) index: usize,
     /// The number of its job array.
     pub(super) job: &'a str,
-    pub(super) standing: Standing<'a>,
+    pub(super) state: TaskState<'a>,
 }
 
 /// How far a task is from running.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Standing<'a> {
+pub(super) enum TaskState<'a> {
     Runs,
     Waits,
     /// Will not start until a person acts, for the reason that Slurm gives.
-    Hindered(Hindrance, &'a str),
+    Held(HoldReason, &'a str),
 }
 
 /// What keeps a task from ever starting by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Hindrance {
+pub(super) enum HoldReason {
     /// It is held back, and can be released.
     Held,
     /// It asks for what it may not have.
@@ -65,37 +65,37 @@ pub(super) fn tasks(queue: &str) -> impl Iterator<Item = QueuedTask<'_>> {
         let mut parts = line.splitn(6, '|');
         let (name, index, state) = (parts.next()?, parts.next()?.parse().ok()?, parts.next()?);
         let (priority, job, reason) = (parts.next()?, parts.next()?, parts.next()?);
-        Some(QueuedTask { name, index, job, standing: standing(state, priority, reason) })
+        Some(QueuedTask { name, index, job, state: task_state(state, priority, reason) })
     })
 }
 
-fn standing<'a>(state: &str, priority: &str, reason: &'a str) -> Standing<'a> {
+fn task_state<'a>(state: &str, priority: &str, reason: &'a str) -> TaskState<'a> {
     if state == "RUNNING" {
-        Standing::Runs
+        TaskState::Runs
     } else if !NOT_STARTED.contains(&state) {
-        Standing::Waits
+        TaskState::Waits
     } else if priority == "0" {
-        Standing::Hindered(Hindrance::Held, reason)
+        TaskState::Held(HoldReason::Held, reason)
     } else if NEVER.contains(&reason) || reason.contains("PerJob") {
-        Standing::Hindered(Hindrance::Refused, reason)
+        TaskState::Held(HoldReason::Refused, reason)
     } else {
-        Standing::Waits
+        TaskState::Waits
     }
 }
 
 /// How many of the tasks Slurm will not start, why, in its own words, and what to type; empty where there are none.
-pub(super) fn hindrances(tasks: &[QueuedTask<'_>]) -> String {
-    let sentences = [Hindrance::Held, Hindrance::Refused].map(|kind| kind.sentence(tasks));
+pub(super) fn hold_reasons(tasks: &[QueuedTask<'_>]) -> String {
+    let sentences = [HoldReason::Held, HoldReason::Refused].map(|kind| kind.sentence(tasks));
     sentences.into_iter().flatten().collect::<Vec<_>>().join("\n")
 }
 
-impl Hindrance {
+impl HoldReason {
     fn sentence(self, tasks: &[QueuedTask<'_>]) -> Option<String> {
-        let hindered = tasks.iter().filter_map(|task| match task.standing {
-            Standing::Hindered(kind, reason) if kind == self => Some((reason, task.job)),
+        let held = tasks.iter().filter_map(|task| match task.state {
+            TaskState::Held(kind, reason) if kind == self => Some((reason, task.job)),
             _ => None,
         });
-        let (reasons, jobs): (Vec<&str>, Vec<&str>) = hindered.unzip();
+        let (reasons, jobs): (Vec<&str>, Vec<&str>) = held.unzip();
         let number = match reasons.len() {
             0 => return None,
             1 => "1 task".to_owned(),
@@ -122,7 +122,7 @@ fn listed(words: Vec<&str>, between: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Hindrance, NOT_STARTED, QueuedTask, STATES, Standing, hindrances, tasks};
+    use super::{HoldReason, NOT_STARTED, QueuedTask, STATES, TaskState, hold_reasons, tasks};
 
     /// Lines as Slurm 22.05 prints them in `FORMAT`: a job array of which one task runs, one waits, one is suspended, one was held by root;
     /// a prolog that failed; `scontrol requeuehold`, with and without `State=SpecialExit`; `sbatch --hold`; a partition of ten
@@ -149,15 +149,15 @@ mod tests {
 
     #[test]
     fn tasks_that_slurm_will_not_start_are_told_from_those_that_wait() {
-        let standings: Vec<Standing<'_>> = tasks(QUEUE).map(|task| task.standing).collect();
-        let held = |reason| Standing::Hindered(Hindrance::Held, reason);
-        let refused = |reason| Standing::Hindered(Hindrance::Refused, reason);
+        let states: Vec<TaskState<'_>> = tasks(QUEUE).map(|task| task.state).collect();
+        let held = |reason| TaskState::Held(HoldReason::Held, reason);
+        let refused = |reason| TaskState::Held(HoldReason::Refused, reason);
         assert_eq!(
-            standings,
+            states,
             [
-                Standing::Runs,
-                Standing::Waits,
-                Standing::Waits,
+                TaskState::Runs,
+                TaskState::Waits,
+                TaskState::Waits,
                 held("JobHeldAdmin"),
                 held("launch failed requeued held"),
                 held("job requeued in held state"),
@@ -169,11 +169,11 @@ mod tests {
             ]
         );
         assert_eq!(tasks(LATER).count(), 4);
-        assert!(tasks(LATER).all(|task| task.standing == Standing::Waits));
+        assert!(tasks(LATER).all(|task| task.state == TaskState::Waits));
         // Limits of accounting: `job_reason_string` in Slurm's slurm_protocol_defs.c. Of one task, and of a user's tasks in all.
         let limits = "n|0|PENDING|9|1|AssocMaxWallDurationPerJobLimit\nn|1|PENDING|9|1|QOSMaxCpuPerUserLimit";
-        let standings: Vec<Standing<'_>> = tasks(limits).map(|task| task.standing).collect();
-        assert_eq!(standings, [refused("AssocMaxWallDurationPerJobLimit"), Standing::Waits]);
+        let states: Vec<TaskState<'_>> = tasks(limits).map(|task| task.state).collect();
+        assert_eq!(states, [refused("AssocMaxWallDurationPerJobLimit"), TaskState::Waits]);
     }
 
     /// Else such a task would count as lost, and be submitted a second time.
@@ -186,8 +186,8 @@ mod tests {
     #[test]
     fn a_line_is_a_task_and_its_reason_may_hold_bars() {
         let task = tasks("kinetoscope-a|12|PENDING|0|7|held | by hand").next().unwrap();
-        let standing = Standing::Hindered(Hindrance::Held, "held | by hand");
-        assert_eq!(task, QueuedTask { name: "kinetoscope-a", index: 12, job: "7", standing });
+        let state = TaskState::Held(HoldReason::Held, "held | by hand");
+        assert_eq!(task, QueuedTask { name: "kinetoscope-a", index: 12, job: "7", state });
         // A job that is no array has no index, and a name may hold anything.
         assert_eq!(tasks("other|N/A|PENDING|9|7|None\na|b|c|0|PENDING|9|7|None\n\n").count(), 0);
     }
@@ -196,7 +196,7 @@ mod tests {
     fn what_is_said_names_numbers_reasons_and_commands() {
         let all: Vec<QueuedTask<'_>> = tasks(QUEUE).collect();
         assert_eq!(
-            hindrances(&all),
+            hold_reasons(&all),
             "Slurm holds back 5 tasks (JobHeldAdmin, JobHeldUser, job requeued in held state, launch failed requeued held). \
              `scontrol release 1 15 6` lets them start; where Slurm denies that, an operator has to\n\
              Slurm will not start 3 tasks as submitted (DependencyNeverSatisfied, PartitionConfig, PartitionTimeLimit). \
@@ -204,8 +204,8 @@ mod tests {
              another SBATCH_PARTITION, SBATCH_ACCOUNT or SBATCH_QOS"
         );
         let one: Vec<QueuedTask<'_>> = tasks(QUEUE).skip(3).take(1).collect();
-        assert!(hindrances(&one).starts_with("Slurm holds back 1 task (JobHeldAdmin)."));
+        assert!(hold_reasons(&one).starts_with("Slurm holds back 1 task (JobHeldAdmin)."));
         let later: Vec<QueuedTask<'_>> = tasks(LATER).collect();
-        assert_eq!(hindrances(&later), "");
+        assert_eq!(hold_reasons(&later), "");
     }
 }

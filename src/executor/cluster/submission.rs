@@ -1,14 +1,28 @@
-//! What a submission leaves below the folder of the recordings: a line of content keys a task, the manifest as it was, and
+//! What a submission leaves below the folder of the recordings: a line of run keys a task, the manifest as it was, and
 //! the script of a task, which is told its index.
 
 use crate::executor::cluster::task::{TaskCommand, keys, quoted};
-use crate::outputs::sidecars::replace;
 use crate::plan::PlannedRun;
+use kinetoscope_recording::atomic_file::replace;
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+
+/// Start of the name of every job of this program; the name of the submission follows.
+pub(super) const JOB_NAME: &str = "kinetoscope-";
+
+/// What a task asks of the engine.
+#[derive(Clone, Copy, Debug)]
+pub struct Resources {
+    /// Processors.
+    pub processors: usize,
+    /// Memory.
+    pub memory_mib: u64,
+    /// Minutes; `None` is the site's default.
+    pub time_limit_min: Option<u64>,
+}
 
 /// A submission in its folder.
 pub(super) struct Submission {
@@ -25,7 +39,7 @@ fn folder_of_all(folder: &Path) -> PathBuf {
     folder.join(".tasks")
 }
 
-/// The content keys of a submission's tasks, a line each; none where it belongs to another folder.
+/// The run keys of a submission's tasks, a line each; none where it belongs to another folder.
 pub(super) fn key_lines(folder: &Path, name: &str) -> Vec<String> {
     let text = fs::read_to_string(folder_of_all(folder).join(name).join("keys"));
     text.unwrap_or_default().lines().map(str::to_owned).collect()

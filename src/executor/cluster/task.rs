@@ -1,4 +1,4 @@
-//! A task: "do the runs with these content keys", as a command that any machine with the same folder can run, again and again.
+//! A task: "do the runs with these run keys", as a command that any machine with the same folder can run, again and again.
 
 use crate::plan::PlannedRun;
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ pub struct TaskCommand {
 }
 
 impl TaskCommand {
-    /// The command line for a shell. `keys` is put in as it is: content keys with commas between, or a shell's variable.
+    /// The command line for a shell. `keys` is put in as it is: run keys with commas between, or a shell's variable.
     #[must_use]
     pub fn line(&self, keys: &str) -> String {
         let mut words = vec![
@@ -48,10 +48,10 @@ impl TaskCommand {
     }
 }
 
-/// The content keys of a task's runs, as `--only` takes them.
+/// The run keys of a task's runs, as `--only` takes them.
 #[must_use]
 pub fn keys(runs: &[&PlannedRun]) -> String {
-    let keys: Vec<&str> = runs.iter().map(|run| run.content_key.as_str()).collect();
+    let keys: Vec<&str> = runs.iter().map(|run| run.run_key.as_str()).collect();
     keys.join(",")
 }
 

@@ -17,7 +17,7 @@ inline_table! {
         amplitude_m: [Finite; 2] [or [Finite::literal(0.0); 2]],
         /// Frequency f of the oscillation, Hz.
         frequency_hz: NonNegative [or NonNegative::literal(0.0)],
-        /// Beginning and end of its motion, a drum's rotation included, s; `None` for all the time.
+        /// RunStart and end of its motion, a drum's rotation included, s; `None` for all the time.
         moves_s: Option<[NonNegative; 2]> [optional],
     }
 }

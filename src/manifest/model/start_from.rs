@@ -33,13 +33,13 @@ pub struct RecordedState {
 }
 
 impl RecordedState {
-    /// A state of so many columns, row by row, recorded by the run of this model with this content key.
+    /// A state of so many columns, row by row, recorded by the run of this model with this run key.
     ///
     /// # Errors
     /// What is wrong with the state: no particle, or a value that is no number.
     pub fn new(
         model: &str,
-        content_key: &str,
+        run_key: &str,
         columns: Vec<String>,
         values: Vec<f64>,
     ) -> Result<Self, String> {
@@ -56,20 +56,20 @@ impl RecordedState {
             hash.update(value.to_le_bytes());
         }
         let digest: String = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        let identity = format!("content-key:{content_key} state:{digest}");
+        let identity = format!("content-key:{run_key} state:{digest}");
         Ok(Self { model: model.to_owned(), columns, values, identity })
     }
 
-    /// What stands for the recording in a canonical manifest, and so in the content key of a run that begins with it: the
-    /// recording's own content key, and the SHA-256 of the state that is taken over. No path.
+    /// What stands for the recording in a canonical manifest, and so in the run key of a run that begins with it: the
+    /// recording's own run key, and the SHA-256 of the state that is taken over. No path.
     #[must_use]
     pub fn identity(&self) -> &str {
         &self.identity
     }
 
-    /// The content key in an [`RecordedState::identity`]; `None` where the text is none.
+    /// The run key in an [`RecordedState::identity`]; `None` where the text is none.
     #[must_use]
-    pub fn content_key_of(identity: &str) -> Option<&str> {
+    pub fn run_key_of(identity: &str) -> Option<&str> {
         let (key, _) = identity.strip_prefix("content-key:")?.split_once(" state:")?;
         Some(key)
     }

@@ -49,7 +49,7 @@ mod touched;
 mod turn;
 mod walls;
 
-use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use contacts::Contact;
 use discs::Discs;
@@ -122,13 +122,12 @@ struct Window {
     is_closed: bool,
 }
 
-impl Model for Dem {
-    type Config = DemConfig;
-    const NAME: &'static str = "dem";
-    const PHYSICS_VERSION: u32 = 3;
-    const TIME_UNIT: &'static str = "s";
-    /// `vx`, `vy` and `spin` belong to the positions' time, v + a dt/2; `vx_step` and `vy_step` are the integrator's own.
-    const STATE_COLUMNS: &'static [StateColumn] = &[
+const KIND: ModelKind = ModelKind {
+    name: "dem",
+    physics_version: 3,
+    time_unit: "s",
+    // `vx`, `vy` and `spin` belong to the positions' time, v + a dt/2; `vx_step` and `vy_step` are the integrator's own.
+    state_columns: &[
         StateColumn { name: "x", unit: "m" },
         StateColumn { name: "y", unit: "m" },
         StateColumn { name: "vx", unit: "m/s" },
@@ -139,24 +138,32 @@ impl Model for Dem {
         StateColumn { name: "spin", unit: "rad/s" },
         StateColumn { name: "id", unit: "" },
         StateColumn { name: "mass", unit: "kg" },
-    ];
-    const CHANNELS: &'static [ChannelDeclaration] = &[
+    ],
+    channels: &[
         ChannelDeclaration::of::<DemEnergy>(),
         ChannelDeclaration::of::<DemEnergyShare>(),
         ChannelDeclaration::of::<DemContacts>(),
         ChannelDeclaration::of::<DemWalls>(),
         ChannelDeclaration::of::<DemTemperature>(),
         ChannelDeclaration::opt_in::<DemContactForces>(),
-    ];
+    ],
+};
+
+impl Model for Dem {
+    type Config = DemConfig;
+
+    fn kind() -> &'static ModelKind {
+        &KIND
+    }
 
     /// On request frames tell the force of every contact.
-    fn prepare(config: &DemConfig, seed: Seed, contact_forces: bool) -> Result<Self, Refusal> {
+    fn prepare(config: &DemConfig, seed: Seed, contact_forces: bool) -> Result<Self, SetupError> {
         let diagnosis = Diagnosis::of(config);
         let mut warnings = Vec::new();
         if diagnosis.is_refused() {
             let text = report::refusal(config, &diagnosis);
             if config.stability == Stability::Refuse || !diagnosis.is_countable() {
-                return Err(Refusal(text));
+                return Err(SetupError(text));
             }
             warnings.push(text);
         }
@@ -197,6 +204,10 @@ impl Model for Dem {
         Ok(model)
     }
 
+    fn channels(&self) -> &'static [ChannelDeclaration] {
+        KIND.channels
+    }
+
     fn extent(&self) -> Extent {
         Extent::Steps { total: self.parameters.total_steps, step: self.parameters.time_step }
     }
@@ -205,7 +216,7 @@ impl Model for Dem {
         self.rain.as_ref().map_or(0, Rain::to_come)
     }
 
-    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
+    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
         if self.window.is_closed {
             self.window = Window::default();
         }

@@ -41,7 +41,7 @@ impl Dem {
         }
         // Of a large bed they take as much as its rows, which come next.
         drop(forces);
-        frame.reserve_state(self.discs.len() * Self::STATE_COLUMNS.len());
+        frame.reserve_state(self.discs.len() * Self::kind().state_columns.len());
         for disc in self.discs.by_id() {
             let [x, y] = self.within(self.discs.positions[disc]);
             let [vx, vy] = evaluation.velocities[disc];

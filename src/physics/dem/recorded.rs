@@ -6,7 +6,7 @@
 use super::discs::{Disc, Discs};
 use super::parameters::{Parameters, mass_of};
 use super::start::{Kinds, TOUCHING};
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::restart_state;
 use kinetoscope_manifest::model::{DemConfig, StartFrom};
 
@@ -23,9 +23,9 @@ pub(super) fn discs(
     config: &DemConfig,
     parameters: &Parameters,
     kinds: &Kinds,
-) -> Result<Discs, Refusal> {
+) -> Result<Discs, SetupError> {
     if config.materials.len() > 1 {
-        return Err(Refusal(
+        return Err(SetupError(
             "A recording does not say which disc is of which material: with start_from, give one material at most."
                 .to_owned(),
         ));
@@ -48,12 +48,12 @@ pub(super) fn motions(start: &StartFrom) -> Vec<[f64; 4]> {
     restart_state::rows(start, ["x", "y", "vx", "vy"]).unwrap_or_default()
 }
 
-fn check(rows: &[[f64; 6]], config: &DemConfig, parameters: &Parameters) -> Result<(), Refusal> {
+fn check(rows: &[[f64; 6]], config: &DemConfig, parameters: &Parameters) -> Result<(), SetupError> {
     let (smallest, largest) = config.radius_m.range();
     let walls = parameters.walls_at(0);
     for (disc, &[x, y, _, _, radius, _]) in rows.iter().enumerate() {
         if radius < smallest * (1.0 - TOUCHING) || radius > largest * (1.0 + TOUCHING) {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "Disc {disc} (counted from 0) of the recording in start_from has the radius {radius:e} m, which radius_m \
                  does not allow: write the radius_m of the recording's manifest."
             )));
@@ -64,7 +64,7 @@ fn check(rows: &[[f64; 6]], config: &DemConfig, parameters: &Parameters) -> Resu
             .iter()
             .all(|wall| wall.shape.footing([x, y]).distance >= radius * (1.0 - DEEPEST_IN_WALL));
         if !is_inside || !is_free {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "Disc {disc} (counted from 0) of the recording in start_from stands at [{x:e}, {y:e}] m, outside of this \
                  run's box or within one of its walls: keep width_m, height_m and walls as they were, or move the walls \
                  to where no disc stands."

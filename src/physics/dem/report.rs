@@ -7,7 +7,7 @@ use super::materials::Dashpot;
 use super::parameters::Parameters;
 use super::stability::{Diagnosis, figure};
 use super::{remedies, restitution, start, step};
-use crate::model::{Fault, Model};
+use crate::model::{Model, SimulationFault};
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail, Placement, Stability};
 
 /// Why a start is refused and which values would do; the same words warn where it runs all the same.
@@ -108,7 +108,7 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
 }
 
 /// What went wrong, where and when, and what to do.
-pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> Fault {
+pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> SimulationFault {
     let what = match blow_up {
         step::BlowUp::Overlap(disc, partner, over_radius) => {
             let partner = match partner {
@@ -140,7 +140,7 @@ pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> Fault {
         "The contacts are too soft for the speed or the load: take a higher stiffness_n_per_m or a larger radius_m; or \
          the time step is too long: take more steps_per_contact."
     };
-    Fault(format!(
+    SimulationFault(format!(
         "Blow-up at step {} (t = {:e} s): {what}. c = eta dt/m_eff = {}. {advice}",
         model.count,
         model.time(),

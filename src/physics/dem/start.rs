@@ -5,7 +5,7 @@ use super::discs::{Disc, Discs};
 use super::parameters::{Parameters, mass_of};
 use super::recorded;
 use super::walls::PlacedWall;
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::placement::{Rectangle, random_sequential_addition_where, square_lattice};
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, GivenState, Placement};
@@ -22,12 +22,12 @@ pub(super) fn discs(
     parameters: &Parameters,
     seed: Seed,
     kinds: &Kinds,
-) -> Result<Discs, Refusal> {
+) -> Result<Discs, SetupError> {
     let placed = config.discs.get() as usize;
     let radii = &kinds.radii[..placed];
     let (_, largest) = parameters.radius_range;
     if 2.0 * largest > parameters.sides[0] || 2.0 * largest > parameters.sides[1] {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "A disc of radius {largest:e} m has no room in a box of {:e} m x {:e} m: take a smaller radius_m or a larger \
              box.",
             parameters.sides[0], parameters.sides[1]
@@ -57,7 +57,7 @@ pub(super) fn discs(
     };
     for (disc, (&center, &radius)) in positions.iter().zip(radii).enumerate() {
         if let Some(wall) = overlapped_wall(&walls, center, radius) {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "Disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m overlaps wall {wall} at the \
                  start (the box's own are counted first): move it in positions_m, choose another region_m, or \
                  placement = \"random\", which leaves walls free.",
@@ -187,8 +187,8 @@ fn normal_radius(mean: f64, deviation: f64, generator: &mut Generator) -> f64 {
     }
 }
 
-fn no_room(config: &DemConfig, parameters: &Parameters, radii: &[f64], found: &str) -> Refusal {
-    Refusal(format!(
+fn no_room(config: &DemConfig, parameters: &Parameters, radii: &[f64], found: &str) -> SetupError {
+    SetupError(format!(
         "{} discs find no place without overlap: {found}. They would cover {:.1} % of the box; at random there is room \
          up to some 54 %, on the square lattice of placement = \"lattice\" up to 78 %. Take fewer discs, a smaller \
          radius_m or a larger box.",
@@ -201,9 +201,9 @@ fn given_positions(
     given: &GivenState,
     parameters: &Parameters,
     radii: &[f64],
-) -> Result<Vec<[f64; 2]>, Refusal> {
+) -> Result<Vec<[f64; 2]>, SetupError> {
     if given.positions.len() != radii.len() || given.velocities.len() != radii.len() {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "discs = {}, but positions_m has {} entries and velocities_m_per_s {}: make them equal.",
             radii.len(),
             given.positions.len(),
@@ -220,7 +220,7 @@ fn given_positions(
             position[axis] >= room(axis) && parameters.sides[axis] - position[axis] >= room(axis)
         };
         if !is_inside(0) || !is_inside(1) {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "Disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m reaches outside the box: \
                  move its entry in positions_m inwards.",
                 position[0], position[1]
@@ -228,7 +228,7 @@ fn given_positions(
         }
     }
     match first_overlap(&positions, radii, parameters) {
-        Some((first, second, overlap)) => Err(Refusal(format!(
+        Some((first, second, overlap)) => Err(SetupError(format!(
             "Discs {first} and {second} (counted from 0) overlap at the start by {overlap:e} m: move their entries in \
              positions_m apart, or take a smaller radius_m."
         ))),

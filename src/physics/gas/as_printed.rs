@@ -15,7 +15,7 @@ use super::propagator::Propagator;
 use super::state::{Container, GasState};
 use super::step_clock::{StepClock, start_paths};
 use super::tallies::ParticleTally;
-use crate::model::{Extent, Fault, Refusal, Target};
+use crate::model::{Extent, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,11 @@ pub(super) struct AsPrinted {
 }
 
 impl Propagator for AsPrinted {
-    fn prepare(config: &GasConfig, _seed: Seed, state: &GasState) -> Option<Result<Self, Refusal>> {
+    fn prepare(
+        config: &GasConfig,
+        _seed: Seed,
+        state: &GasState,
+    ) -> Option<Result<Self, SetupError>> {
         let Propagation::Literal { time_step_s } = config.propagation else { return None };
         let mut tallies = vec![ParticleTally::default(); state.particles.len()];
         start_paths(&mut tallies, state.particles.iter());
@@ -50,7 +54,7 @@ impl Propagator for AsPrinted {
         self.clock.done
     }
 
-    fn time_of(&self, target: Target) -> Result<f64, Fault> {
+    fn time_of(&self, target: Target) -> Result<f64, SimulationFault> {
         self.clock.time_of(target)
     }
 

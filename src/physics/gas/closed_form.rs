@@ -4,7 +4,7 @@ use super::closed_form_simd::Paths;
 use super::propagator::Propagator;
 use super::state::GasState;
 use super::tallies::WallTally;
-use crate::model::{Extent, Refusal, Target};
+use crate::model::{Extent, SetupError, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,11 @@ pub(super) struct ClosedForm {
 }
 
 impl Propagator for ClosedForm {
-    fn prepare(config: &GasConfig, _seed: Seed, state: &GasState) -> Option<Result<Self, Refusal>> {
+    fn prepare(
+        config: &GasConfig,
+        _seed: Seed,
+        state: &GasState,
+    ) -> Option<Result<Self, SetupError>> {
         (config.propagation == Propagation::Exact).then(|| {
             Ok(Self {
                 duration_s: config.duration_s.get(),

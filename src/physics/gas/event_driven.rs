@@ -8,7 +8,7 @@ use super::pressure::speed_at;
 use super::propagator::Propagator;
 use super::state::{Container, GasState, Substance};
 use super::tallies::WallTally;
-use crate::model::{Extent, Refusal, Target};
+use crate::model::{Extent, SetupError, Target};
 use crate::random::{Seed, Stream};
 use crate::sum::CompensatedSum;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
@@ -68,7 +68,11 @@ struct WallExchange {
 }
 
 impl Propagator for EventDriven {
-    fn prepare(config: &GasConfig, seed: Seed, state: &GasState) -> Option<Result<Self, Refusal>> {
+    fn prepare(
+        config: &GasConfig,
+        seed: Seed,
+        state: &GasState,
+    ) -> Option<Result<Self, SetupError>> {
         let has_special_wall = config.thermal_wall.is_some() || config.opening_width_m.is_some();
         (config.propagation == Propagation::Exact && has_special_wall).then(|| {
             let wall = Wall::new(config, seed, &state.substance, &state.container);

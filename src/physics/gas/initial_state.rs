@@ -4,7 +4,7 @@ use super::motion::Particle;
 use super::pressure::{SpeedMoments, speed_at};
 use super::speed_distribution::InitialSpeeds;
 use super::state::Substance;
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::placement::{Rectangle, random_sequential_addition_where};
 use crate::random::{Seed, Stream};
 use crate::restart_state;
@@ -27,7 +27,7 @@ pub(super) fn prepare(
     config: &GasConfig,
     seed: Seed,
     substance: &Substance,
-) -> Result<InitialState, Refusal> {
+) -> Result<InitialState, SetupError> {
     let mut unscaled = match &config.placement {
         Placement::Random => draw(config, seed)?,
         Placement::Given(state) => from_rows(config, &given_rows(config, state)?)?,
@@ -35,7 +35,7 @@ pub(super) fn prepare(
             from_rows(config, &restart_state::rows(start, ["x", "y", "vx", "vy"])?)?
         }
         Placement::Lattice => {
-            return Err(Refusal(
+            return Err(SetupError(
                 "a gas cannot be placed on a lattice: set placement = \"random\" or give positions"
                     .to_owned(),
             ));
@@ -63,13 +63,13 @@ fn factor_to_temperature(
     particles: &[Particle],
     temperature_k: f64,
     substance: &Substance,
-) -> Result<f64, Refusal> {
+) -> Result<f64, SetupError> {
     let Substance { mass_kg, mass_ratios, boltzmann_j_per_k, definition } = substance;
     let target = speed_at(temperature_k, *mass_kg, *boltzmann_j_per_k);
     let moments = SpeedMoments::of(particles.iter().copied().zip(mass_ratios.iter().copied()));
     let present = moments.squared_speed(*definition).sqrt();
     if target > 0.0 && !(present > 0.0 && present.is_finite()) {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "velocities with a mean of {present} m/s can't be scaled to {temperature_k} K: give some particle a finite velocity, or set temperature_k = 0"
         )));
     }
@@ -98,7 +98,7 @@ impl InitialState {
 }
 
 /// Draws positions, directions and speeds; speeds are in units of their scale.
-fn draw(config: &GasConfig, seed: Seed) -> Result<InitialState, Refusal> {
+fn draw(config: &GasConfig, seed: Seed) -> Result<InitialState, SetupError> {
     let speed_law = match (config.speed_distribution, config.speed_scale) {
         (_, SpeedScale::Given | SpeedScale::Temperature(_))
             if !config.speeds_m_per_s.is_empty() =>
@@ -106,13 +106,13 @@ fn draw(config: &GasConfig, seed: Seed) -> Result<InitialState, Refusal> {
             InitialSpeeds::Given
         }
         (_, SpeedScale::Given) => {
-            return Err(Refusal(
+            return Err(SetupError(
                 "random speeds must have a scale: give temperature_k or max_speed_m_per_s"
                     .to_owned(),
             ));
         }
         (SpeedDistribution::Maxwell, SpeedScale::MaxSpeed(_)) => {
-            return Err(Refusal(
+            return Err(SetupError(
                 "the Maxwell distribution has no upper bound: give temperature_k instead of max_speed_m_per_s"
                     .to_owned(),
             ));
@@ -146,7 +146,7 @@ fn draw(config: &GasConfig, seed: Seed) -> Result<InitialState, Refusal> {
 }
 
 /// Draws positions relative to the center: those of points from their distribution, those of discs uniformly without overlap.
-fn draw_positions(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Refusal> {
+fn draw_positions(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, SetupError> {
     let radius = config.radius_m.get();
     let mut draws = seed.stream(Stream::Positions);
     let count = config.particles.get();
@@ -169,7 +169,7 @@ fn draw_positions(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Refus
     let is_inside = |[x, y]: [f64; 2], _: f64| x * x + y * y <= center_limit * center_limit;
     let radii = vec![disc_radius; count as usize];
     random_sequential_addition_where(square, &radii, &mut draws, is_inside).map_err(|jammed| {
-        Refusal(format!(
+        SetupError(format!(
             "only {} of {count} discs fit without overlap: reduce particles or disc_radius_m, or increase radius_m",
             jammed.placed
         ))
@@ -182,9 +182,9 @@ fn from_polar(length: f64, angle: f64) -> [f64; 2] {
 }
 
 /// Particles given in the manifest: x, y in m, vx, vy in m/s.
-fn given_rows(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, Refusal> {
+fn given_rows(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, SetupError> {
     if let SpeedScale::MaxSpeed(_) = config.speed_scale {
-        return Err(Refusal(
+        return Err(SetupError(
             "max_speed_m_per_s cannot be used with given velocities: remove it, or rescale the velocities by temperature_k"
                 .to_owned(),
         ));
@@ -192,7 +192,7 @@ fn given_rows(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, R
     let (count, positions, velocities) =
         (config.particles.get() as usize, state.positions.len(), state.velocities.len());
     if positions != count || velocities != count {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "expected {count} positions and velocities (particles = {count}), found {positions} positions and {velocities} velocities: \
              the three numbers must agree"
         )));
@@ -202,14 +202,14 @@ fn given_rows(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, R
 }
 
 /// Particles of a given or recorded start; a point outside the wall is rejected.
-fn from_rows(config: &GasConfig, rows: &[[f64; 4]]) -> Result<InitialState, Refusal> {
+fn from_rows(config: &GasConfig, rows: &[[f64; 4]]) -> Result<InitialState, SetupError> {
     let (radius, center) = (config.radius_m.get(), config.center_m.map(|axis| axis.get()));
     let mut particles = Vec::with_capacity(rows.len());
     for (index, &[x, y, vx, vy]) in rows.iter().enumerate() {
         let mut position = [x - center[0], y - center[1]];
         let distance = libm::hypot(position[0], position[1]);
         if distance > radius * (1.0 + ON_WALL_TOLERANCE) {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "particle {index} (counted from 0) at [{x}, {y}] is {distance} m from the center, outside the wall at {radius} m: \
                  move it inside or increase radius_m"
             )));

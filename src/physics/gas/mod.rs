@@ -40,7 +40,7 @@ use self::speed_distribution::InitialSpeeds;
 use self::state::{Container, GasState, Substance};
 use self::tallies::WallTallies;
 use self::temperature_schedule::TemperatureSchedule;
-use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::GasConfig;
 use kinetoscope_recording::channels::{
@@ -70,28 +70,35 @@ pub struct Gas {
     is_target_reached: bool,
 }
 
-impl Model for Gas {
-    type Config = GasConfig;
-    const NAME: &'static str = "gas";
-    const PHYSICS_VERSION: u32 = 2;
-    const TIME_UNIT: &'static str = "s";
-    const STATE_COLUMNS: &'static [StateColumn] = &[
+const KIND: ModelKind = ModelKind {
+    name: "gas",
+    physics_version: 2,
+    time_unit: "s",
+    state_columns: &[
         StateColumn { name: "x", unit: "m" },
         StateColumn { name: "y", unit: "m" },
         StateColumn { name: "vx", unit: "m/s" },
         StateColumn { name: "vy", unit: "m/s" },
-    ];
-    const CHANNELS: &'static [ChannelDeclaration] = &[
+    ],
+    channels: &[
         ChannelDeclaration::of::<GasPressure>(),
         ChannelDeclaration::of::<GasTemperature>(),
         ChannelDeclaration::of::<GasInvariants>(),
         ChannelDeclaration::of::<GasLedger>(),
         ChannelDeclaration::of::<GasCollisions>(),
         ChannelDeclaration::of::<GasSpeeds>(),
-    ];
+    ],
+};
+
+impl Model for Gas {
+    type Config = GasConfig;
+
+    fn kind() -> &'static ModelKind {
+        &KIND
+    }
 
     /// Draws positions and velocities from separate streams. A gas records no single collisions, so `per_collision` has no effect.
-    fn prepare(config: &GasConfig, seed: Seed, _per_collision: bool) -> Result<Self, Refusal> {
+    fn prepare(config: &GasConfig, seed: Seed, _per_collision: bool) -> Result<Self, SetupError> {
         let substance = Substance::new(config);
         let initial = initial_state::prepare(config, seed, &substance)?;
         numeric_range::check(config, &initial.particles)?;
@@ -121,12 +128,16 @@ impl Model for Gas {
         Ok(gas)
     }
 
+    fn channels(&self) -> &'static [ChannelDeclaration] {
+        KIND.channels
+    }
+
     fn extent(&self) -> Extent {
         self.scheme.extent()
     }
 
     /// Reaches the target in one call, whatever the budget, if the propagator needs no events.
-    fn advance(&mut self, target: Target, mut at_most: u64) -> Result<Progress, Fault> {
+    fn advance(&mut self, target: Target, mut at_most: u64) -> Result<Progress, SimulationFault> {
         if self.is_target_reached {
             self.open_window();
         }
@@ -177,14 +188,14 @@ impl Gas {
     }
 
     /// Rescales all velocities to a temperature and starts new paths: step (d) of the gas exercise.
-    fn set_temperature(&mut self, temperature_k: f64) -> Result<(), Fault> {
+    fn set_temperature(&mut self, temperature_k: f64) -> Result<(), SimulationFault> {
         self.schedule.complete();
         let moments = self.moments();
         let Substance { mass_kg, boltzmann_j_per_k, definition, .. } = self.state.substance;
         let present = moments.squared_speed(definition).sqrt();
         let target = speed_at(temperature_k, mass_kg, boltzmann_j_per_k);
         if target > 0.0 && present == 0.0 {
-            return Err(Fault(format!(
+            return Err(SimulationFault(format!(
                 "all particles are at rest at {} s: no factor scales them to {temperature_k} K; remove 0 K from temperature_schedule",
                 self.time()
             )));

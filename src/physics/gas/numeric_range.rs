@@ -2,7 +2,7 @@
 
 use super::motion::Particle;
 use super::step_clock::STEP_ROUNDING;
-use crate::model::Refusal;
+use crate::model::SetupError;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 
 /// Masses, radii, speeds and times must be between the inverse of this number and this number, so that no product overflows.
@@ -21,7 +21,7 @@ const MAX_CENTER_DISTANCE_IN_RADII: f64 = 1e9;
 const MAX_STEPS: f64 = 9_007_199_254_740_992.0;
 
 /// Rejects a configuration outside the range.
-pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Refusal> {
+pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), SetupError> {
     let (radius, duration) = (config.radius_m.get(), config.duration_s.get());
     let fastest = max_speed(particles.iter().copied());
     for (name, value) in [
@@ -31,7 +31,7 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Re
         ("the speed of the fastest particle in m/s", if fastest > 0.0 { fastest } else { 1.0 }),
     ] {
         if !(1.0 / MAX_VALUE..=MAX_VALUE).contains(&value) {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "{name} is {value:e}; must be between {:e} and {MAX_VALUE:e}, so that products do not overflow: choose another scale",
                 1.0 / MAX_VALUE
             )));
@@ -39,7 +39,7 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Re
     }
     let path = fastest * duration / radius;
     if path > MAX_PATH_IN_RADII {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "the fastest particle would travel {path:e} radii, and its position would have less than six digits: \
              shorten duration_s to at most {:e}",
             MAX_PATH_IN_RADII * radius / fastest
@@ -48,7 +48,7 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Re
     let center = config.center_m.map(|axis| axis.get());
     let distance = libm::hypot(center[0], center[1]);
     if distance > MAX_CENTER_DISTANCE_IN_RADII * radius {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "center_m is {distance:e} m from the origin, {:e} radii; must be at most {MAX_CENTER_DISTANCE_IN_RADII:e} radii, because \
              positions lose their digits: move it closer",
             distance / radius
@@ -59,12 +59,12 @@ pub(super) fn check(config: &GasConfig, particles: &[Particle]) -> Result<(), Re
 }
 
 /// Rejects discs whose contacts are below the rounding of positions and times.
-fn check_collisions(config: &GasConfig, fastest: f64) -> Result<(), Refusal> {
+fn check_collisions(config: &GasConfig, fastest: f64) -> Result<(), SetupError> {
     let Some(disc_radius) = config.disc_radius_m.map(|radius| radius.get()) else { return Ok(()) };
     let path = fastest * config.duration_s.get();
     let path = if path > config.radius_m.get() { path } else { config.radius_m.get() };
     if path > MAX_PATH_IN_DISC_RADII * disc_radius {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "disc_radius_m is {disc_radius}; must be at least {:e} of the path of the fastest disc and of the container radius ({path:e} m), \
              so that contacts have six digits: shorten duration_s or increase disc_radius_m",
             1.0 / MAX_PATH_IN_DISC_RADII
@@ -74,7 +74,7 @@ fn check_collisions(config: &GasConfig, fastest: f64) -> Result<(), Refusal> {
 }
 
 /// Rejects a duration without a step, or with more steps than can be counted.
-fn check_steps(config: &GasConfig) -> Result<(), Refusal> {
+fn check_steps(config: &GasConfig) -> Result<(), SetupError> {
     let (Propagation::Stepped { time_step_s } | Propagation::Literal { time_step_s }) =
         config.propagation
     else {
@@ -82,14 +82,14 @@ fn check_steps(config: &GasConfig) -> Result<(), Refusal> {
     };
     let steps = config.duration_s.get() / time_step_s.get();
     if steps + STEP_ROUNDING < 1.0 {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "time_step_s is {}; must be at most duration_s = {}, because no step fits: reduce time_step_s",
             time_step_s.get(),
             config.duration_s.get()
         )));
     }
     if steps > MAX_STEPS {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "duration_s / time_step_s is {steps:e} steps; must be at most {MAX_STEPS:e}, so that they can be counted: increase time_step_s"
         )));
     }

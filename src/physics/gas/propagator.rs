@@ -2,7 +2,7 @@
 
 use super::state::GasState;
 use super::tallies::PairTally;
-use crate::model::{Extent, Fault, Refusal, Target};
+use crate::model::{Extent, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::GasConfig;
 
@@ -14,7 +14,11 @@ pub(super) trait Propagator {
     ///
     /// # Errors
     /// A start that the scheme cannot run.
-    fn prepare(config: &GasConfig, seed: Seed, state: &GasState) -> Option<Result<Self, Refusal>>
+    fn prepare(
+        config: &GasConfig,
+        seed: Seed,
+        state: &GasState,
+    ) -> Option<Result<Self, SetupError>>
     where
         Self: Sized;
 
@@ -33,14 +37,14 @@ pub(super) trait Propagator {
     ///
     /// # Errors
     /// A target before the current time, or one in a unit that the scheme does not have.
-    fn time_of(&self, target: Target) -> Result<f64, Fault> {
+    fn time_of(&self, target: Target) -> Result<f64, SimulationFault> {
         match target {
             Target::Time(time_s) if time_s >= self.time_s() => Ok(time_s),
-            Target::Time(time_s) => Err(Fault(format!(
+            Target::Time(time_s) => Err(SimulationFault(format!(
                 "frames must be requested in order of time: expected a time from {} s, found {time_s} s",
                 self.time_s()
             ))),
-            Target::Count(_) => Err(Fault(
+            Target::Count(_) => Err(SimulationFault(
                 "exact propagation has no steps: frames must be requested by time".into(),
             )),
         }

@@ -7,7 +7,7 @@ use super::event_driven::EventDriven;
 use super::propagator::Propagator;
 use super::state::GasState;
 use super::time_stepped::TimeStepped;
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::random::Seed;
 use kinetoscope_manifest::model::GasConfig;
 use serde::{Deserialize, Serialize};
@@ -27,11 +27,11 @@ macro_rules! schemes {
                 config: &GasConfig,
                 seed: Seed,
                 state: &GasState,
-            ) -> Result<Self, Refusal> {
+            ) -> Result<Self, SetupError> {
                 $(if let Some(scheme) = $scheme::prepare(config, seed, state) {
                     return scheme.map(Self::$scheme);
                 })+
-                Err(Refusal("no propagator supports this combination of keys".to_owned()))
+                Err(SetupError("no propagator supports this combination of keys".to_owned()))
             }
         }
 

@@ -1,7 +1,7 @@
 //! Clock of the propagators that take steps of one length.
 
 use super::tallies::ParticleTally;
-use crate::model::{Extent, Fault, Target};
+use crate::model::{Extent, SimulationFault, Target};
 use kinetoscope_manifest::quantity::Positive;
 use serde::{Deserialize, Serialize};
 
@@ -38,10 +38,10 @@ impl StepClock {
     ///
     /// # Errors
     /// A target before the steps done.
-    pub(super) fn time_of(&self, target: Target) -> Result<f64, Fault> {
+    pub(super) fn time_of(&self, target: Target) -> Result<f64, SimulationFault> {
         let step = self.step_of(target);
         if step < self.done {
-            return Err(Fault(format!(
+            return Err(SimulationFault(format!(
                 "frames must be requested in order of time: expected a step from {}, found step {step}",
                 self.done
             )));

@@ -9,7 +9,7 @@ use super::propagator::Propagator;
 use super::state::GasState;
 use super::step_clock::{StepClock, start_paths};
 use super::tallies::ParticleTally;
-use crate::model::{Extent, Fault, Refusal, Target};
+use crate::model::{Extent, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use crate::simd::dispatch::{self, Kernel};
 use kinetoscope_manifest::model::{GasConfig, Propagation};
@@ -25,7 +25,11 @@ pub(super) struct TimeStepped {
 }
 
 impl Propagator for TimeStepped {
-    fn prepare(config: &GasConfig, _seed: Seed, state: &GasState) -> Option<Result<Self, Refusal>> {
+    fn prepare(
+        config: &GasConfig,
+        _seed: Seed,
+        state: &GasState,
+    ) -> Option<Result<Self, SetupError>> {
         let Propagation::Stepped { time_step_s } = config.propagation else { return None };
         let mut tallies = vec![ParticleTally::default(); state.particles.groups.len() * LANES];
         start_paths(&mut tallies, state.particles.iter());
@@ -44,7 +48,7 @@ impl Propagator for TimeStepped {
         self.clock.done
     }
 
-    fn time_of(&self, target: Target) -> Result<f64, Fault> {
+    fn time_of(&self, target: Target) -> Result<f64, SimulationFault> {
         self.clock.time_of(target)
     }
 

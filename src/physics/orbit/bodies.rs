@@ -4,7 +4,7 @@
 
 use super::motion::{MutualGravity, Phase, add_scaled, cross, dot, length};
 use super::trajectory::{Discretization, NotFinite, Trajectory, TurnCounter};
-use crate::model::Refusal;
+use crate::model::SetupError;
 use kinetoscope_manifest::model::OrbitBody;
 use kinetoscope_recording::channels::{OrbitConserved, OrbitEnergy};
 use kinetoscope_recording::frame::{Frame, Level};
@@ -101,7 +101,7 @@ impl Bodies {
     pub(super) fn prepare(
         bodies: &[OrbitBody],
         discretization: &Discretization,
-    ) -> Result<Self, Refusal> {
+    ) -> Result<Self, SetupError> {
         let numbers = |of: fn(&OrbitBody) -> [f64; 3]| bodies.iter().flat_map(of).collect();
         let gravitational_parameters: Vec<f64> =
             bodies.iter().map(|body| body.gm_au3_per_day2.get()).collect();
@@ -194,7 +194,7 @@ impl Bodies {
 }
 
 /// Rejects bodies at the same position, and numbers that overflow.
-fn check_start(start: &Conserved) -> Result<(), Refusal> {
+fn check_start(start: &Conserved) -> Result<(), SetupError> {
     let energy = start.energy();
     if start.min_separation > 0.0
         && energy.is_finite()
@@ -203,7 +203,7 @@ fn check_start(start: &Conserved) -> Result<(), Refusal> {
     {
         return Ok(());
     }
-    Err(Refusal(format!(
+    Err(SetupError(format!(
         "bodies: minimum separation {} AU, kinetic energy {:e} and potential energy {:e} AU^2/day^2 per unit mass: no motion to follow. \
          Bodies must be at different positions, one of them must move relative to the others, and the energy must not be zero.",
         start.min_separation, start.kinetic, start.potential

@@ -24,7 +24,7 @@ use self::bodies::Bodies;
 use self::motion::State;
 use self::planet::Planet;
 use self::trajectory::{Discretization, NotFinite};
-use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitSummation};
 use kinetoscope_recording::channels::{
@@ -49,32 +49,43 @@ enum System {
     Bodies(Bodies),
 }
 
-impl Model for Orbit {
-    type Config = OrbitConfig;
-    const NAME: &'static str = "orbit";
-    const PHYSICS_VERSION: u32 = 2;
-    const TIME_UNIT: &'static str = "d";
-    const STATE_COLUMNS: &'static [StateColumn] = &[
+const KIND: ModelKind = ModelKind {
+    name: "orbit",
+    physics_version: 2,
+    time_unit: "d",
+    state_columns: &[
         StateColumn { name: "x", unit: "AU" },
         StateColumn { name: "y", unit: "AU" },
         StateColumn { name: "z", unit: "AU" },
         StateColumn { name: "vx", unit: "AU/d" },
         StateColumn { name: "vy", unit: "AU/d" },
         StateColumn { name: "vz", unit: "AU/d" },
-    ];
-    const CHANNELS: &'static [ChannelDeclaration] = &[
+    ],
+    channels: &[
         ChannelDeclaration::of::<OrbitEnergy>(),
         ChannelDeclaration::of::<OrbitElements>(),
         ChannelDeclaration::of::<OrbitConserved>(),
-    ];
+    ],
+};
+
+impl Model for Orbit {
+    type Config = OrbitConfig;
+
+    fn kind() -> &'static ModelKind {
+        &KIND
+    }
 
     /// The model uses no random numbers and has no optional series, so `seed` and `per_collision` have no effect.
-    fn prepare(config: &OrbitConfig, _seed: Seed, _per_collision: bool) -> Result<Self, Refusal> {
+    fn prepare(
+        config: &OrbitConfig,
+        _seed: Seed,
+        _per_collision: bool,
+    ) -> Result<Self, SetupError> {
         let step = config.time_step_days.get();
         let duration = config.duration_days.get();
         let total_steps = whole_steps(duration, step);
         if total_steps == 0 {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "time_step_days is {step}; must be at most duration_days = {duration}, because no step fits: reduce time_step_days or \
                  increase duration_days"
             )));
@@ -117,7 +128,7 @@ impl Model for Orbit {
         Extent::Steps { total: self.total_steps, step: self.discretization.step }
     }
 
-    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
+    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
         let goal = match target {
             Target::Count(count) => count,
             Target::Time(time) => whole_steps(time, self.discretization.step),
@@ -172,8 +183,8 @@ impl Orbit {
         }
     }
 
-    /// Fault of a step whose result is not finite.
-    fn fault(&self) -> Fault {
+    /// SimulationFault of a step whose result is not finite.
+    fn fault(&self) -> SimulationFault {
         let cause = match self.system {
             System::Planet(_) => "the body passed too close to the Sun",
             System::Bodies(_) => "two bodies came too close to each other",
@@ -185,7 +196,7 @@ impl Orbit {
             }
             _ => "reduce time_step_days, or set integrator = \"dormand-prince8\"",
         };
-        Fault(format!(
+        SimulationFault(format!(
             "the step after {} d gives no finite position: {cause} for steps of {} d; {remedy}",
             self.time(),
             self.discretization.step

@@ -7,7 +7,7 @@ use super::motion::{self, FixedSun, State, energy, kinetic_energy, length, poten
 use super::orbital_plane::OrbitalPlane;
 use super::starts::{DOCUMENT_START, HELIOCENTRIC_START};
 use super::trajectory::{Discretization, NotFinite, Trajectory, TurnCounter};
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::restart_state;
 use kinetoscope_manifest::model::{OrbitIntegrator, OrbitStart};
 use kinetoscope_recording::channels::{OrbitElements, OrbitEnergy};
@@ -49,7 +49,7 @@ impl Planet {
     pub(super) fn prepare(
         start: &OrbitStart,
         discretization: &Discretization,
-    ) -> Result<Self, Refusal> {
+    ) -> Result<Self, SetupError> {
         let (description, state) = match start {
             OrbitStart::Document => (
                 "\"document\": as printed in exercise 14to4. These numbers are relative to the barycenter of the solar system \
@@ -68,7 +68,7 @@ impl Planet {
             OrbitStart::Recorded(start) => {
                 let rows = restart_state::rows(start, ["x", "y", "z", "vx", "vy", "vz"])?;
                 let [[x, y, z, vx, vy, vz]] = rows[..] else {
-                    return Err(Refusal(format!(
+                    return Err(SetupError(format!(
                         "start_from: expected a recording of one body, found {} bodies: give them as bodies",
                         rows.len()
                     )));
@@ -220,27 +220,27 @@ impl Planet {
 }
 
 /// Rejects a start on a line through the Sun, and numbers that overflow.
-fn check_start(start: State) -> Result<(), Refusal> {
+fn check_start(start: State) -> Result<(), SetupError> {
     let distance = length(start.position);
     let speed = length(start.velocity);
     let elements = Elements::of(start);
     if !motion::acceleration_over_position(start.position).is_normal()
         || !elements.energy.is_finite()
     {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "start: the equation of motion overflows at a distance of {distance} AU and a speed of {speed} AU/day. \
              Give a position away from the Sun (the origin) in AU and a velocity in AU/day."
         )));
     }
     if elements.angular_momentum <= MAX_RADIAL_SINE * distance * speed {
-        return Err(Refusal(
+        return Err(SetupError(
             "start: the velocity is zero or parallel to the position, so the path is a straight line through the Sun. \
              velocity_au_per_day must have a component perpendicular to position_au: sqrt(GM / r) for a circle, 0.0172 AU/day at 1 AU."
                 .to_owned(),
         ));
     }
     if elements.energy == 0.0 {
-        return Err(Refusal(
+        return Err(SetupError(
             "start: the energy is exactly zero (a parabola), so its relative drift is not defined. \
              Change the last digit of the velocity."
                 .to_owned(),

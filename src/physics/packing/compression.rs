@@ -8,7 +8,7 @@ use super::engine::{Engine, StepOutcome};
 use super::motion::Vector;
 use super::observables::VelocityMoments;
 use super::random_start::{packing_fraction, random_positions, random_velocities};
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::{Boundary, InitialVelocities, PackingConfig};
 
@@ -45,11 +45,11 @@ pub(super) fn compress(
     config: &PackingConfig,
     radii: &[f64],
     seed: Seed,
-) -> Result<CompressedStart, Refusal> {
+) -> Result<CompressedStart, SetupError> {
     let fraction = packing_fraction(config, radii);
     let is_equal = config.polydispersity.get() == 0.0;
     if is_equal && fraction >= HEXAGONAL_FRACTION && config.compression_pressure.is_none() {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "packing fraction {fraction:.4}: equal discs reach {HEXAGONAL_FRACTION} at most; use fewer discs, a smaller \
              radius, a larger box, or a compression_pressure"
         )));
@@ -105,7 +105,7 @@ fn grow(
     engine: &mut Engine,
     config: &PackingConfig,
     [scale, rate]: [f64; 2],
-) -> Result<GrowthResult, Refusal> {
+) -> Result<GrowthResult, SetupError> {
     let end = (1.0 - scale) / rate;
     let window = COLLISIONS_BETWEEN_RESCALINGS * u64::from(config.discs.get());
     let mut result = GrowthResult { scale: 1.0, collisions: 0, reduced_pressure: 1.0 };
@@ -144,8 +144,8 @@ fn grow(
     Ok(result)
 }
 
-fn jammed(config: &PackingConfig, scale: f64, reason: &str) -> Refusal {
-    Refusal(format!(
+fn jammed(config: &PackingConfig, scale: f64, reason: &str) -> SetupError {
+    SetupError(format!(
         "compression came to a packing fraction of {:.4} only: {reason}; use fewer discs, a smaller radius, a smaller \
          compression_rate, a compression_pressure, or placement = \"lattice\"",
         packing_fraction(config, &[config.radius.get()])

@@ -25,7 +25,7 @@ use super::events::{EventKind, NEVER};
 use super::inelastic_collapse::CollapseDetector;
 use super::motion::Vector;
 use crate::memory::with_large_pages;
-use crate::model::Fault;
+use crate::model::SimulationFault;
 use crate::random::Generator;
 
 /// The outcome of one step of the engine.
@@ -82,7 +82,7 @@ impl Engine {
     pub(super) fn step<const HAS_AVX512: bool>(
         &mut self,
         until: f64,
-    ) -> Result<StepOutcome, Fault> {
+    ) -> Result<StepOutcome, SimulationFault> {
         let Some(disc) = self.first_scheduled() else { return Ok(StepOutcome::NoEvent) };
         let record = &self.state.discs[disc as usize];
         if record.event_time > self.state.clock.to_local(until) {

@@ -1,7 +1,7 @@
 //! Detection of inelastic collapse: many collisions of one disc between which almost no time passes.
 
 use super::clock::Clock;
-use crate::model::Fault;
+use crate::model::SimulationFault;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ impl CollapseDetector {
         pair: [u32; 2],
         times_since_previous: [f64; 2],
         now: Clock,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), SimulationFault> {
         let [first, second] = times_since_previous;
         if self.counts.is_empty() && first >= self.rapid_interval && second >= self.rapid_interval {
             return Ok(());
@@ -56,7 +56,7 @@ impl CollapseDetector {
     }
 
     #[inline(never)]
-    fn count(&mut self, pair: [u32; 2], times: [f64; 2], now: f64) -> Result<(), Fault> {
+    fn count(&mut self, pair: [u32; 2], times: [f64; 2], now: f64) -> Result<(), SimulationFault> {
         for (disc, time) in pair.into_iter().zip(times) {
             if time >= self.rapid_interval {
                 self.counts.remove(&disc);
@@ -65,7 +65,7 @@ impl CollapseDetector {
             let count = self.counts.entry(disc).or_insert(0);
             *count += 1;
             if *count >= COLLAPSE_COUNT {
-                return Err(Fault(format!(
+                return Err(SimulationFault(format!(
                     "inelastic collapse at time {now}: disc {disc} collided {COLLAPSE_COUNT} times in a row while almost no time \
                      passed; use a restitution closer to 1, a contact_time or cutoff_velocity, a shorter run, or a start that \
                      is not jammed"

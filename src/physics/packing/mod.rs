@@ -41,7 +41,7 @@ use self::domain::{Domain, ElasticThreshold};
 use self::engine::{Engine, StepOutcome};
 use self::observables::{CollisionSeries, CollisionStatistics, VelocityMoments};
 use self::start::PackingStart;
-use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
+use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::{Seed, Stream};
 use crate::simd::instruction_set::{self, WideKernel};
 use kinetoscope_manifest::model::{
@@ -94,26 +94,37 @@ impl StoredLength {
     }
 }
 
-impl Model for Packing {
-    type Config = PackingConfig;
-    const NAME: &'static str = "packing";
-    const PHYSICS_VERSION: u32 = 2;
-    const TIME_UNIT: &'static str = "";
-    const STATE_COLUMNS: &'static [StateColumn] = &[
+const KIND: ModelKind = ModelKind {
+    name: "packing",
+    physics_version: 2,
+    time_unit: "",
+    state_columns: &[
         StateColumn { name: "x", unit: "" },
         StateColumn { name: "y", unit: "" },
         StateColumn { name: "vx", unit: "" },
         StateColumn { name: "vy", unit: "" },
         StateColumn { name: "radius", unit: "" },
-    ];
-    const CHANNELS: &'static [ChannelDeclaration] = &[
+    ],
+    channels: &[
         ChannelDeclaration::of::<PackingTemperature>(),
         ChannelDeclaration::of::<PackingCollisions>(),
         ChannelDeclaration::of::<PackingPressure>(),
         ChannelDeclaration::opt_in::<PerCollision>(),
-    ];
+    ],
+};
 
-    fn prepare(config: &PackingConfig, seed: Seed, per_collision: bool) -> Result<Self, Refusal> {
+impl Model for Packing {
+    type Config = PackingConfig;
+
+    fn kind() -> &'static ModelKind {
+        &KIND
+    }
+
+    fn prepare(
+        config: &PackingConfig,
+        seed: Seed,
+        per_collision: bool,
+    ) -> Result<Self, SetupError> {
         let start = start::start(config, seed)?;
         let moments = VelocityMoments::of(start.velocities.iter().copied());
         let mut series = per_collision.then(CollisionSeries::default);
@@ -141,6 +152,10 @@ impl Model for Packing {
         })
     }
 
+    fn channels(&self) -> &'static [ChannelDeclaration] {
+        KIND.channels
+    }
+
     fn extent(&self) -> Extent {
         match self.length {
             StoredLength::Events(events) => Extent::Events(events),
@@ -148,7 +163,7 @@ impl Model for Packing {
         }
     }
 
-    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
+    fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
         instruction_set::run(AdvanceKernel { packing: self, target, at_most })
     }
 
@@ -239,7 +254,7 @@ impl Packing {
 
     /// Executes one event toward the target; returns whether the target was reached before it.
     #[inline(always)]
-    fn step<const HAS_AVX512: bool>(&mut self, target: Target) -> Result<bool, Fault> {
+    fn step<const HAS_AVX512: bool>(&mut self, target: Target) -> Result<bool, SimulationFault> {
         let until = match target {
             Target::Count(events) if self.statistics.collision_count() >= events => {
                 self.is_at_target = true;
@@ -258,10 +273,10 @@ impl Packing {
 
     /// Advances the time to a target before which there is no event.
     #[inline(never)]
-    fn reach(&mut self, target: Target) -> Result<(), Fault> {
+    fn reach(&mut self, target: Target) -> Result<(), SimulationFault> {
         match target {
             Target::Count(events) => {
-                return Err(Fault(format!(
+                return Err(SimulationFault(format!(
                     "event {events} never comes: after {} events at time {} no disc approaches a disc or a wall; \
                      give the discs velocities, or set a duration",
                     self.statistics.collision_count(),
@@ -306,7 +321,7 @@ struct AdvanceKernel<'a> {
 }
 
 impl WideKernel for AdvanceKernel<'_> {
-    type Output = Result<Progress, Fault>;
+    type Output = Result<Progress, SimulationFault>;
 
     #[inline(always)]
     fn run<const HAS_AVX512: bool>(self) -> Self::Output {

@@ -1,7 +1,7 @@
 //! Random radii, positions and velocities.
 
 use super::motion::{self, Vector};
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::placement::{
     Rectangle, periodic_random_sequential_addition, random_sequential_addition,
 };
@@ -54,7 +54,10 @@ fn covered_area(radii: &[f64]) -> f64 {
 /// Rejects a packing fraction that random sequential addition would hardly reach. Within walls, centers are restricted to
 /// a x b with a = lx − 2 r. Discs next to a wall are denser than elsewhere, so the relevant fraction is that of
 /// (a + 0.66 s) (b + 0.66 s) with s the diameter.
-pub(super) fn check_random_placement(config: &PackingConfig, radii: &[f64]) -> Result<(), Refusal> {
+pub(super) fn check_random_placement(
+    config: &PackingConfig,
+    radii: &[f64],
+) -> Result<(), SetupError> {
     let diameter = 2.0 * config.largest_radius();
     let lost = match config.boundary {
         Boundary::Walls => (1.0 - 2.0 * WALL_LAYER) * diameter,
@@ -63,7 +66,7 @@ pub(super) fn check_random_placement(config: &PackingConfig, radii: &[f64]) -> R
     let room = (config.width.get() - lost) * (config.height.get() - lost);
     let fraction = covered_area(radii) / room;
     if radii.len() > 1 && fraction >= RANDOM_PLACEMENT_LIMIT {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "packing fraction {:.4}, {fraction:.4} of the room that walls leave: random placement needs a fraction below \
              {RANDOM_PLACEMENT_LIMIT}; use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius",
             packing_fraction(config, radii)
@@ -80,7 +83,7 @@ pub(super) fn random_positions(
     config: &PackingConfig,
     radii: &[f64],
     seed: Seed,
-) -> Result<Vec<Vector>, Refusal> {
+) -> Result<Vec<Vector>, SetupError> {
     let mut generator = seed.stream(Stream::Positions);
     let placed = match config.boundary {
         Boundary::Walls => random_sequential_addition(rectangle(config), radii, &mut generator),
@@ -89,7 +92,7 @@ pub(super) fn random_positions(
         }
     };
     placed.map_err(|jammed| {
-        Refusal(format!(
+        SetupError(format!(
             "random placement found room for {} of {} discs (packing fraction {:.4}, and walls take room); \
              use placement = \"lattice\" or \"compressed\", fewer discs or a smaller radius",
             jammed.placed,

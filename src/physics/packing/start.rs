@@ -11,7 +11,7 @@ use super::random_start::{
 };
 use crate::cell_grid::{Cell, CellGrid};
 use crate::cell_lists::CellLists;
-use crate::model::Refusal;
+use crate::model::SetupError;
 use crate::placement::square_lattice;
 use crate::random::{Seed, Stream};
 use crate::restart_state::rows;
@@ -44,7 +44,7 @@ pub(super) struct PackingStart {
 ///
 /// # Errors
 /// Discs that do not fit, overlap, or are outside of the box.
-pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<PackingStart, Refusal> {
+pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<PackingStart, SetupError> {
     check_size(config)?;
     let mut radii = random_radii(config, seed);
     let mut scale = 1.0;
@@ -105,18 +105,18 @@ fn sort_by_position(config: &PackingConfig, positions: &mut Vec<Vector>, radii: 
     *radii = order.iter().map(|&(_, disc)| radii[disc as usize]).collect();
 }
 
-fn check_size(config: &PackingConfig) -> Result<(), Refusal> {
+fn check_size(config: &PackingConfig) -> Result<(), SetupError> {
     let (width, height, radius) =
         (config.width.get(), config.height.get(), config.largest_radius());
     let shorter = if width < height { width } else { height };
     if 2.0 * radius >= shorter {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "a disc of radius {radius} does not fit into a box of {width} x {height}: the radius must be below {}",
             0.5 * shorter
         )));
     }
     if config.boundary == Boundary::Periodic && shorter < PERIODIC_DIAMETERS * 2.0 * radius {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "a periodic box of {width} x {height} is too small for discs of radius {radius}: both sides must be at least \
              {PERIODIC_DIAMETERS} diameters"
         )));
@@ -124,7 +124,7 @@ fn check_size(config: &PackingConfig) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn lattice_positions(config: &PackingConfig) -> Result<(Vec<Vector>, String), Refusal> {
+fn lattice_positions(config: &PackingConfig) -> Result<(Vec<Vector>, String), SetupError> {
     let (rectangle, radius) = (rectangle(config), config.largest_radius());
     let count = config.discs.get() as usize;
     if let Some(positions) = square_lattice(rectangle, radius, count) {
@@ -142,7 +142,7 @@ fn lattice_positions(config: &PackingConfig) -> Result<(Vec<Vector>, String), Re
         Boundary::Walls => format!(", which hold {}", max_in_hexagonal_lattice(sides, radius)),
         Boundary::Periodic => " that continue across the edges".to_owned(),
     };
-    Err(Refusal(format!(
+    Err(SetupError(format!(
         "{count} discs of radius {radius} fit into a box of {} x {} neither on a square lattice nor in hexagonal \
          rows{capacity}; use fewer discs, a smaller radius or a larger box",
         sides[0], sides[1],
@@ -158,10 +158,10 @@ fn given_start(
     config: &PackingConfig,
     given: &GivenState,
     radii: Vec<f64>,
-) -> Result<PackingStart, Refusal> {
+) -> Result<PackingStart, SetupError> {
     let discs = config.discs.get() as usize;
     if given.positions.len() != discs || given.velocities.len() != discs {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "discs = {discs}, but the placement gives {} positions and {} velocities",
             given.positions.len(),
             given.velocities.len()
@@ -182,7 +182,7 @@ fn given_start(
 }
 
 /// The last state of a recording, with its radii. The wall noise is that of this run's seed.
-fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<PackingStart, Refusal> {
+fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<PackingStart, SetupError> {
     let rows = rows(start, ["x", "y", "vx", "vy", "radius"])?;
     let radii: Vec<f64> = rows.iter().map(|row| row[4]).collect();
     let fold = |first: f64, replaces: fn(f64, f64) -> bool| {
@@ -193,7 +193,7 @@ fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<PackingSt
     let half_width = config.polydispersity.get();
     let lower_limit = config.radius.get() * (1.0 - half_width) * (1.0 - ROUNDING);
     if smallest < lower_limit || largest > config.largest_radius() * (1.0 + ROUNDING) {
-        return Err(Refusal(format!(
+        return Err(SetupError(format!(
             "the discs of the recording in start_from have radii between {smallest} and {largest}: set radius = {} and \
              polydispersity = {}",
             0.5 * (smallest + largest),
@@ -221,13 +221,13 @@ fn check_given(
     positions: &[Vector],
     velocities: &[Vector],
     radii: &[f64],
-) -> Result<(), Refusal> {
+) -> Result<(), SetupError> {
     let tolerance = ROUNDING * 2.0 * config.radius.get();
     for (disc, ([x, y], radius)) in positions.iter().zip(radii).enumerate() {
         let margin = if config.boundary == Boundary::Walls { *radius } else { 0.0 };
         let limit = [0.5 * config.width.get() - margin, 0.5 * config.height.get() - margin];
         if x.abs() > limit[0] + tolerance || y.abs() > limit[1] + tolerance {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "disc {disc} at [{x}, {y}] is not inside: centers need |x| <= {} and |y| <= {}",
                 limit[0], limit[1]
             )));
@@ -236,7 +236,7 @@ fn check_given(
     for (disc, &velocity) in velocities.iter().enumerate() {
         let speed = motion::speed(velocity);
         if velocity != [0.0, 0.0] && !(SPEED_RANGE[0] < speed && speed < SPEED_RANGE[1]) {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "disc {disc} has the speed {speed}: it must be 0 or between {} and {}",
                 SPEED_RANGE[0], SPEED_RANGE[1]
             )));
@@ -250,7 +250,7 @@ fn check_overlaps(
     positions: &[Vector],
     radii: &[f64],
     tolerance: f64,
-) -> Result<(), Refusal> {
+) -> Result<(), SetupError> {
     let grid = grid(config, positions.len());
     let mut cells = CellLists::new(grid);
     let located: Vec<(Cell, Vector)> =
@@ -274,7 +274,7 @@ fn check_overlaps(
             }
         }
         if let Some((other, distance)) = overlapping {
-            return Err(Refusal(format!(
+            return Err(SetupError(format!(
                 "discs {disc} and {other} overlap: their centers are {distance} apart, and they touch at {}",
                 radii[disc] + radii[other as usize]
             )));

@@ -100,7 +100,7 @@ fn compare(name: &str, ours: impl Fn(), bare: impl Fn()) {
 fn header(compression: Compression) -> Header {
     Header {
         manifest: "name = \"speed\"\n".to_owned(),
-        content_key: "0".repeat(64),
+        run_key: "0".repeat(64),
         model: "gas",
         physics_version: 1,
         program_version: "0".to_owned(),

@@ -1,4 +1,4 @@
-//! The canonical manifest of a run is what its recording embeds and what its content key is made of. So:
+//! The canonical manifest of a run is what its recording embeds and what its run key is made of. So:
 //! equal runs have equal texts, the text gives the run back, it is a manifest itself, and its form never changes by accident.
 
 // A failed unwrap is a failed test.
@@ -9,10 +9,10 @@ use kinetoscope_manifest::quantity::{
     BoxSide, Finite, NonNegative, Positive, Share, StepTolerance,
 };
 use kinetoscope_manifest::record::{Compression, RecordConfig, RecordInterval};
-use kinetoscope_manifest::{RunManifest, content_key, parse, parse_run};
+use kinetoscope_manifest::{RunManifest, parse, parse_run, run_key};
 use std::num::{NonZeroU32, NonZeroU64};
 
-/// A change here changes every content key: all recordings would be made again.
+/// A change here changes every run key: all recordings would be made again.
 const GOLDEN_DEM: &str = r#"seed = 14
 replicate = 2
 
@@ -156,16 +156,16 @@ fn ways_of_writing_do_not_matter() {
 #[test]
 fn the_key_follows_content_and_versions_alone() {
     let text = GOLDEN_GAS;
-    let key = content_key(text, 1, 1);
+    let key = run_key(text, 1, 1);
     // Python's hashlib: sha256 of the two versions, four bytes each, little-endian, and of the text.
     assert_eq!(key.to_string(), "ce7abcc90bba241e1214a6d03ea0445d500fdacf7aaa9ef69da0d0e48d424808");
     assert_eq!(key.short(), &key.to_string()[..8]);
-    assert_eq!(key, content_key(text, 1, 1));
-    assert_ne!(key, content_key(text, 2, 1));
-    assert_ne!(key, content_key(text, 1, 2));
-    assert_ne!(key, content_key(&text.replace("300.0", "300.00000000000006"), 1, 1));
-    assert_ne!(key, content_key(&text.replace("replicate = 0", "replicate = 1"), 1, 1));
-    assert_ne!(key, content_key(&text.replace("seed = 1", "seed = 2"), 1, 1));
+    assert_eq!(key, run_key(text, 1, 1));
+    assert_ne!(key, run_key(text, 2, 1));
+    assert_ne!(key, run_key(text, 1, 2));
+    assert_ne!(key, run_key(&text.replace("300.0", "300.00000000000006"), 1, 1));
+    assert_ne!(key, run_key(&text.replace("replicate = 0", "replicate = 1"), 1, 1));
+    assert_ne!(key, run_key(&text.replace("seed = 1", "seed = 2"), 1, 1));
 }
 
 fn run(model: ModelConfig) -> RunManifest {

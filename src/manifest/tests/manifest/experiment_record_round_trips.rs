@@ -3,7 +3,7 @@
 // A failed unwrap is a failed test.
 #![allow(clippy::unwrap_used)]
 
-use kinetoscope_manifest::{Bound, Coordinate, ExperimentRecord, content_key, parse, parse_checks};
+use kinetoscope_manifest::{Bound, Coordinate, ExperimentRecord, parse, parse_checks, run_key};
 
 const CHECKS: &str = r#"
 [[checks]]
@@ -29,7 +29,7 @@ fn record() -> ExperimentRecord {
     );
     let experiment = parse(&text, "pressure.toml", &[]).unwrap_or_else(|errors| panic!("{errors}"));
     let files = experiment.runs.iter().map(|run| {
-        let key = content_key(&run.manifest.canonical(), 1, 1);
+        let key = run_key(&run.manifest.canonical(), 1, 1);
         (format!("{}.mcap", run.file_stem(&experiment.name, &key, experiment.replicates)), key)
     });
     ExperimentRecord::new(&experiment, files)
@@ -76,7 +76,7 @@ fn checks_select_by_coordinates() {
 #[test]
 fn a_damaged_record_says_so() {
     let text = record().to_toml();
-    let short = text.replacen("content_key = \"", "content_key = \"0", 1);
+    let short = text.replacen("run_key = \"", "run_key = \"0", 1);
     let errors = ExperimentRecord::from_toml(&short, "experiment.toml").unwrap_err().to_string();
     assert!(errors.contains("must be 64 hexadecimal digits"), "{errors}");
     let errors =

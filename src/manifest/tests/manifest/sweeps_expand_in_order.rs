@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use kinetoscope_manifest::model::{ModelConfig, OrbitIntegrator};
-use kinetoscope_manifest::{Axis, Experiment, content_key, parse};
+use kinetoscope_manifest::{Axis, Experiment, parse, run_key};
 
 fn experiment(text: &str) -> Experiment {
     parse(text, "experiments/my_sweep.toml", &[]).unwrap_or_else(|errors| panic!("{errors}"))
@@ -53,7 +53,7 @@ fn axes_multiply_and_the_first_is_slowest() {
     assert_eq!(last.manifest.replicate, 1);
     assert!(last.manifest.canonical().contains("particles = 1000\n"));
     assert!(last.manifest.canonical().contains("temperature_k = 373.15\n"));
-    let key = content_key(&last.manifest.canonical(), 1, 1);
+    let key = run_key(&last.manifest.canonical(), 1, 1);
     assert_eq!(
         last.file_stem(&experiment.name, &key, experiment.replicates),
         format!("my_sweep__temperature_k=373.15__particles=1000__r001__{}", key.short())
@@ -148,7 +148,7 @@ fn variants_are_one_axis() {
     };
     assert_eq!(step(2), (OrbitIntegrator::ExplicitEuler, 0.5));
     assert_eq!(step(3), (OrbitIntegrator::Rk4, 0.25));
-    let key = content_key("", 1, 1);
+    let key = run_key("", 1, 1);
     let stem = experiment.runs[0].file_stem("a", &key, 1);
     assert_eq!(stem, format!("a__duration_days=10__variant=explicit-Euler__{}", key.short()));
 }

@@ -15,7 +15,7 @@ use super::short_number::short;
 use super::state::GasState;
 use super::tallies::{PairTally, WallTallies};
 use crate::collision_time::time_to_contact;
-use crate::model::{Extent, Refusal, Target};
+use crate::model::{Extent, SetupError, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 use serde::{Deserialize, Serialize};
@@ -80,7 +80,11 @@ enum Event {
 }
 
 impl Propagator for CollidingDiscs {
-    fn prepare(config: &GasConfig, _seed: Seed, state: &GasState) -> Option<Result<Self, Refusal>> {
+    fn prepare(
+        config: &GasConfig,
+        _seed: Seed,
+        state: &GasState,
+    ) -> Option<Result<Self, SetupError>> {
         let disc_radius =
             config.disc_radius_m.filter(|_| config.propagation == Propagation::Exact)?;
         Some(Self::new(config.duration_s.get(), disc_radius.get(), state))
@@ -174,7 +178,7 @@ impl From<CollidingDiscs> for DiscStates {
 
 impl CollidingDiscs {
     /// Discs at time 0; rejected if two overlap or one intersects the wall.
-    fn new(duration_s: f64, disc_radius_m: f64, state: &GasState) -> Result<Self, Refusal> {
+    fn new(duration_s: f64, disc_radius_m: f64, state: &GasState) -> Result<Self, SetupError> {
         let center_limit_m = state.container.circle.radius - disc_radius_m;
         let diameter_m = 2.0 * disc_radius_m;
         let cells = CellGrid::new(center_limit_m, diameter_m, state.particles.len());
@@ -201,14 +205,14 @@ impl CollidingDiscs {
     }
 
     /// Rejects a start in which discs overlap or intersect the wall.
-    fn check_overlaps(&self) -> Result<(), Refusal> {
+    fn check_overlaps(&self) -> Result<(), SetupError> {
         let DiscStates { center_limit_m, diameter_m, discs, .. } = &self.states;
         let min_distance = diameter_m * (1.0 - OVERLAP_TOLERANCE);
         for (id, disc) in discs.iter().enumerate() {
             let position = disc.particle.position;
             let distance = dot(position, position).sqrt();
             if distance > center_limit_m * (1.0 + OVERLAP_TOLERANCE) {
-                return Err(Refusal(format!(
+                return Err(SetupError(format!(
                     "disc {id} (counted from 0) is {distance} m from the center and intersects the wall: \
                      its center must be within radius_m - disc_radius_m = {center_limit_m} m"
                 )));
@@ -217,7 +221,7 @@ impl CollidingDiscs {
                 let [x, y] = discs[other as usize].particle.position;
                 let separation = [x - position[0], y - position[1]];
                 if dot(separation, separation) < min_distance * min_distance {
-                    return Err(Refusal(format!(
+                    return Err(SetupError(format!(
                         "discs {other} and {id} (counted from 0) overlap: increase their distance or reduce disc_radius_m"
                     )));
                 }

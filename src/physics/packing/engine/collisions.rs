@@ -2,7 +2,7 @@
 
 use super::state::Engine;
 use crate::cell_grid::Side;
-use crate::model::Fault;
+use crate::model::SimulationFault;
 use crate::packing::collision::{Collision, CollisionPartner};
 use crate::packing::contact::MovingDisc;
 use crate::packing::motion::{self, Vector};
@@ -17,7 +17,7 @@ impl Engine {
         &mut self,
         disc: u32,
         partner: u32,
-    ) -> Result<Collision, Fault> {
+    ) -> Result<Collision, SimulationFault> {
         // Ordered by id: the arithmetic does not depend on which disc predicted the collision.
         let pair = if disc < partner { [disc, partner] } else { [partner, disc] };
         let now = self.state.clock.local();

@@ -63,7 +63,7 @@ fn the_file_says_what_ran() {
         std::fs::write(&path, record_with_outcome(&header, 3, 2, &outcome).unwrap()).unwrap();
         let recording = Recording::open(&path).unwrap();
         assert_eq!(recording.manifest(), header.manifest);
-        assert_eq!(recording.provenance().content_key, header.content_key);
+        assert_eq!(recording.provenance().run_key, header.run_key);
         assert_eq!(recording.provenance().model, "gas");
         assert_eq!(recording.provenance().physics_version, 3);
         assert_eq!(recording.provenance().schema_version, 1);

@@ -30,7 +30,7 @@ pub(crate) const CHANNELS: &[ChannelDeclaration] = &[
 pub(crate) fn header(compression: Compression) -> Header {
     Header {
         manifest: "name = \"sample\"\nseed = 14\n".to_owned(),
-        content_key: "00c0ffee".repeat(8),
+        run_key: "00c0ffee".repeat(8),
         model: "gas",
         physics_version: 3,
         program_version: "0.1.0".to_owned(),

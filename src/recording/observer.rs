@@ -3,11 +3,11 @@
 use crate::error::RecordError;
 use crate::header::Header;
 use crate::playback::log_time_ns;
-use crate::recorder::schema_of;
+use crate::schema::schema_of;
 
 /// A channel as the recording declares it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ShownChannel {
+pub struct ChannelInfo {
     /// Its topic, with the leading slash.
     pub topic: &'static str,
     /// Name of the schema, such as `foxglove.SceneUpdate`.
@@ -18,20 +18,20 @@ pub struct ShownChannel {
 
 /// What there will be to see.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Programme {
+pub struct ChannelList {
     /// The channels, in file order.
-    pub channels: Vec<ShownChannel>,
+    pub channels: Vec<ChannelInfo>,
     /// Frames a second of playback.
     pub playback_rate: f64,
     /// Log time of the last frame, ns, where the number of frames is known.
     pub end_ns: Option<u64>,
 }
 
-impl Programme {
+impl ChannelList {
     pub(crate) fn of(header: &Header, topics: &[&'static str]) -> Result<Self, RecordError> {
         let shown = |topic: &&'static str| {
             let schema = schema_of(topic, header.channels)?;
-            Ok(ShownChannel { topic, schema_name: schema.name, schema: schema.data.into_owned() })
+            Ok(ChannelInfo { topic, schema_name: schema.name, schema: schema.data.into_owned() })
         };
         let playback_rate = header.playback_rate;
         let last = header.frames_expected.and_then(|frames| frames.checked_sub(1));
@@ -44,9 +44,9 @@ impl Programme {
 }
 
 /// Sees every message, in the recording's order. What takes long in here delays the run; nothing changes its bytes.
-pub trait Spectator: Send {
+pub trait FrameObserver: Send {
     /// The show begins. It may begin in the middle of a run that is gone on with.
-    fn begin(&mut self, programme: Programme);
+    fn begin(&mut self, channel_list: ChannelList);
 
     /// A message, as it is recorded.
     fn message(&mut self, topic: &'static str, log_time_ns: u64, payload: &[u8]);

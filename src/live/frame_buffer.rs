@@ -1,95 +1,95 @@
-//! What the run puts up and the viewers look at. The run never waits for a viewer here: whoever is slow misses whole frames.
+//! The frames between the run and its viewers. The run never waits for a viewer; a slow viewer misses whole frames.
 
 use super::pace::Pace;
 use super::protocol::{PlaybackRequest, PlaybackState};
 use crate::interrupt::Interrupt;
-use kinetoscope_recording::spectator::Programme;
+use kinetoscope_recording::observer::ChannelList;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Viewers at once.
-const MOST_VIEWERS: usize = 16;
-/// Frames that wait for one viewer; the oldest goes when another one comes.
-const MOST_WAITING: usize = 4;
-/// How soon a held run hears of Ctrl-C.
-const HEARING: Duration = Duration::from_millis(50);
+/// Maximum number of viewers.
+const MAX_VIEWERS: usize = 16;
+/// Maximum length of a viewer's queue; a new frame displaces the oldest one.
+const MAX_QUEUED_FRAMES: usize = 4;
+/// Interval at which a held run checks for Ctrl-C.
+const INTERRUPT_INTERVAL: Duration = Duration::from_millis(50);
 
 /// One message of a frame.
 #[derive(Debug)]
-pub(super) struct ShownMessage {
-    /// Place of its channel in the programme.
+pub(super) struct BroadcastMessage {
+    /// Index of its channel in the list.
     pub(super) channel: usize,
     pub(super) log_time_ns: u64,
     pub(super) payload: Vec<u8>,
 }
 
-/// A frame, whole, that all viewers share.
+/// A complete frame, shared by all viewers.
 #[derive(Debug)]
-pub(super) struct ShownFrame {
-    /// Frames shown before it, of all runs.
+pub(super) struct BroadcastFrame {
+    /// Number of frames broadcast so far, over all runs.
     pub(super) number: u64,
     pub(super) log_time_ns: u64,
-    pub(super) messages: Vec<Arc<ShownMessage>>,
+    pub(super) messages: Vec<Arc<BroadcastMessage>>,
 }
 
-/// A run as it is announced to viewers.
+/// The run that is announced to viewers.
 #[derive(Debug)]
-pub(super) struct Announcement {
-    /// Counts the runs shown; 0 before the first.
+pub(super) struct RunInfo {
+    /// Number of runs announced; 0 before the first.
     pub(super) session: u64,
     pub(super) name: String,
-    pub(super) programme: Programme,
-    /// The protocol's id of the first channel; the others follow.
+    pub(super) channel_list: ChannelList,
+    /// The protocol's id of the first channel; the ids are consecutive.
     pub(super) first_channel_id: u64,
 }
 
-/// What one viewer has before it.
+/// The frames queued for one viewer.
 #[derive(Default)]
 struct Mailbox {
-    waiting: VecDeque<Arc<ShownFrame>>,
+    queue: VecDeque<Arc<BroadcastFrame>>,
 }
 
 struct State {
-    announcement: Arc<Announcement>,
-    /// Of each channel its messages in the last frame that had any: what a late viewer sees first.
-    latest: BTreeMap<usize, Vec<Arc<ShownMessage>>>,
+    run_info: Arc<RunInfo>,
+    /// For each channel, the messages of the last frame that had any. A late viewer receives them first.
+    latest: BTreeMap<usize, Vec<Arc<BroadcastMessage>>>,
     frames: u64,
     time_ns: u64,
     viewers: BTreeMap<u64, Mailbox>,
     next_viewer: u64,
-    /// Whether anybody has ever subscribed.
-    was_watched: bool,
+    /// Whether any viewer has subscribed.
+    has_subscriber: bool,
     pace: Pace,
     closed: Option<Instant>,
 }
 
-/// What there is to see and who sees it.
-pub(super) struct Stage {
+/// The announced run, its latest frames and the viewers' queues.
+pub(super) struct FrameBuffer {
     state: Mutex<State>,
     changed: Condvar,
     interrupt: Interrupt,
-    /// Whether the run keeps a pace, and viewers control it.
-    pub(super) paced: bool,
+    /// Whether the run is held to a speed that viewers control.
+    pub(super) is_paced: bool,
 }
 
-impl Stage {
-    /// An empty stage. With a speed, in seconds of playback a second, runs are held to it.
+impl FrameBuffer {
+    /// Creates an empty buffer. Runs are held to `speed`, in seconds of playback per second, if there is one.
     pub(super) fn new(speed: Option<f64>, interrupt: &Interrupt) -> Self {
-        let announcement = Announcement {
+        let run_info = RunInfo {
             session: 0,
             name: "no run yet".to_owned(),
-            programme: Programme { channels: Vec::new(), playback_rate: 1.0, end_ns: None },
+            channel_list: ChannelList { channels: Vec::new(), playback_rate: 1.0, end_ns: None },
             first_channel_id: 1,
         };
         let state = State {
-            announcement: Arc::new(announcement),
+            run_info: Arc::new(run_info),
             latest: BTreeMap::new(),
             frames: 0,
             time_ns: 0,
             viewers: BTreeMap::new(),
             next_viewer: 0,
-            was_watched: false,
+            has_subscriber: false,
             pace: Pace::new(speed.unwrap_or(1.0)),
             closed: None,
         };
@@ -97,7 +97,7 @@ impl Stage {
             state: Mutex::new(state),
             changed: Condvar::new(),
             interrupt: interrupt.clone(),
-            paced: speed.is_some(),
+            is_paced: speed.is_some(),
         }
     }
 
@@ -105,27 +105,27 @@ impl Stage {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Announces a run in the place of the last one.
-    pub(super) fn announce(&self, name: &str, programme: Programme) {
+    /// Announces a run, which replaces the previous one.
+    pub(super) fn announce(&self, name: &str, channel_list: ChannelList) {
         let mut state = self.lock();
-        let last = &state.announcement;
-        let announcement = Announcement {
+        let last = &state.run_info;
+        let run_info = RunInfo {
             session: last.session + 1,
             name: name.to_owned(),
-            first_channel_id: last.first_channel_id + last.programme.channels.len() as u64,
-            programme,
+            first_channel_id: last.first_channel_id + last.channel_list.channels.len() as u64,
+            channel_list,
         };
-        state.announcement = Arc::new(announcement);
+        state.run_info = Arc::new(run_info);
         state.latest.clear();
         state.time_ns = 0;
         state.pace.begin_run();
-        state.viewers.values_mut().for_each(|mailbox| mailbox.waiting.clear());
+        state.viewers.values_mut().for_each(|mailbox| mailbox.queue.clear());
     }
 
-    /// Shows a frame to all who keep up.
-    pub(super) fn show(&self, messages: Vec<ShownMessage>) {
+    /// Queues a frame for all viewers.
+    pub(super) fn broadcast(&self, messages: Vec<BroadcastMessage>) {
         let Some(log_time_ns) = messages.last().map(|message| message.log_time_ns) else { return };
-        let messages: Vec<Arc<ShownMessage>> = messages.into_iter().map(Arc::new).collect();
+        let messages: Vec<Arc<BroadcastMessage>> = messages.into_iter().map(Arc::new).collect();
         let mut state = self.lock();
         for message in &messages {
             state.latest.remove(&message.channel);
@@ -135,19 +135,19 @@ impl Stage {
         }
         state.frames += 1;
         state.time_ns = log_time_ns;
-        let frame = Arc::new(ShownFrame { number: state.frames, log_time_ns, messages });
+        let frame = Arc::new(BroadcastFrame { number: state.frames, log_time_ns, messages });
         for mailbox in state.viewers.values_mut() {
-            if mailbox.waiting.len() == MOST_WAITING {
-                mailbox.waiting.pop_front();
+            if mailbox.queue.len() == MAX_QUEUED_FRAMES {
+                mailbox.queue.pop_front();
             }
-            mailbox.waiting.push_back(Arc::clone(&frame));
+            mailbox.queue.push_back(Arc::clone(&frame));
         }
     }
 
-    /// Holds the run until it is time for the next frame: until somebody watches, and as viewers ask for. Ctrl-C and the end
-    /// of the show let it go.
+    /// Blocks the run until the next frame is due: until the first viewer subscribes, and according to speed and pause. Ctrl-C and
+    /// the end of the server release the run.
     pub(super) fn hold(&self) {
-        if !self.paced {
+        if !self.is_paced {
             return;
         }
         let mut state = self.lock();
@@ -155,29 +155,29 @@ impl Stage {
             if self.interrupt.is_raised() || state.closed.is_some() {
                 return;
             }
-            let wait = if state.was_watched {
+            let wait = if state.has_subscriber {
                 if state.viewers.is_empty() {
-                    // Whoever paused the run is gone.
+                    // The viewer that paused the run has disconnected.
                     state.pace.play();
                 }
-                let (now, rate) = (Instant::now(), state.announcement.programme.playback_rate);
+                let (now, rate) = (Instant::now(), state.run_info.channel_list.playback_rate);
                 let time_ns = state.time_ns;
                 match state.pace.wait(now, time_ns, rate) {
                     None => return,
-                    Some(wait) => wait.min(HEARING),
+                    Some(wait) => wait.min(INTERRUPT_INTERVAL),
                 }
             } else {
-                HEARING
+                INTERRUPT_INTERVAL
             };
             let waited = self.changed.wait_timeout(state, wait);
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
-    /// A viewer comes; `None` where there are enough.
-    pub(super) fn enter(&self) -> Option<u64> {
+    /// Adds a viewer; `None` if the maximum number is connected.
+    pub(super) fn add_viewer(&self) -> Option<u64> {
         let mut state = self.lock();
-        if state.viewers.len() >= MOST_VIEWERS {
+        if state.viewers.len() >= MAX_VIEWERS {
             return None;
         }
         let viewer = state.next_viewer;
@@ -186,38 +186,38 @@ impl Stage {
         Some(viewer)
     }
 
-    /// A viewer goes.
-    pub(super) fn leave(&self, viewer: u64) {
+    /// Removes a viewer.
+    pub(super) fn remove_viewer(&self, viewer: u64) {
         self.lock().viewers.remove(&viewer);
         self.changed.notify_all();
     }
 
-    /// The run that is shown.
-    pub(super) fn announcement(&self) -> Arc<Announcement> {
-        Arc::clone(&self.lock().announcement)
+    /// The announced run.
+    pub(super) fn run_info(&self) -> Arc<RunInfo> {
+        Arc::clone(&self.lock().run_info)
     }
 
-    /// The frames that wait for a viewer.
-    pub(super) fn take(&self, viewer: u64) -> VecDeque<Arc<ShownFrame>> {
+    /// Takes the frames queued for a viewer.
+    pub(super) fn take(&self, viewer: u64) -> VecDeque<Arc<BroadcastFrame>> {
         let mut state = self.lock();
         state
             .viewers
             .get_mut(&viewer)
-            .map(|mailbox| std::mem::take(&mut mailbox.waiting))
+            .map(|mailbox| std::mem::take(&mut mailbox.queue))
             .unwrap_or_default()
     }
 
-    /// Somebody watches from here on: the last messages of each of these channels, of one frame but for what is drawn once or
-    /// logged, and the number of that frame.
-    pub(super) fn watch(&self, channels: &[usize]) -> (Vec<Arc<ShownMessage>>, u64) {
+    /// Subscribes to channels. Returns their last messages and the number of the last frame. The messages are from one frame,
+    /// except for channels that are drawn once or logged.
+    pub(super) fn subscribe(&self, channels: &[usize]) -> (Vec<Arc<BroadcastMessage>>, u64) {
         let mut state = self.lock();
-        state.was_watched = true;
+        state.has_subscriber = true;
         self.changed.notify_all();
         let latest = channels.iter().filter_map(|channel| state.latest.get(channel)).flatten();
         (latest.cloned().collect(), state.frames)
     }
 
-    /// Does what a viewer asks for, and says where playback is then.
+    /// Executes a viewer's request and returns the new playback state.
     pub(super) fn control(&self, request: &PlaybackRequest) -> PlaybackState {
         let mut state = self.lock();
         let time_ns = state.time_ns;
@@ -229,19 +229,19 @@ impl Stage {
         }
     }
 
-    /// Where playback is, and how often viewers have changed it.
+    /// The playback state and the number of changes by viewers.
     pub(super) fn playback(&self) -> (PlaybackState, u64) {
         let state = self.lock();
         (state.playback(), state.pace.changes())
     }
 
-    /// The show is over.
+    /// Ends the broadcast.
     pub(super) fn close(&self) {
         self.lock().closed = Some(Instant::now());
         self.changed.notify_all();
     }
 
-    /// How long the show has been over.
+    /// Time since the end of the broadcast; `None` before it.
     pub(super) fn closed_for(&self) -> Option<Duration> {
         self.lock().closed.map(|closed| closed.elapsed())
     }
@@ -262,8 +262,8 @@ impl State {
 mod tests {
     use super::*;
 
-    fn frame(index: u64) -> Vec<ShownMessage> {
-        let message = |channel: usize| ShownMessage {
+    fn frame(index: u64) -> Vec<BroadcastMessage> {
+        let message = |channel: usize| BroadcastMessage {
             channel,
             log_time_ns: index,
             payload: vec![index as u8, channel as u8],
@@ -273,10 +273,10 @@ mod tests {
 
     #[test]
     fn a_slow_viewer_misses_whole_frames_and_the_oldest() {
-        let stage = Stage::new(None, &Interrupt::default());
-        let viewer = stage.enter().unwrap();
-        (0..10).for_each(|index| stage.show(frame(index)));
-        let waiting = stage.take(viewer);
+        let buffer = FrameBuffer::new(None, &Interrupt::default());
+        let viewer = buffer.add_viewer().unwrap();
+        (0..10).for_each(|index| buffer.broadcast(frame(index)));
+        let waiting = buffer.take(viewer);
         let times: Vec<u64> = waiting.iter().map(|frame| frame.log_time_ns).collect();
         assert_eq!(times, [6, 7, 8, 9]);
         for shown in waiting {
@@ -286,28 +286,28 @@ mod tests {
                 assert_eq!((shown.channel, &shown.payload), (recorded.channel, &recorded.payload));
             }
         }
-        assert!(stage.take(viewer).is_empty());
+        assert!(buffer.take(viewer).is_empty());
     }
 
     #[test]
     fn a_late_viewer_has_the_last_frame_once() {
-        let stage = Stage::new(None, &Interrupt::default());
-        (0..3).for_each(|index| stage.show(frame(index)));
-        let (latest, seen) = stage.watch(&[0, 2]);
+        let buffer = FrameBuffer::new(None, &Interrupt::default());
+        (0..3).for_each(|index| buffer.broadcast(frame(index)));
+        let (latest, seen) = buffer.subscribe(&[0, 2]);
         let latest: Vec<&[u8]> = latest.iter().map(|message| message.payload.as_slice()).collect();
         assert_eq!(latest, [[2, 0], [2, 2]]);
-        let viewer = stage.enter().unwrap();
-        stage.show(frame(3));
-        let next: Vec<u64> = stage.take(viewer).iter().map(|frame| frame.number).collect();
+        let viewer = buffer.add_viewer().unwrap();
+        buffer.broadcast(frame(3));
+        let next: Vec<u64> = buffer.take(viewer).iter().map(|frame| frame.number).collect();
         assert_eq!(next, [seen + 1]);
     }
 
     #[test]
     fn there_is_an_end_to_viewers() {
-        let stage = Stage::new(None, &Interrupt::default());
-        let viewers: Vec<u64> = (0..MOST_VIEWERS).map(|_| stage.enter().unwrap()).collect();
-        assert_eq!(stage.enter(), None);
-        stage.leave(viewers[3]);
-        assert!(stage.enter().is_some());
+        let buffer = FrameBuffer::new(None, &Interrupt::default());
+        let viewers: Vec<u64> = (0..MAX_VIEWERS).map(|_| buffer.add_viewer().unwrap()).collect();
+        assert_eq!(buffer.add_viewer(), None);
+        buffer.remove_viewer(viewers[3]);
+        assert!(buffer.add_viewer().is_some());
     }
 }

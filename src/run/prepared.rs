@@ -1,0 +1,106 @@
+//! A run that is ready to be recorded: its model, the schedule of its frames and the header of its recording, built once.
+
+use crate::run::schedule::Schedule;
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_manifest::record::{Compression, RecordConfig};
+use kinetoscope_physics::model::{Extent, Model, ModelKind, SetupError};
+use kinetoscope_physics::random::Seed;
+use kinetoscope_physics::{kind_of, prepare};
+use kinetoscope_recording::recorder::{self, Header, Selection};
+use std::fmt;
+
+/// Model, schedule and header of one run.
+pub struct Prepared {
+    /// The model, at the start or restored from a checkpoint.
+    pub model: Box<dyn Model>,
+    /// The targets of all frames after the start.
+    pub schedule: Schedule,
+    /// The header of the recording.
+    pub header: Header,
+}
+
+impl fmt::Debug for Prepared {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut fields = formatter.debug_struct("Prepared");
+        fields.field("model", &self.header.model).field("schedule", &self.schedule);
+        fields.finish_non_exhaustive()
+    }
+}
+
+impl Prepared {
+    /// Builds the start of a run. `canonical` is the text of the manifest that the recording embeds.
+    ///
+    /// # Errors
+    /// A start, a schedule or a header that cannot be run.
+    pub fn new(manifest: &RunManifest, canonical: &str, run_key: &str) -> Result<Self, SetupError> {
+        let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
+        let opt_in = wants_opt_in(kind_of(&manifest.model), &manifest.record);
+        let model = prepare(&manifest.model, seed, opt_in)?;
+        let prepared = Self::of(model, manifest, canonical, run_key)?;
+        prepared.header.check().map_err(|error| SetupError(error.to_string()))?;
+        Ok(prepared)
+    }
+
+    /// Completes a model that was restored from a checkpoint.
+    ///
+    /// # Errors
+    /// A schedule that does not fit the length of the run.
+    pub fn of(
+        model: Box<dyn Model>,
+        manifest: &RunManifest,
+        canonical: &str,
+        run_key: &str,
+    ) -> Result<Self, SetupError> {
+        let schedule = Schedule::new(manifest.record.interval, model.extent())?;
+        let header = header(model.as_ref(), &schedule, manifest, canonical, run_key);
+        Ok(Self { model, schedule, header })
+    }
+}
+
+/// Whether the manifest names a channel that is recorded only on request.
+pub(crate) fn wants_opt_in(kind: &ModelKind, record: &RecordConfig) -> bool {
+    let mut on_request = kind.channels.iter().filter(|channel| channel.opt_in);
+    on_request.any(|channel| {
+        let name = channel.topic.trim_start_matches('/');
+        record.channels.iter().flatten().any(|wanted| wanted == name)
+    })
+}
+
+fn header(
+    model: &dyn Model,
+    schedule: &Schedule,
+    manifest: &RunManifest,
+    canonical: &str,
+    run_key: &str,
+) -> Header {
+    let (kind, record) = (kind_of(&manifest.model), &manifest.record);
+    Header {
+        manifest: canonical.to_owned(),
+        run_key: run_key.to_owned(),
+        model: kind.name,
+        physics_version: kind.physics_version,
+        program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        time_unit: kind.time_unit,
+        state_columns: kind.state_columns,
+        channels: model.channels(),
+        selection: match &record.channels {
+            None => Selection::All,
+            Some(channels) => Selection::Named(channels.clone()),
+        },
+        scenery: model.scenery(),
+        playback_rate: record.playback_rate.get(),
+        drawn_particles: record.drawn_particles,
+        compression: match record.compression {
+            Compression::Zstd => recorder::Compression::Zstd,
+            Compression::Zstd3 => recorder::Compression::Zstd3,
+            Compression::Lz4 => recorder::Compression::Lz4,
+            Compression::None => recorder::Compression::None,
+        },
+        frames_expected: Some(schedule.frames() + 1),
+        model_time: match model.extent() {
+            Extent::Steps { total, step } => Some(total as f64 * step),
+            Extent::Time(duration) => Some(duration),
+            Extent::Events(_) => None,
+        },
+    }
+}
