@@ -7,7 +7,7 @@ use crate::record::RecordConfig;
 use sha2::{Digest, Sha256};
 use std::fmt;
 
-/// All that decides a run's recording: nothing is left to a default.
+/// All inputs of a run: they determine its recording, and none is left to a default.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunManifest {
     /// Seed of all random streams, shared by all runs of an experiment.
@@ -16,7 +16,7 @@ pub struct RunManifest {
     pub replicate: u32,
     /// The physics.
     pub model: ModelConfig,
-    /// What is kept of it.
+    /// Which data are kept.
     pub record: RecordConfig,
 }
 
@@ -35,7 +35,7 @@ impl RunManifest {
     }
 }
 
-/// What a recording's content follows from: SHA-256 of the canonical manifest and of the versions that interpret it.
+/// The hash of all inputs of a recording: SHA-256 of the canonical manifest and of the versions that interpret it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RunKey(String);
 
@@ -52,7 +52,7 @@ impl RunKey {
         &self.0[..8]
     }
 
-    /// The key that a text of 64 hexadecimal digits in lower case stands for.
+    /// Reads a key from 64 hexadecimal digits in lower case.
     #[must_use]
     pub fn from_hex(text: &str) -> Option<Self> {
         let hex = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
@@ -66,11 +66,12 @@ impl fmt::Display for RunKey {
     }
 }
 
-/// The run key of a run: of its canonical manifest, the version of the model's physics and that of the recording's schema.
+/// Returns the run key of a run: the hash of its canonical manifest, of the version of the model's physics and of the
+/// version of the recording's schema.
 #[must_use]
 pub fn run_key(canonical: &str, physics_version: u32, schema_version: u32) -> RunKey {
     let mut hash = Sha256::new();
-    // The versions have a fixed length and come first, so that no two inputs run into the same bytes.
+    // The versions have a fixed length and come first, so that no two inputs give the same bytes.
     hash.update(physics_version.to_le_bytes());
     hash.update(schema_version.to_le_bytes());
     hash.update(canonical.as_bytes());

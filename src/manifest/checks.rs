@@ -1,4 +1,4 @@
-//! `[[checks]]`: what analysis must find.
+//! `[[checks]]`: the values that metrics must have.
 
 use crate::diagnostics::{Diagnostic, Diagnostics, nearest};
 use crate::keys::{HasKeys as _, Reader, Writer};
@@ -10,18 +10,18 @@ use crate::table::table;
 use crate::tree::{Entry, Node, Value};
 use crate::value::{quoted, refuse};
 
-/// What a metric must be.
+/// A condition on a metric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
     /// Name of the metric, such as `pressure_vs_temperature.measured.slope`.
     pub metric: String,
-    /// Where in the sweep: pairs of a key and its value, in the form of [`Coordinate`]. Empty is everywhere.
+    /// The points of the sweep: pairs of a key and its value, in the form of [`Coordinate`]. Empty means every point.
     pub at: Vec<(String, String)>,
     /// What the metric is compared with.
     pub bound: Bound,
 }
 
-/// What a metric is compared with. Without an expected value it is the metric's own value by theory.
+/// What a metric is compared with. Without an expected value, this is the metric's theoretical value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
     /// |value - expected| <= tolerance, in the metric's unit.
@@ -35,7 +35,7 @@ pub enum Bound {
     NearRelative {
         /// The value expected; `None` is the theory's.
         expected: Option<f64>,
-        /// Largest deviation allowed, as a share of the expected value.
+        /// Largest deviation allowed, as a fraction of the expected value.
         relative_tolerance: f64,
     },
     /// |value - expected| <= standard_errors times the metric's standard error.
@@ -45,7 +45,7 @@ pub enum Bound {
         /// Largest deviation allowed, in standard errors.
         standard_errors: f64,
     },
-    /// minimum <= value <= maximum; at least one of the two is there.
+    /// minimum <= value <= maximum; at least one of the two is given.
     Range {
         /// Smallest value allowed.
         minimum: Option<f64>,
@@ -55,7 +55,7 @@ pub enum Bound {
 }
 
 impl Check {
-    /// Whether the check is about a run or group with these coordinates. A key may be written by its last part alone.
+    /// Whether the check applies to a run or group with these coordinates. A key may be written as its last part only.
     #[must_use]
     pub fn selects(&self, coordinates: &[Coordinate]) -> bool {
         self.at.iter().all(|(key, value)| {
@@ -68,7 +68,7 @@ fn names(written: &str, key: &str) -> bool {
     written == key || key.rsplit('.').next() == Some(written)
 }
 
-/// Reads a file that holds `[[checks]]` alone.
+/// Reads a file that contains only `[[checks]]`.
 ///
 /// # Errors
 /// Everything that is wrong with it, each error with its place.
@@ -98,7 +98,7 @@ table! {
         expected: Option<Finite> ["of the metric", optional],
         /// Largest deviation allowed.
         tolerance: Option<NonNegative> ["of the metric", optional],
-        /// Largest deviation allowed, as a share of the expected value.
+        /// Largest deviation allowed, as a fraction of the expected value.
         relative_tolerance: Option<NonNegative> ["1", optional],
         /// Largest deviation allowed, in standard errors of the metric.
         standard_errors: Option<NonNegative> ["1", optional],
@@ -109,7 +109,7 @@ table! {
     }
 }
 
-/// The ways to bound a metric, of which a check has exactly one; `minimum` and `maximum` may stand together.
+/// The keys that bound a metric. A check has exactly one, or both `minimum` and `maximum`.
 const BOUNDS: &[&str] =
     &["tolerance", "relative_tolerance", "standard_errors", "minimum", "maximum"];
 
@@ -154,7 +154,7 @@ impl CheckKeys {
     }
 }
 
-/// Reads all checks. With the sweep's axes at hand, `where` must name them.
+/// Reads all checks. If the sweep's axes are given, `where` must name them.
 pub(crate) fn read(node: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>) -> Vec<Check> {
     let Value::Array(elements) = &node.value else {
         refuse(node, "checks", "tables [[checks]]", errors);
@@ -235,7 +235,7 @@ fn read_where(
     at
 }
 
-/// One key of `where`; dotted keys without quotes come as nested tables.
+/// Reads one key of `where`; dotted keys without quotes are nested tables.
 fn read_place(
     key: &str,
     entry: &Entry,

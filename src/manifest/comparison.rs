@@ -1,9 +1,9 @@
-//! Which keys two canonical manifests do not share.
+//! The keys in which two canonical manifests differ.
 
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Longest value that is shown whole.
+/// Maximum length of a value that is shown in full.
 const LONGEST_VALUE: usize = 60;
 
 /// A key that has another value in another manifest, or is missing there.
@@ -25,7 +25,7 @@ impl fmt::Display for KeyDifference {
     }
 }
 
-/// The start of a value too long for a line, such as a list of positions.
+/// Shortens a value that is too long for a line, such as a list of positions.
 fn short(value: &str) -> String {
     match value.char_indices().nth(LONGEST_VALUE) {
         Some((end, _)) => format!("{}…", &value[..end]),
@@ -33,7 +33,8 @@ fn short(value: &str) -> String {
     }
 }
 
-/// The keys in which two canonical texts differ: those of the first in its order, then those that only the second has.
+/// Returns the keys in which two canonical texts differ: those of the first in its order, then those that only the second
+/// has.
 #[must_use]
 pub fn differing_keys(left: &str, right: &str) -> Vec<KeyDifference> {
     let (left, right) = (keys(left), keys(right));
@@ -49,7 +50,7 @@ pub fn differing_keys(left: &str, right: &str) -> Vec<KeyDifference> {
     changed.chain(added).collect()
 }
 
-/// The dotted keys of a canonical text with their values. It has one key a line, below the header of its table.
+/// The dotted keys of a canonical text with their values. It has one key per line, below the header of its table.
 fn keys(canonical: &str) -> Vec<(String, String)> {
     let mut table = String::new();
     let mut keys = Vec::new();

@@ -1,17 +1,17 @@
-//! What is wrong with a manifest: all of it at once, each at its line with the text underlined.
+//! The errors of a manifest: all are reported at once, each at its line with the text underlined.
 
 use crate::tree::Span;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use std::fmt;
 
-/// Everything that is wrong with a manifest; never empty where it is returned as an error.
+/// All errors of a manifest; never empty when returned as an error.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
     sources: Vec<Source>,
     found: Vec<Diagnostic>,
 }
 
-/// Most errors that are written out: a list of a million positions may be wrong a million times.
+/// Maximum number of errors printed: a list of a million positions may contain a million errors.
 const MOST_SHOWN: usize = 100;
 
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ struct Source {
     text: String,
 }
 
-/// One error: what is wrong, where, and what would be right.
+/// One error: what is wrong, where, and what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Diagnostic {
     title: String,
@@ -33,7 +33,7 @@ impl Diagnostic {
         Self { title: title.into(), marks: Vec::new() }
     }
 
-    /// An error between several places. The last one to be written is the one to change; the others are shown beside it.
+    /// An error between several places. The last one in the text is the one to change; the others are shown with it.
     pub(crate) fn between(title: impl Into<String>, mut places: Vec<Span>, label: &str) -> Self {
         places.sort();
         let mut error = Self::new(title);
@@ -43,7 +43,7 @@ impl Diagnostic {
         places.into_iter().fold(error, |error, place| error.at(place, ""))
     }
 
-    /// Underlines a place. The first one is where the error is, further ones belong to it.
+    /// Underlines a place. The first one is the place of the error; the others are context.
     pub(crate) fn at(mut self, span: Span, label: impl Into<String>) -> Self {
         self.marks.push((span, label.into()));
         self
@@ -80,13 +80,13 @@ impl Diagnostics {
         self.found.len()
     }
 
-    /// Whether nothing is wrong.
+    /// Whether there are no errors.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.found.is_empty()
     }
 
-    /// All errors as a text for people, with terminal colors if wanted. Past a hundred of them their number will do.
+    /// Renders the errors as text, with terminal colors on request. Beyond a hundred errors, only their number is given.
     #[must_use]
     pub fn render(&self, color: bool) -> String {
         let renderer = if color { Renderer::styled() } else { Renderer::plain() };
@@ -166,7 +166,7 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostics {}
 
-/// The known name that a user most likely meant: a few letters away, or else one that holds the word.
+/// Returns the known name that the user most likely meant: one a few letters away, or else one that contains the word.
 pub(crate) fn nearest<'a>(
     word: &str,
     known: impl IntoIterator<Item = &'a str> + Clone,

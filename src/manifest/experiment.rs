@@ -1,4 +1,4 @@
-//! From the text of a manifest to an experiment with all its runs.
+//! Reads the text of a manifest into an experiment with all its runs.
 
 use crate::canonical::{RunKey, RunManifest};
 use crate::checks::{self, Check};
@@ -13,12 +13,12 @@ use crate::tree::{self, Node, Span, Table, Value};
 use crate::value::{ReplicateCount, quoted, refuse};
 use toml::de::DeValue;
 
-/// An experiment: everything that a manifest asks for, checked.
+/// An experiment: the contents of a valid manifest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
     /// Name of the experiment and of its folder: letters, digits, `_` and `-`.
     pub name: String,
-    /// What it is about, in the user's words; may be empty.
+    /// The question it asks, in the user's words; may be empty.
     pub description: String,
     /// Seed of all random streams.
     pub seed: u64,
@@ -28,18 +28,18 @@ pub struct Experiment {
     pub axes: Vec<Axis>,
     /// All runs: the first axis varies slowest, replicates fastest.
     pub runs: Vec<Run>,
-    /// What analysis must find.
+    /// Conditions on the metrics.
     pub checks: Vec<Check>,
 }
 
 /// One run of an experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    /// Where the run lies in the sweep: one for each swept key, or `variant`.
+    /// The run's point in the sweep: one coordinate for each swept key, or `variant`.
     pub coordinates: Vec<Coordinate>,
     /// Number of the replicate, from 0.
     pub replicate: u32,
-    /// All that decides what is recorded.
+    /// All inputs of the run.
     pub manifest: RunManifest,
 }
 
@@ -52,17 +52,17 @@ pub struct Override {
     pub value: String,
 }
 
-/// Most runs of one experiment.
+/// Maximum number of runs in one experiment.
 const MOST_RUNS: usize = 1_000_000;
-/// Past so many errors no further point of a sweep is looked at.
+/// Number of errors after which no further point of a sweep is read.
 const ENOUGH_ERRORS: usize = 200;
-/// Longest file stem before its run key; file systems stop at 255 bytes.
+/// Maximum length of a file stem before its run key; file systems allow 255 bytes.
 const LONGEST_STEM: usize = 160;
 
 /// Reads a manifest. `origin` is the file's name, for messages and for the default of `name`.
 ///
 /// # Errors
-/// Everything that is wrong with the manifest and the overrides, each error with its place.
+/// All errors of the manifest and of the overrides, each with its place.
 pub fn parse(
     source: &str,
     origin: &str,
@@ -71,7 +71,7 @@ pub fn parse(
     experiment(read_document(source, origin, overrides, None), origin)
 }
 
-/// Reads a manifest whose runs may start from recordings: as [`parse`], and `recordings` finds them.
+/// Reads a manifest whose runs may start from recordings, which `recordings` finds. Otherwise as [`parse`].
 ///
 /// # Errors
 /// As [`parse`], and each recording that no run can start from.
@@ -87,7 +87,7 @@ pub fn parse_with_recordings(
 /// Reads the canonical text of a run, or any manifest of exactly one run.
 ///
 /// # Errors
-/// Everything that is wrong with the text.
+/// All errors of the text.
 pub fn parse_run(text: &str) -> Result<RunManifest, Diagnostics> {
     let (document, diagnostics) = read_document(text, "run manifest", &[], None);
     let mut runs = document.runs;
@@ -139,7 +139,7 @@ impl Experiment {
 
 impl Run {
     /// The name of the run's files without their endings: `NAME[__key=value...][__rNNN]__KEY8`, where `key` is the last
-    /// part of a swept key. Where that would be too long for a file system, the coordinates give way to the whole key.
+    /// part of a swept key. If that is too long for a file system, the whole key replaces the coordinates.
     #[must_use]
     pub fn file_stem(&self, name: &str, key: &RunKey, replicates: u32) -> String {
         let mut stem = name.to_owned();
@@ -157,13 +157,13 @@ impl Run {
     }
 }
 
-/// The text with every character replaced that some file system or shell takes amiss.
+/// Replaces every character that is not safe in all file systems and shells.
 fn safe(text: &str) -> String {
     let keep = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '+' | '.');
     text.chars().map(|c| if keep(c) { c } else { '-' }).collect()
 }
 
-/// What a manifest's text says; to be trusted only if there were no errors.
+/// The contents of a manifest; valid only if there were no errors.
 #[derive(Default)]
 pub(crate) struct Document {
     head: Head,
@@ -172,7 +172,7 @@ pub(crate) struct Document {
     checks: Vec<Check>,
 }
 
-/// Reads a manifest and everything that is wrong with it.
+/// Reads a manifest and all its errors.
 pub(crate) fn read_document(
     source: &str,
     origin: &str,
@@ -275,7 +275,7 @@ fn read_root(
     Document { head, axes, runs, checks }
 }
 
-/// Puts a value from the command line or from a sweep in its place.
+/// Inserts a value from the command line or from a sweep.
 fn set(root: &mut Table, key: &str, key_span: Span, node: &Node, errors: &mut Vec<Diagnostic>) {
     if let Err(no_table) = root.set(key, key_span, node.clone()) {
         let title = format!("unknown key `{key}`: `{no_table}` is not a table");
@@ -283,7 +283,7 @@ fn set(root: &mut Table, key: &str, key_span: Span, node: &Node, errors: &mut Ve
     }
 }
 
-/// Every combination of the axes' points, each read as if its values stood in the tables.
+/// Reads every combination of the axes' points, as if its values were written in the tables.
 fn expand(
     head: &Head,
     base: &Table,
@@ -347,7 +347,7 @@ fn expand(
     runs
 }
 
-/// The index on each axis of a point's number: the last axis varies fastest.
+/// Returns the indices on the axes that belong to a point's number: the last axis varies fastest.
 fn indices(point: usize, axes: &[Points]) -> Vec<usize> {
     let mut rest = point;
     let mut indices: Vec<usize> = axes

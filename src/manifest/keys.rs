@@ -56,7 +56,7 @@ pub(crate) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// A reader of the table that stands at a dotted path; the path of the whole manifest is empty.
+    /// Creates a reader of the table at a dotted path; the path of the whole manifest is empty.
     pub(crate) fn new(path: &str, table: &'a Table, errors: &'a mut Vec<Diagnostic>) -> Self {
         Self {
             path: path.to_owned(),
@@ -73,12 +73,12 @@ impl<'a> Reader<'a> {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
-    /// The value of a key, as it stands in the text.
+    /// The value of a key in the text.
     pub(crate) fn node(&self, key: &str) -> Option<&'a Node> {
         self.table.get(key).map(|entry| &entry.node)
     }
 
-    /// Whether the key stands in the table.
+    /// Whether the table has the key.
     pub(crate) fn has(&self, key: &str) -> bool {
         self.table.get(key).is_some()
     }
@@ -111,7 +111,8 @@ impl<'a> Reader<'a> {
         self.optional(&Key { name: key, unit: "", about: "" }, None)
     }
 
-    /// Reports a rule between keys, at those of them that stand in the table. A key that could not be read breaks no rule.
+    /// Reports a broken rule between keys, at those that are present in the table. A key that could not be read breaks no
+    /// rule.
     pub(crate) fn refuse(&mut self, keys: &[&str], title: &str, label: &str) {
         if keys.iter().any(|key| self.failed.contains(key)) {
             return;
@@ -122,7 +123,7 @@ impl<'a> Reader<'a> {
         self.errors.push(Diagnostic::between(title, places, label));
     }
 
-    /// Reports an error that knows its place already.
+    /// Reports an error that has its place already.
     pub(crate) fn report(&mut self, error: Diagnostic) {
         self.errors.push(error);
     }
@@ -132,12 +133,12 @@ impl<'a> Reader<'a> {
         self.failed.is_empty() && !self.breaks_a_rule
     }
 
-    /// Keys that somebody else reads.
+    /// Adds keys that are read elsewhere.
     pub(crate) fn also_known(&mut self, names: &[&'static str]) {
         self.known.extend(names);
     }
 
-    /// Refuses every key that was not asked for, with the nearest one that was.
+    /// Reports every unknown key, with its new name or the nearest known one.
     pub(crate) fn finish(self) {
         for entry in &self.table.entries {
             if self.known.contains(&&*entry.key) {

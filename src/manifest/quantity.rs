@@ -1,4 +1,4 @@
-//! Numbers that carry their range: a value of these types was checked once, where it came in.
+//! Numbers with a range: a value of these types was checked when it was read.
 
 use serde::Serialize;
 
@@ -23,10 +23,10 @@ macro_rules! quantity {
                 if $x.is_finite() && $holds { Some(Self($x + 0.0)) } else { None }
             }
 
-            /// A value that is written in the source: checked where it is a constant, at compile time.
+            /// A value that is written in the source; in a constant, it is checked at compile time.
             ///
             /// # Panics
-            /// Where the value is out of range.
+            /// If the value is out of range.
             #[must_use]
             pub const fn literal(value: f64) -> Self {
                 match Self::new(value) {
@@ -57,7 +57,7 @@ quantity!(
     NonNegative, "a number >= 0", [minimum: 0.0], |x| x >= 0.0
 );
 quantity!(
-    /// A share above zero and of at most one, such as a coefficient of restitution.
+    /// A fraction above zero and at most one, such as a coefficient of restitution.
     Share, "a number in (0, 1]", [exclusiveMinimum: 0.0, maximum: 1.0], |x| x > 0.0 && x <= 1.0
 );
 quantity!(
@@ -65,15 +65,15 @@ quantity!(
     BoxSide, "a number in [10, 100000]", [minimum: 10.0, maximum: 100_000.0], |x| x >= 10.0 && x <= 100_000.0
 );
 quantity!(
-    /// Frames a second of playback: viewers warn above 60.
+    /// Frames per second of playback: viewers warn above 60.
     PlaybackRate, "a number in (0, 50]", [exclusiveMinimum: 0.0, maximum: 50.0], |x| x > 0.0 && x <= 50.0
 );
 quantity!(
-    /// A time step of the orbit, days: the source document asks for less than one.
+    /// A time step of the orbit, days: the source document requires less than one.
     StepBelowOneDay, "a number in (0, 1)", [exclusiveMinimum: 0.0, exclusiveMaximum: 1.0], |x| x > 0.0 && x < 1.0
 );
 quantity!(
-    /// Relative error that an adaptive method allows a step; below 1e-15 nothing is left but rounding.
+    /// Relative error per step of an adaptive method; below 1e-15, rounding dominates.
     StepTolerance, "a number in [1e-15, 0.01]", [minimum: 1e-15, maximum: 0.01], |x| x >= 1e-15 && x <= 0.01
 );
 

@@ -17,7 +17,7 @@ table! {
     pub struct RecordConfig {
         /// When frames are taken.
         interval: RecordInterval [apart] = RecordInterval::Frames(NonZeroU64::new(200).expect("not zero")),
-        /// Topics wanted, without the leading slash; by default all that the model has, but `per_collision` (packing) and
+        /// Topics to record, without the leading slash; by default all that the model has, but `per_collision` (packing) and
         /// `contact_forces` (dem).
         channels: Option<Vec<String>> ["", optional],
         /// Frames per second of playback.
@@ -127,7 +127,7 @@ impl RecordConfig {
         self.keys(keys);
     }
 
-    /// The rules between `[record]` and the model, which is only `sound` if its own table had no errors.
+    /// Reports the broken rules between `[record]` and the model, which is `sound` if its own table had no errors.
     pub(crate) fn check(&mut self, model: &ModelConfig, sound: bool, table: &mut Reader<'_>) {
         let allowed = model.intervals(sound);
         for key in IntervalKeys::EXCLUSIVE {
@@ -145,13 +145,13 @@ impl RecordConfig {
         let known = model.channels();
         check_channels(model.name(), known, table);
         if let Some(wanted) = &mut self.channels {
-            // Their order decides nothing, so that it must not decide the run key.
+            // Their order has no effect, so it must not affect the run key.
             wanted.sort_by_key(|channel| known.iter().position(|name| name == channel));
         }
     }
 }
 
-/// Every channel must be one of the model's, and stand once.
+/// Reports channels that the model does not have or that are listed twice.
 fn check_channels(model: &str, known: &[&str], table: &mut Reader<'_>) {
     let Some(Value::Array(elements)) = table.node("channels").map(|node| &node.value) else {
         return;

@@ -1,4 +1,4 @@
-//! The JSON Schema of the manifest, so that editors complete and check it.
+//! The JSON Schema of the manifest, with which editors complete and check it.
 
 use crate::checks::CheckKeys;
 use crate::describe::{Describer, model_table, record_table};

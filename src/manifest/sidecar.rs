@@ -1,4 +1,4 @@
-//! `experiment.toml`, which lies beside the recordings: what analysis needs to know of the whole experiment.
+//! `experiment.toml`, next to the recordings: what the analysis needs to know about the whole experiment.
 
 use crate::canonical::RunKey;
 use crate::checks::{self, Check};
@@ -12,12 +12,12 @@ use crate::table::table;
 use crate::tree::{Node, Table, Value};
 use crate::value::{TomlValue, quoted, refuse};
 
-/// What was run: which file belongs to which point, and what must hold.
+/// The runs of an experiment: which file belongs to which point, and the checks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExperimentRecord {
     /// Name of the experiment.
     pub name: String,
-    /// What it is about; may be empty.
+    /// The question it asks; may be empty.
     pub description: String,
     /// Name of the model.
     pub model: String,
@@ -25,9 +25,9 @@ pub struct ExperimentRecord {
     pub replicates: u32,
     /// The sweep's axes.
     pub axes: Vec<Axis>,
-    /// All runs; a recording in the folder that is not among them is stale.
+    /// All runs; any other recording in the folder is stale.
     pub runs: Vec<RunRecord>,
-    /// What analysis must find.
+    /// Conditions on the metrics.
     pub checks: Vec<Check>,
 }
 
@@ -38,7 +38,7 @@ pub struct RunRecord {
     pub file: String,
     /// Its run key.
     pub run_key: RunKey,
-    /// Where it lies in the sweep.
+    /// Its point in the sweep.
     pub coordinates: Vec<Coordinate>,
     /// Number of the replicate, from 0.
     pub replicate: u32,
@@ -90,7 +90,7 @@ impl ExperimentRecord {
     /// Reads the text of an `experiment.toml`.
     ///
     /// # Errors
-    /// Everything that is wrong with the text.
+    /// All errors of the text.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, Diagnostics> {
         let mut diagnostics = Diagnostics::default();
         let (root, syntax) = parse_toml(text, origin, &mut diagnostics);

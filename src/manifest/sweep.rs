@@ -19,7 +19,7 @@ pub struct Axis {
     pub values: Vec<Vec<String>>,
 }
 
-/// Where a run lies on one axis of its sweep.
+/// The position of a run on one axis of its sweep.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Coordinate {
     /// The dotted key, or `variant`.
@@ -28,10 +28,10 @@ pub struct Coordinate {
     pub value: String,
 }
 
-/// The key of the axis that `[[sweep.variants]]` make.
+/// The key of the axis defined by `[[sweep.variants]]`.
 pub(crate) const VARIANT: &str = "variant";
 
-/// An axis as it is read: what each of its points sets.
+/// An axis as it is read, with the keys that each of its points sets.
 #[derive(Clone, Debug)]
 pub(crate) struct Points {
     pub(crate) axis: Axis,
@@ -47,9 +47,9 @@ pub(crate) struct Setting {
     pub(crate) node: Node,
 }
 
-/// Longest value that is written out in a file name.
+/// Maximum length of a value in a file name.
 const LONGEST_VALUE: usize = 40;
-/// Most points of one axis.
+/// Maximum number of points on one axis.
 const MOST_POINTS: u32 = 1_000_000;
 
 words! {
@@ -92,7 +92,7 @@ pub(crate) fn read(sweep: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Points> {
     axes
 }
 
-/// Walks dotted keys without quotes, which TOML reads as nested tables, down to the axis.
+/// Follows dotted keys without quotes, which TOML reads as nested tables, down to the axis.
 fn collect<'a>(
     key: &str,
     entry: &'a Entry,
@@ -154,7 +154,7 @@ fn axis(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Points
     Some(Points { axis, settings, place: entry.key_span })
 }
 
-/// A range `{ from, to, count, spacing }` as its values, the bounds included.
+/// Expands a range `{ from, to, count, spacing }` into its values, the bounds included.
 fn range(key: &str, node: &Node, table: &Table, errors: &mut Vec<Diagnostic>) -> Option<Vec<Node>> {
     let mut reader = Reader::new(&format!("sweep.{key}"), table, errors);
     let from: Option<Finite> = reader.required("from", node.span);
@@ -179,7 +179,7 @@ fn range(key: &str, node: &Node, table: &Table, errors: &mut Vec<Diagnostic>) ->
     let sound = reader.is_sound();
     reader.finish();
     if !sound {
-        // The first value is known all the same: it shows whether key and value fit.
+        // The first value may be known; reading it shows whether key and value fit.
         return from.and_then(|_| table.get("from")).map(|entry| vec![entry.node.clone()]);
     }
     let (from, to, count) = (from?, to?, count?);
@@ -210,7 +210,7 @@ fn between(from: f64, to: f64, index: u32, last: u32, spacing: Spacing) -> f64 {
     }
 }
 
-/// `[[sweep.variants]]`: sets of keys with a name.
+/// Reads `[[sweep.variants]]`: sets of keys with a name.
 fn variants(node: &Node, errors: &mut Vec<Diagnostic>) -> Option<Points> {
     let Value::Array(elements) = &node.value else {
         refuse(node, "sweep.variants", "tables [[sweep.variants]]", errors);
@@ -246,7 +246,7 @@ fn variants(node: &Node, errors: &mut Vec<Diagnostic>) -> Option<Points> {
     (!settings.is_empty()).then_some(Points { axis, settings, place })
 }
 
-/// The keys that a variant sets: dotted ones without quotes are walked down for as long as they name tables.
+/// Collects the keys that a variant sets; dotted keys without quotes are followed as long as they name tables.
 fn variant_settings(
     key: &str,
     entry: &Entry,
@@ -280,7 +280,7 @@ fn variant_settings(
     }
 }
 
-/// `zip = [["k1", "k2"]]`: makes one axis of several.
+/// Reads `zip = [["k1", "k2"]]`, which joins several axes into one.
 fn pair(zip: &Node, axes: &mut Vec<Points>, errors: &mut Vec<Diagnostic>) {
     let Value::Array(groups) = &zip.value else {
         refuse(zip, "sweep.zip", "a list of lists of swept keys", errors);
@@ -346,13 +346,13 @@ fn join(
     Some(axis)
 }
 
-/// Whether one dotted key is the other, or a table that holds it.
+/// Whether one dotted key is the other, or a table that contains it.
 pub(crate) fn overlap(one: &str, other: &str) -> bool {
     let (short, long) = if one.len() < other.len() { (one, other) } else { (other, one) };
     long.strip_prefix(short).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
-/// A key may be set by one axis only.
+/// Reports keys that are set by more than one axis.
 fn refuse_keys_twice(axes: &[Points], errors: &mut Vec<Diagnostic>) {
     let mut seen: Vec<(&str, usize, Span)> = Vec::new();
     for (number, points) in axes.iter().enumerate() {
@@ -372,7 +372,7 @@ fn refuse_keys_twice(axes: &[Points], errors: &mut Vec<Diagnostic>) {
     }
 }
 
-/// A value as it stands in file names and in the `where` of checks.
+/// A value as it is written in file names and in the `where` of checks.
 pub(crate) fn text(node: &Node, index: usize) -> String {
     let text = plain(node);
     if text.is_empty() || text.len() > LONGEST_VALUE {

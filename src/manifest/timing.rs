@@ -1,10 +1,10 @@
-//! `timing.json`: how long the runs of an experiment took on a machine. `run-experiment --time` writes it, reports show it, and no
-//! metric reads it.
+//! `timing.json`: how long the runs of an experiment took on a machine. `run-experiment --time` writes it and reports show
+//! it. No metric uses it.
 
 use crate::sweep::Coordinate;
 use serde::{Deserialize, Serialize};
 
-/// All that was timed of an experiment: the engine alone, one run at a time, nothing recorded.
+/// The times of an experiment's runs: only the engine, one run at a time, without recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimingTable {
     /// Version of the file's layout.
@@ -13,16 +13,16 @@ pub struct TimingTable {
     pub experiment: String,
     /// Processor, system and version of the program.
     pub machine: String,
-    /// An entry a point of the sweep.
+    /// One entry per point of the sweep.
     pub points: Vec<TimingPoint>,
-    /// Of a sweep that has a key of two values.
+    /// For a sweep that has a key with two values.
     pub comparison: Option<TimingComparison>,
 }
 
 /// The replicates of a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimingPoint {
-    /// Where it lies in the sweep.
+    /// Its point in the sweep.
     pub coordinates: Vec<Coordinate>,
     /// Runs that counted.
     pub runs: usize,
@@ -30,24 +30,24 @@ pub struct TimingPoint {
     pub median_s: f64,
     /// Mean, s.
     pub mean_s: f64,
-    /// Standard deviation, s; 0 of one run.
+    /// Standard deviation, s; 0 for one run.
     pub standard_deviation_s: f64,
-    /// Distance of the quartiles, s.
+    /// Interquartile range, s.
     pub quartile_distance_s: f64,
-    /// Steps or events of all runs over their time, 1/s.
+    /// Steps or events of all runs divided by their time, 1/s.
     pub steps_or_events_per_s: f64,
 }
 
-/// Times at one value of a key over those at another, replicate by replicate.
+/// Ratios of the times at one value of a key to those at another, replicate by replicate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimingComparison {
-    /// The value whose times are above the line.
+    /// The value in the numerator.
     pub of: String,
-    /// The value whose times are below it.
+    /// The value in the denominator.
     pub over: String,
-    /// An entry a point of the other keys.
+    /// One entry per point of the other keys.
     pub ratios: Vec<TimingRatio>,
-    /// Of all points together.
+    /// The ratio over all points.
     pub all: TimingRatio,
 }
 
@@ -65,7 +65,7 @@ pub struct TimingRatio {
 }
 
 impl TimingTable {
-    /// Name of the file, beside the recordings.
+    /// Name of the file, next to the recordings.
     pub const FILE: &str = "timing.json";
     /// The version of its layout.
     pub const SCHEMA: u32 = 1;
@@ -73,7 +73,7 @@ impl TimingTable {
     /// The text of the file.
     ///
     /// # Errors
-    /// None that is known; the serializer's own.
+    /// The serializer's own; none is known.
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string_pretty(self)
     }
@@ -81,7 +81,7 @@ impl TimingTable {
     /// Reads the file's text.
     ///
     /// # Errors
-    /// What is not as this version writes it.
+    /// A text that this version does not write.
     pub fn from_json(text: &str) -> serde_json::Result<Self> {
         serde_json::from_str(text)
     }

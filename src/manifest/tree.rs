@@ -1,9 +1,9 @@
-//! A TOML text as a tree in which every key and value knows where it stands.
+//! A TOML text as a tree in which every key and value has its place in the text.
 
 use std::rc::Rc;
 use toml::de::{DeTable, DeValue};
 
-/// A stretch of one of the texts that were read: the manifest itself or a `--set`.
+/// A range of bytes in one of the texts that were read: the manifest itself or a `--set`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Span {
     /// Which text, in the order of [`crate::diagnostics::Diagnostics`]' sources.
@@ -21,7 +21,7 @@ pub(crate) struct Node {
     pub(crate) value: Value,
 }
 
-/// A TOML value. Arrays are shared, since a sweep copies the tree for each of its points.
+/// A TOML value. Arrays are shared because a sweep copies the tree for each of its points.
 #[derive(Clone, Debug)]
 pub(crate) enum Value {
     Text(String),
@@ -48,7 +48,7 @@ pub(crate) struct Entry {
 }
 
 impl Node {
-    /// What the value is, as error messages name it.
+    /// The type of the value, as error messages name it.
     pub(crate) fn what(&self) -> &'static str {
         match self.value {
             Value::Text(_) => "a string",
@@ -82,10 +82,10 @@ impl Table {
         Some(self.entries.remove(index))
     }
 
-    /// Puts a value at a dotted key and makes the tables on the way.
+    /// Inserts a value at a dotted key and creates the tables of the key.
     ///
     /// # Errors
-    /// The part of the key that is no table and so has no keys of its own.
+    /// The part of the key that is not a table and so has no keys of its own.
     pub(crate) fn set(&mut self, key: &str, key_span: Span, node: Node) -> Result<(), String> {
         let mut table = self;
         let mut rest = key;
@@ -114,7 +114,7 @@ impl Table {
     }
 }
 
-/// Turns the parser's tree of the text number `source` into ours. `offset` is where that text starts within its source.
+/// Converts the parser's tree of the text number `source`. `offset` is where that text starts within its source.
 pub(crate) fn table(parsed: &DeTable<'_>, source: usize, offset: usize) -> Table {
     let mut entries: Vec<Entry> = parsed
         .iter()
@@ -128,7 +128,7 @@ pub(crate) fn table(parsed: &DeTable<'_>, source: usize, offset: usize) -> Table
     Table { entries }
 }
 
-/// Turns one value of the parser into ours.
+/// Converts one value of the parser.
 pub(crate) fn node(
     parsed: &DeValue<'_>,
     range: &std::ops::Range<usize>,
@@ -139,7 +139,7 @@ pub(crate) fn node(
         DeValue::String(text) => Value::Text(text.to_string()),
         DeValue::Integer(digits) => match i128::from_str_radix(digits.as_str(), digits.radix()) {
             Ok(integer) => Value::Integer(integer),
-            // Too long for any integer: refused by every range as infinite, save where a decimal reading is finite.
+            // Too long for any integer: a float instead, which every range of integers rejects.
             Err(_) => Value::Float(digits.as_str().parse().unwrap_or(f64::INFINITY)),
         },
         DeValue::Float(digits) => Value::Float(digits.as_str().parse().unwrap_or(f64::NAN)),

@@ -1,4 +1,4 @@
-//! How one value is read from TOML, written as canonical TOML and described in the schema: side by side for each type.
+//! The types of the manifest's values: each is read from TOML, written as canonical TOML and described in the schema.
 
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::quantity::{
@@ -10,7 +10,7 @@ use serde_json::{Value as Json, json};
 use std::fmt;
 use std::num::{NonZeroU32, NonZeroU64};
 
-/// A type of the manifest's values.
+/// A type of value in the manifest.
 pub(crate) trait TomlValue: Sized {
     /// Reads the value of the key `name`, or reports why it cannot be.
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self>;
@@ -22,7 +22,7 @@ pub(crate) trait TomlValue: Sized {
     fn schema() -> Json;
 }
 
-/// Reports a value that is not what the key takes. `expected` reads after "must be".
+/// Reports a value that the key does not allow. `expected` reads after "must be".
 pub(crate) fn refuse(node: &Node, name: &str, expected: &str, errors: &mut Vec<Diagnostic>) {
     let (found, label) = match node.value {
         Value::Integer(integer) => (integer.to_string(), "out of range"),
@@ -33,7 +33,7 @@ pub(crate) fn refuse(node: &Node, name: &str, expected: &str, errors: &mut Vec<D
     errors.push(Diagnostic::new(title).at(node.span, label));
 }
 
-/// The number, integer or not. May be infinite or no number at all.
+/// The number, integer or not. May be infinite or NaN.
 pub(crate) fn number(node: &Node) -> Option<f64> {
     match node.value {
         Value::Integer(integer) => Some(integer as f64),
@@ -44,7 +44,7 @@ pub(crate) fn number(node: &Node) -> Option<f64> {
 
 /// The whole number, also where it is written as `1e3` or `20.0`.
 pub(crate) fn whole_number(node: &Node) -> Option<i128> {
-    /// From here on not every whole number is an f64: `1e16` may stand for another.
+    /// Above it, not every whole number is an f64: `1e16` may be the rounded value of another.
     const EXACT: f64 = 9_007_199_254_740_992.0;
     match node.value {
         Value::Integer(integer) => Some(integer),
@@ -122,7 +122,7 @@ number_values!(
     StepTolerance
 );
 
-/// Makes a type of whole numbers from 1 to a maximum.
+/// Defines types of whole numbers from 1 to a maximum.
 macro_rules! counts {
     ($($(#[$doc:meta])* $visible:vis $name:ident up to $maximum:literal);* $(;)?) => {$(
         $(#[$doc])*
@@ -156,11 +156,11 @@ macro_rules! counts {
     )*};
 }
 counts!(
-    /// How many replicates an experiment may have.
+    /// Number of replicates of an experiment.
     pub(crate) ReplicateCount up to 1_000_000;
-    /// Frames a decade of time, steps or collisions.
+    /// Frames per decade of time, steps or collisions.
     pub FramesPerDecade up to 1000;
-    /// Decades that a run's frames reach back from its end; with a thousand frames in each a list that is still short.
+    /// Decades that a run's frames reach back from its end; with a thousand frames per decade, the list is still short.
     pub Decades up to 15
 );
 
@@ -251,7 +251,7 @@ impl<T: TomlValue> TomlValue for Vec<T> {
             refuse(node, name, "an array", errors);
             return None;
         };
-        // Every element is read before the first bad one counts: all errors at once.
+        // Every element is read, so that all errors are reported at once.
         let read: Vec<_> = elements.iter().map(|element| T::read(element, name, errors)).collect();
         read.into_iter().collect()
     }
@@ -270,16 +270,16 @@ fn list<T: TomlValue>(elements: &[T]) -> String {
     format!("[{}]", elements.join(", "))
 }
 
-/// Reads one of a fixed set of words and reports any other with the nearest of them. `besides` is what else the key takes.
+/// Reads one of a fixed set of words and reports any other with the nearest of them. `or` is what else the key allows.
 pub(crate) fn word<T: Clone>(
     node: &Node,
     name: &str,
     words: &[(&str, T)],
-    besides: &str,
+    or: &str,
     errors: &mut Vec<Diagnostic>,
 ) -> Option<T> {
     let known: Vec<String> = words.iter().map(|(word, _)| format!("\"{word}\"")).collect();
-    let known = known.join(", ") + besides;
+    let known = known.join(", ") + or;
     let Value::Text(text) = &node.value else {
         refuse(node, name, &format!("one of {known}"), errors);
         return None;
@@ -317,7 +317,7 @@ macro_rules! words {
         impl $type {
             const WORDS: &'static [(&'static str, Self)] = &[$(($word, Self::$variant)),+];
 
-            /// The word that stands for it in a manifest.
+            /// The word in the manifest.
             #[must_use]
             $vis fn word(self) -> &'static str {
                 match self {

@@ -12,15 +12,15 @@ use std::sync::Arc;
 /// The recording that a run begins with.
 #[derive(Clone, Debug)]
 pub enum StartFrom {
-    /// Its name alone: a path as a manifest writes it, or what a canonical manifest has in its place, see
+    /// Only its name: a path as written in a manifest, or its identity in a canonical manifest, see
     /// [`RecordedState::identity`].
     Named(String),
     /// Its last state.
     Read(Arc<RecordedState>),
 }
 
-/// Where recordings are found: gives the last state of the recording of a name, or says why there is none, in words that
-/// stand below the name.
+/// A function that finds recordings: returns the last state of the recording of a name, or the reason why there is none, as
+/// the label below the name.
 pub type Recordings<'a> = &'a dyn Fn(&str) -> Result<Arc<RecordedState>, String>;
 
 /// The state of all particles in a recording's last frame.
@@ -33,10 +33,11 @@ pub struct RecordedState {
 }
 
 impl RecordedState {
-    /// A state of so many columns, row by row, recorded by the run of this model with this run key.
+    /// Creates a state from its columns' names and its values, row by row, as recorded by the run of this model with this
+    /// run key.
     ///
     /// # Errors
-    /// What is wrong with the state: no particle, or a value that is no number.
+    /// A state without particles, or with a value that is not a number.
     pub fn new(
         model: &str,
         run_key: &str,
@@ -50,7 +51,7 @@ impl RecordedState {
             return Err("a value of its last frame is not a number".to_owned());
         }
         let mut hash = Sha256::new();
-        // One column a line, so that no two lists run into the same bytes.
+        // One column per line, so that no two lists give the same bytes.
         hash.update(format!("{model}\n{}\n\n", columns.join("\n")));
         for value in &values {
             hash.update(value.to_le_bytes());
@@ -60,14 +61,14 @@ impl RecordedState {
         Ok(Self { model: model.to_owned(), columns, values, identity })
     }
 
-    /// What stands for the recording in a canonical manifest, and so in the run key of a run that begins with it: the
+    /// The recording's identity in a canonical manifest, and so in the run key of a run that begins with it: the
     /// recording's own run key, and the SHA-256 of the state that is taken over. No path.
     #[must_use]
     pub fn identity(&self) -> &str {
         &self.identity
     }
 
-    /// The run key in an [`RecordedState::identity`]; `None` where the text is none.
+    /// The run key in an [`RecordedState::identity`]; `None` if the text is not an identity.
     #[must_use]
     pub fn run_key_of(identity: &str) -> Option<&str> {
         let (key, _) = identity.strip_prefix("content-key:")?.split_once(" state:")?;
@@ -80,7 +81,7 @@ impl RecordedState {
         self.values.len() / self.columns.len()
     }
 
-    /// Some columns of all particles, in the order of the names; `None` where one is missing.
+    /// Some columns of all particles, in the order of the names; `None` if one is missing.
     #[must_use]
     pub fn columns<const N: usize>(&self, names: [&str; N]) -> Option<Vec<[f64; N]>> {
         let mut places = [0; N];
@@ -93,7 +94,7 @@ impl RecordedState {
 }
 
 impl StartFrom {
-    /// The text that stands for it: a path only as long as the recording was not looked for.
+    /// Its text in a manifest: a path until the recording is read.
     fn text(&self) -> &str {
         match self {
             Self::Named(name) => name,
@@ -101,7 +102,7 @@ impl StartFrom {
         }
     }
 
-    /// Looks for the recording of a name.
+    /// Reads the recording of a name.
     pub(super) fn read_by(
         &mut self,
         recordings: Recordings<'_>,
@@ -117,7 +118,7 @@ impl StartFrom {
         Ok(())
     }
 
-    /// Number of particles; `None` of a name.
+    /// Number of particles; `None` for a name.
     pub(super) fn particles(&self) -> Option<usize> {
         match self {
             Self::Named(_) => None,
@@ -125,7 +126,7 @@ impl StartFrom {
         }
     }
 
-    /// The number of particles, which the key `counter` may repeat but not contradict.
+    /// The number of particles; the key `counter` may repeat it but not contradict it.
     pub(super) fn count(
         &self,
         table: &mut Reader<'_>,
@@ -143,7 +144,7 @@ impl StartFrom {
     }
 }
 
-/// Equal texts, equal starts: the text of one that was read holds the hash of its values.
+/// Starts with equal texts are equal: the text of one that was read contains the hash of its values.
 impl PartialEq for StartFrom {
     fn eq(&self, other: &Self) -> bool {
         self.text() == other.text()
