@@ -19,7 +19,7 @@ fn occupied(slots: &[u32; 4]) -> usize {
 
 /// Cells with four slots each, filled from the first. If a cell has more than four discs, its last slot is the head of a
 /// linked list.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CellLists {
     /// The division into cells.
     pub(crate) grid: CellGrid,
