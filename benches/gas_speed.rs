@@ -1,8 +1,8 @@
-//! Speed of the gas beside the tightest plain loop for the same physics, in one run.
+//! Speed of the gas compared with the tightest plain loop for the same physics, in one run.
 //!
-//! `cargo bench --bench gas_speed`; "elements" are particle-steps for the steps and reflections for the closed form.
-//! State: N particles of the document's speeds in a circle of radius 1, v_max = 1. Steps: dt = 0.02, so that one particle in 160
-//! hits the wall in a step. Closed form: frames pi/0.68 apart, so that particles hit the wall some 1.5 times between two.
+//! `cargo bench --bench gas_speed`; "elements" are particle steps for the time-stepped propagator and wall collisions for the closed form.
+//! State: N particles with uniform speeds in a circle of radius 1, v_max = 1. Time steps: dt = 0.02, so that one particle in 160 collides
+//! with the wall per step. Closed form: frames pi/0.68 apart, with about 1.5 wall collisions per particle between two frames.
 //! `benches/peers/gas_numpy.py` takes the same steps in numpy.
 
 #![allow(missing_docs, reason = "criterion's macros")]
@@ -53,23 +53,23 @@ fn on_threads(threads: usize) -> ThreadPool {
     ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
 }
 
-/// The state as plain columns.
+/// State as plain columns.
 struct Columns {
     x: Vec<f64>,
     y: Vec<f64>,
     vx: Vec<f64>,
     vy: Vec<f64>,
-    hits: u64,
+    wall_collisions: u64,
 }
 
 impl Columns {
     fn of(gas: &Gas) -> Self {
         let frame = frame(gas);
         let column = |index: usize| frame.state().chunks_exact(4).map(|row| row[index]).collect();
-        Self { x: column(0), y: column(1), vx: column(2), vy: column(3), hits: 0 }
+        Self { x: column(0), y: column(1), vx: column(2), vy: column(3), wall_collisions: 0 }
     }
 
-    /// The tight loop of the steps: fly, and where that leads outside, find the hit and mirror once.
+    /// Tight loop of the steps: drift; if that ends outside, reflect once at the wall.
     fn step(&mut self, time_step: f64) {
         let columns = self.x.iter_mut().zip(&mut self.y).zip(self.vx.iter_mut().zip(&mut self.vy));
         for ((x, y), (vx, vy)) in columns {
@@ -88,39 +88,39 @@ impl Columns {
             *vy -= twice * hit_y;
             let rest = time_step - to_wall;
             (*x, *y) = (hit_x + rest * *vx, hit_y + rest * *vy);
-            self.hits += 1;
+            self.wall_collisions += 1;
         }
     }
 }
 
-/// Where a path meets the wall, from hit to hit.
-struct Hits {
+/// Positions of the wall collisions, and the rotation from one to the next.
+struct WallPositions {
     x: Vec<f64>,
     y: Vec<f64>,
     sine: Vec<f64>,
     cosine: Vec<f64>,
 }
 
-impl Hits {
+impl WallPositions {
     fn of(columns: &Columns) -> Self {
-        let mut hits = Self { x: vec![], y: vec![], sine: vec![], cosine: vec![] };
+        let mut positions = Self { x: vec![], y: vec![], sine: vec![], cosine: vec![] };
         for index in 0..columns.x.len() {
             let (vx, vy) = (columns.vx[index], columns.vy[index]);
             let offset =
                 (columns.x[index] * vy - columns.y[index] * vx) / (vx * vx + vy * vy).sqrt();
             let half_chord = (1.0 - offset * offset).sqrt();
-            hits.x.push(columns.x[index]);
-            hits.y.push(columns.y[index]);
-            hits.sine.push(2.0 * half_chord * offset);
-            hits.cosine.push(offset * offset - half_chord * half_chord);
+            positions.x.push(columns.x[index]);
+            positions.y.push(columns.y[index]);
+            positions.sine.push(2.0 * half_chord * offset);
+            positions.cosine.push(offset * offset - half_chord * half_chord);
         }
-        hits
+        positions
     }
 
-    /// The tight loop of reflections: the next hit of every particle is its last one, turned.
-    fn turn(&mut self) {
-        let turns = self.sine.iter().zip(&self.cosine);
-        for ((x, y), (sine, cosine)) in self.x.iter_mut().zip(&mut self.y).zip(turns) {
+    /// Tight loop of wall collisions: the next one of each particle is its last one, rotated.
+    fn rotate(&mut self) {
+        let rotations = self.sine.iter().zip(&self.cosine);
+        for ((x, y), (sine, cosine)) in self.x.iter_mut().zip(&mut self.y).zip(rotations) {
             (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
         }
     }
@@ -148,13 +148,13 @@ fn steps(criterion: &mut Criterion) {
     }
 }
 
-fn reflections(criterion: &mut Criterion) {
+fn wall_collisions(criterion: &mut Criterion) {
     for particles in [1_000_u32, 100_000, 1_000_000] {
         let mut probe = gas(particles, Propagation::Exact);
         probe.advance(Target::Time(100.0 * FRAME), u64::MAX).unwrap();
-        let hits = frame(&probe).get::<GasCollisions>().unwrap().wall / 100;
+        let collisions = frame(&probe).get::<GasCollisions>().unwrap().wall / 100;
         let mut group = criterion.benchmark_group(format!("gas_exact/{particles}"));
-        group.throughput(Throughput::Elements(hits)).sample_size(20);
+        group.throughput(Throughput::Elements(collisions)).sample_size(20);
         group.measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(500));
         for threads in [1, 2] {
             let (pool, mut gas, mut done) =
@@ -167,14 +167,14 @@ fn reflections(criterion: &mut Criterion) {
                 });
             });
         }
-        let mut tight = Hits::of(&Columns::of(&probe));
-        let mut owed = 0;
+        let mut tight = WallPositions::of(&Columns::of(&probe));
+        let mut pending = 0;
         group.bench_function("tight_loop", |bencher| {
             bencher.iter(|| {
-                owed += hits;
-                while owed >= u64::from(particles) {
-                    tight.turn();
-                    owed -= u64::from(particles);
+                pending += collisions;
+                while pending >= u64::from(particles) {
+                    tight.rotate();
+                    pending -= u64::from(particles);
                 }
             });
         });
@@ -182,5 +182,5 @@ fn reflections(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, steps, reflections);
+criterion_group!(benches, steps, wall_collisions);
 criterion_main!(benches);

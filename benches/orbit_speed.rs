@@ -1,9 +1,9 @@
-//! Steps a second of one orbit on one core: the model as `run-experiment` drives it, beside a tight loop of the same
-//! operations, measured in the same run. The peer: `benches/peers/orbit_rebound.py`.
+//! Steps per second of one orbit on one core: the model as `run-experiment` runs it, compared with a tight loop of the same operations
+//! in the same run. `benches/peers/orbit_rebound.py` measures REBOUND.
 //!
 //!     cargo bench --bench orbit_speed
 
-// A benchmark that can't be set up has nothing to say.
+// A benchmark may panic.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -17,10 +17,10 @@ use kinetoscope_physics::random::Seed;
 use std::hint::black_box;
 use std::time::Duration;
 
-/// A thousand years of quarter days.
+/// A thousand years in steps of a quarter of a day.
 const STEPS: u64 = 1_461_000;
 
-/// The model to its end, in budgets as the runner gives them.
+/// Runs the model to its end, with the budget of a program run per call.
 fn model(integrator: OrbitIntegrator, summation: OrbitSummation) -> State {
     let config = OrbitConfig {
         integrator,
@@ -33,14 +33,14 @@ fn model(integrator: OrbitIntegrator, summation: OrbitSummation) -> State {
     orbit.state().unwrap()
 }
 
-/// a(r) over r.
+/// a(r) / r
 #[inline(always)]
 fn factor([x, y, z]: [f64; 3]) -> f64 {
     let r = ((x * x + y * y) + z * z).sqrt();
     -GM / ((r * r) * r)
 }
 
-/// Explicit Euler and nothing else.
+/// Only explicit Euler.
 fn tight_euler() -> State {
     let State { position: mut r, velocity: mut v } = black_box(DOCUMENT_START);
     for _ in 0..STEPS {
@@ -54,7 +54,7 @@ fn tight_euler() -> State {
     State { position: r, velocity: v }
 }
 
-/// Velocity Verlet and nothing else: one force a step.
+/// Only velocity Verlet: one force evaluation per step.
 fn tight_verlet() -> State {
     let State { position: mut r, velocity: mut v } = black_box(DOCUMENT_START);
     let mut k = factor(r);
@@ -72,7 +72,7 @@ fn tight_verlet() -> State {
 }
 
 fn orbit_steps(criterion: &mut Criterion) {
-    // The tight loops do the same: else they are no measure.
+    // The tight loops must give the same result; otherwise, the comparison has no meaning.
     let plain = OrbitSummation::Plain;
     assert_eq!(model(OrbitIntegrator::ExplicitEuler, plain), tight_euler());
     assert_eq!(model(OrbitIntegrator::VelocityVerlet, plain), tight_verlet());

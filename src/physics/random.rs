@@ -1,12 +1,12 @@
-//! Numbered random streams: one for each purpose and replicate, the same at every point of a sweep.
+//! Numbered random streams: one per purpose and replicate, the same at every point of a sweep.
 //!
-//! The numbers in [`Stream`] are part of every recording's meaning and are never changed or reused.
+//! The numbers in [`Stream`] determine the content of every recording, so they must not be changed or reused.
 
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-/// What a stream of random numbers is for.
+/// Purpose of a stream of random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Stream {
@@ -16,19 +16,19 @@ pub enum Stream {
     Velocities = 2,
     /// Radii of particles.
     Radii = 3,
-    /// Angles by which walls turn outgoing directions.
+    /// Angles by which noisy walls rotate the reflected velocities.
     WallNoise = 4,
-    /// Velocities of discs while a start is compressed.
+    /// Velocities of discs during the compression of a start.
     Compression = 5,
-    /// What a thermal wall gives back: one place in the stream for each hit of each particle.
+    /// Velocities emitted by a thermal wall: one position in the stream per wall collision and particle.
     ThermalWall = 7,
     /// Materials of discs.
     Materials = 8,
-    /// Places where discs enter.
+    /// Positions of inserted discs.
     Rain = 9,
 }
 
-/// The manifest's seed together with the replicate's number.
+/// Seed of the manifest, and number of the replicate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Seed {
     /// `seed` of the manifest.
@@ -37,13 +37,13 @@ pub struct Seed {
     pub replicate: u32,
 }
 
-/// A generator that continues exactly where it was saved.
+/// A random number generator; a deserialized one continues where it was serialized.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Generator(ChaCha12Rng);
 
 impl Seed {
-    /// The generator of one purpose: ChaCha12 with the seed as key and (replicate, purpose) as its 64-bit stream number,
-    /// so that streams never overlap and adding a replicate or a purpose changes no other stream.
+    /// Creates the generator of a purpose: ChaCha12 with the seed as key and (replicate, purpose) as 64-bit stream number. Streams never
+    /// overlap, and an additional replicate or purpose changes no other stream.
     #[must_use]
     pub fn stream(self, purpose: Stream) -> Generator {
         let mut key = [0_u8; 32];
@@ -53,32 +53,33 @@ impl Seed {
         Generator(generator)
     }
 
-    /// The generator of one purpose at one of its 2^64 places, 64 bytes apart: for draws that are numbered, so that they do not
-    /// depend on who draws first.
+    /// Creates the generator of a purpose at one of its 2^64 positions, 64 bytes apart. Numbered draws do not depend on the order in which
+    /// they are made.
     #[must_use]
-    pub fn stream_at(self, purpose: Stream, place: u64) -> Generator {
-        /// Words of 32 bits in 64 bytes.
+    pub fn stream_at(self, purpose: Stream, position: u64) -> Generator {
+        /// 32-bit words per position.
         const WORDS: u128 = 16;
         let mut generator = self.stream(purpose);
-        generator.0.set_word_pos(u128::from(place) * WORDS);
+        generator.0.set_word_pos(u128::from(position) * WORDS);
         generator
     }
 }
 
 impl Generator {
-    /// Uniform in [0, 1), a multiple of 2^-53.
+    /// Draws a uniform number in [0, 1), a multiple of 2^-53.
     pub fn uniform(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
     }
 
-    /// Uniform in `[low, high)` up to rounding.
+    /// Draws a uniform number in `[low, high)`, up to rounding.
     pub fn uniform_in(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform()
     }
 
-    /// A pair of independent standard normal numbers, by Box and Muller: two uniform numbers a call, always.
+    /// Draws a pair of independent standard normal numbers (Box and Muller, Ann. Math. Stat. 29 (1958) 610): always two uniform numbers
+    /// per call.
     pub fn normal_pair(&mut self) -> [f64; 2] {
-        // 1 - u lies in (0, 1]: the logarithm is finite.
+        // 1 - u is in (0, 1], so the logarithm is finite.
         let radius = (-2.0 * libm::log(1.0 - self.uniform())).sqrt();
         let angle = std::f64::consts::TAU * self.uniform();
         [radius * libm::cos(angle), radius * libm::sin(angle)]

@@ -1,9 +1,9 @@
-//! Long sums that keep their last digits: shared by the models.
+//! Compensated sums, shared by the models.
 
 use serde::{Deserialize, Serialize};
 
-/// A running sum with its rounding errors collected beside it (Neumaier, Z. angew. Math. Mech. 54, 39 (1974)). The order of
-/// the terms is still part of the result's bits.
+/// Sum with a separate sum of its rounding errors (Neumaier, Z. angew. Math. Mech. 54 (1974) 39). The last bits of the result still
+/// depend on the order of the terms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CompensatedSum {
     sum: f64,
@@ -22,7 +22,7 @@ impl CompensatedSum {
         self.sum = next;
     }
 
-    /// The sum so far.
+    /// Value of the sum.
     #[must_use]
     pub fn value(&self) -> f64 {
         self.sum + self.lost

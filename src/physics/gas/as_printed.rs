@@ -10,12 +10,12 @@
 //! If (9) has no root in (0, 1] (on the wall, or outside and moving away), the exercise does not define the step; the particle then
 //! drifts. A particle whose position becomes 0/0 is lost and keeps its last position.
 
+use super::clock::{Clock, StepClock};
 use super::motion::{Flight, Particle, dot, drifted};
 use super::propagator::Propagator;
 use super::state::{Container, GasState};
-use super::step_clock::{StepClock, start_paths};
 use super::tallies::ParticleTally;
-use crate::model::{Extent, SetupError, SimulationFault, Target};
+use crate::model::{SetupError, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 use serde::{Deserialize, Serialize};
@@ -37,25 +37,13 @@ impl Propagator for AsPrinted {
     ) -> Option<Result<Self, SetupError>> {
         let Propagation::Literal { time_step_s } = config.propagation else { return None };
         let mut tallies = vec![ParticleTally::default(); state.particles.len()];
-        start_paths(&mut tallies, state.particles.iter());
+        ParticleTally::start_paths(&mut tallies, state.particles.iter());
         let clock = StepClock::new(config.duration_s, time_step_s);
         Some(Ok(Self { clock, is_lost: vec![false; tallies.len()], tallies }))
     }
 
-    fn extent(&self) -> Extent {
-        self.clock.extent()
-    }
-
-    fn time_s(&self) -> f64 {
-        self.clock.time_s()
-    }
-
-    fn count(&self, _state: &GasState) -> u64 {
-        self.clock.done
-    }
-
-    fn time_of(&self, target: Target) -> Result<f64, SimulationFault> {
-        self.clock.time_of(target)
+    fn clock(&self) -> Clock {
+        Clock::Steps(self.clock)
     }
 
     fn advance(&mut self, target: Target, budget: &mut u64, state: &mut GasState) -> bool {
@@ -94,10 +82,6 @@ impl Propagator for AsPrinted {
 
     fn is_lost(&self, id: usize) -> bool {
         self.is_lost[id]
-    }
-
-    fn time_step_s(&self) -> Option<f64> {
-        Some(self.clock.time_step_s)
     }
 
     fn description(&self, _state: &GasState) -> String {

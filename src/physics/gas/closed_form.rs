@@ -1,10 +1,11 @@
 //! Closed-form propagator: computes every frame from the start of the paths, independently of earlier frames.
 
+use super::clock::Clock;
 use super::closed_form_simd::Paths;
 use super::propagator::Propagator;
 use super::state::GasState;
 use super::tallies::WallTally;
-use crate::model::{Extent, SetupError, Target};
+use crate::model::{SetupError, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 use serde::{Deserialize, Serialize};
@@ -38,12 +39,8 @@ impl Propagator for ClosedForm {
         })
     }
 
-    fn extent(&self) -> Extent {
-        Extent::Time(self.duration_s)
-    }
-
-    fn time_s(&self) -> f64 {
-        self.time_s
+    fn clock(&self) -> Clock {
+        Clock::Continuous { time_s: self.time_s, duration_s: self.duration_s }
     }
 
     /// Counts the wall collisions since the start of the paths by the closed form, and those since the last call by its difference.

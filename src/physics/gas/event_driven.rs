@@ -1,6 +1,7 @@
 //! Event-driven propagator of points for a thermal wall or a wall with an opening: exact, from wall collision to wall collision. Between
 //! two of them, a path is the closed form of `motion.rs`, also if the wall moves.
 
+use super::clock::Clock;
 use super::energy_balance::EnergyBalance;
 use super::motion::{ChordPath, Circle, Particle, dot, drifted};
 use super::particle_groups::{BLOCK, Group, LANES};
@@ -8,7 +9,7 @@ use super::pressure::speed_at;
 use super::propagator::Propagator;
 use super::state::{Container, GasState, Substance};
 use super::tallies::WallTally;
-use crate::model::{Extent, SetupError, Target};
+use crate::model::{SetupError, Target};
 use crate::random::{Seed, Stream};
 use crate::sum::CompensatedSum;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
@@ -84,12 +85,8 @@ impl Propagator for EventDriven {
         })
     }
 
-    fn extent(&self) -> Extent {
-        Extent::Time(self.duration_s)
-    }
-
-    fn time_s(&self) -> f64 {
-        self.time_s
+    fn clock(&self) -> Clock {
+        Clock::Continuous { time_s: self.time_s, duration_s: self.duration_s }
     }
 
     /// Moves all particles to a time, in blocks of fixed size.

@@ -1,6 +1,7 @@
 //! Log lines of a frame: description of the run at the start, warnings about long steps and lost particles.
 
 use super::Gas;
+use super::clock::{Clock, StepClock};
 use super::numeric_range::max_speed;
 use super::pressure::SpeedMoments;
 use super::short_number::short;
@@ -65,7 +66,7 @@ impl Gas {
     }
 
     fn warn_of_long_steps(&self, frame: &mut Frame) {
-        let Some(time_step_s) = self.scheme.time_step_s() else { return };
+        let Clock::Steps(StepClock { time_step_s, .. }) = self.scheme.clock() else { return };
         let fastest = match self.speed_law {
             InitialSpeeds::Uniform { max_speed } => max_speed,
             _ => max_speed(self.start.iter()),

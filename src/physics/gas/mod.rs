@@ -8,6 +8,7 @@
 //! schemes). `pressure.rs` holds the ideal-gas laws, `observe.rs` what a frame contains.
 
 pub mod as_printed;
+mod clock;
 mod closed_form;
 mod closed_form_simd;
 mod collisions;
@@ -26,7 +27,6 @@ mod short_number;
 pub mod sine_cosine;
 pub mod speed_distribution;
 mod state;
-mod step_clock;
 mod tallies;
 mod temperature_schedule;
 pub mod time_stepped;
@@ -133,7 +133,7 @@ impl Model for Gas {
     }
 
     fn extent(&self) -> Extent {
-        self.scheme.extent()
+        self.scheme.clock().extent()
     }
 
     /// Reaches the target in one call, whatever the budget, if the propagator needs no events.
@@ -141,7 +141,7 @@ impl Model for Gas {
         if self.is_target_reached {
             self.open_window();
         }
-        let target_s = self.scheme.time_of(target)?;
+        let target_s = self.scheme.clock().time_of(target)?;
         self.is_target_reached = false;
         while let Some([time_s, temperature_k]) = self.schedule.due(target_s) {
             if !self.scheme.advance(Target::Time(time_s), &mut at_most, &mut self.state) {
@@ -159,7 +159,7 @@ impl Model for Gas {
     }
 
     fn time(&self) -> f64 {
-        self.scheme.time_s()
+        self.scheme.clock().time_s()
     }
 
     fn observe(&self, frame: &mut Frame) {

@@ -1,7 +1,7 @@
 //! Range in which results have digits: a start outside it is rejected with a remedy instead of giving wrong digits.
 
+use super::clock::STEP_ROUNDING;
 use super::motion::Particle;
-use super::step_clock::STEP_ROUNDING;
 use crate::model::SetupError;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 

@@ -1,14 +1,15 @@
 //! Interface of the schemes that move the particles. `schemes.rs` lists its implementations.
 
+use super::clock::Clock;
 use super::state::GasState;
 use super::tallies::PairTally;
-use crate::model::{Extent, SetupError, SimulationFault, Target};
+use crate::model::{SetupError, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::GasConfig;
 
 /// A scheme that moves the particles of a [`GasState`] and records their collisions there.
 ///
-/// The defaults are those of an event-driven scheme of independent particles, which can stop at any time.
+/// The defaults are those of independent particles that never leave the container.
 pub(super) trait Propagator {
     /// The scheme at time 0; `None` if the manifest requests another one.
     ///
@@ -22,31 +23,14 @@ pub(super) trait Propagator {
     where
         Self: Sized;
 
-    /// Length of the run.
-    fn extent(&self) -> Extent;
-
-    /// Current time, s.
-    fn time_s(&self) -> f64;
+    /// Current time and duration.
+    fn clock(&self) -> Clock;
 
     /// Steps or events since the start.
     fn count(&self, state: &GasState) -> u64 {
-        state.wall.total.collisions
-    }
-
-    /// Time of a target, s.
-    ///
-    /// # Errors
-    /// A target before the current time, or one in a unit that the scheme does not have.
-    fn time_of(&self, target: Target) -> Result<f64, SimulationFault> {
-        match target {
-            Target::Time(time_s) if time_s >= self.time_s() => Ok(time_s),
-            Target::Time(time_s) => Err(SimulationFault(format!(
-                "frames must be requested in order of time: expected a time from {} s, found {time_s} s",
-                self.time_s()
-            ))),
-            Target::Count(_) => Err(SimulationFault(
-                "exact propagation has no steps: frames must be requested by time".into(),
-            )),
+        match self.clock() {
+            Clock::Steps(clock) => clock.done,
+            Clock::Continuous { .. } => state.wall.total.collisions,
         }
     }
 
@@ -83,11 +67,6 @@ pub(super) trait Propagator {
     /// Collisions between discs.
     fn pair_tally(&self) -> PairTally {
         PairTally::default()
-    }
-
-    /// Length of a step, s.
-    fn time_step_s(&self) -> Option<f64> {
-        None
     }
 
     /// Describes the scheme for the log.

@@ -74,8 +74,15 @@ impl ParticleTally {
         Self { square: 1.0, ..Self::default() }
     }
 
+    /// Starts the paths of all particles; tallies of empty lanes stay as they are.
+    pub(super) fn start_paths(tallies: &mut [Self], particles: impl Iterator<Item = Particle>) {
+        for (tally, particle) in tallies.iter_mut().zip(particles) {
+            tally.start_path(particle);
+        }
+    }
+
     /// Stores the invariants of the path that a particle starts.
-    pub(super) fn start_path(&mut self, particle: Particle) {
+    fn start_path(&mut self, particle: Particle) {
         self.square = dot(particle.velocity, particle.velocity);
         self.angular_momentum_per_mass = particle.angular_momentum_per_mass();
     }

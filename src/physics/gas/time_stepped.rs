@@ -3,13 +3,13 @@
 //! As printed, the rest of a step after a wall collision is a length, a step has at most one wall collision, and radial collisions give
 //! 0/0 (`as_printed.rs`). Here the rest is the time dt - u, the path is reflected until the step is used up, and the normal is never zero.
 
+use super::clock::{Clock, StepClock};
 use super::motion::{ChordPath, Flight, Particle, dot, drifted, reflected, time_to_wall};
 use super::particle_groups::{BLOCK, Group, LANES, Lanes};
 use super::propagator::Propagator;
 use super::state::GasState;
-use super::step_clock::{StepClock, start_paths};
 use super::tallies::ParticleTally;
-use crate::model::{Extent, SetupError, SimulationFault, Target};
+use crate::model::{SetupError, Target};
 use crate::random::Seed;
 use crate::simd::dispatch::{self, Kernel};
 use kinetoscope_manifest::model::{GasConfig, Propagation};
@@ -32,24 +32,12 @@ impl Propagator for TimeStepped {
     ) -> Option<Result<Self, SetupError>> {
         let Propagation::Stepped { time_step_s } = config.propagation else { return None };
         let mut tallies = vec![ParticleTally::default(); state.particles.groups.len() * LANES];
-        start_paths(&mut tallies, state.particles.iter());
+        ParticleTally::start_paths(&mut tallies, state.particles.iter());
         Some(Ok(Self { clock: StepClock::new(config.duration_s, time_step_s), tallies }))
     }
 
-    fn extent(&self) -> Extent {
-        self.clock.extent()
-    }
-
-    fn time_s(&self) -> f64 {
-        self.clock.time_s()
-    }
-
-    fn count(&self, _state: &GasState) -> u64 {
-        self.clock.done
-    }
-
-    fn time_of(&self, target: Target) -> Result<f64, SimulationFault> {
-        self.clock.time_of(target)
+    fn clock(&self) -> Clock {
+        Clock::Steps(self.clock)
     }
 
     /// Takes the steps on all threads. Each block takes all its steps before the next block, because particles do not interact: its
@@ -70,15 +58,11 @@ impl Propagator for TimeStepped {
     }
 
     fn restart_paths(&mut self, state: &GasState) {
-        start_paths(&mut self.tallies, state.particles.iter());
+        ParticleTally::start_paths(&mut self.tallies, state.particles.iter());
     }
 
     fn open_window(&mut self) {
         self.tallies.iter_mut().for_each(ParticleTally::open_window);
-    }
-
-    fn time_step_s(&self) -> Option<f64> {
-        Some(self.clock.time_step_s)
     }
 
     fn description(&self, _state: &GasState) -> String {

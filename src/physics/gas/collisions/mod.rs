@@ -9,13 +9,14 @@ mod tournament_tree;
 
 use self::cell_grid::{Cell, CellGrid};
 use self::tournament_tree::TournamentTree;
+use super::clock::Clock;
 use super::motion::{Particle, dot, drifted, elastic_collision, reflected, time_to_wall};
 use super::propagator::Propagator;
 use super::short_number::short;
 use super::state::GasState;
 use super::tallies::{PairTally, WallTallies};
 use crate::collision_time::time_to_contact;
-use crate::model::{Extent, SetupError, Target};
+use crate::model::{SetupError, Target};
 use crate::random::Seed;
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 use serde::{Deserialize, Serialize};
@@ -90,12 +91,8 @@ impl Propagator for CollidingDiscs {
         Some(Self::new(config.duration_s.get(), disc_radius.get(), state))
     }
 
-    fn extent(&self) -> Extent {
-        Extent::Time(self.states.duration_s)
-    }
-
-    fn time_s(&self) -> f64 {
-        self.states.time_s
+    fn clock(&self) -> Clock {
+        Clock::Continuous { time_s: self.states.time_s, duration_s: self.states.duration_s }
     }
 
     fn count(&self, state: &GasState) -> u64 {
