@@ -7,61 +7,61 @@
 mod scene;
 
 // Recorded contact forces equal mass times acceleration for every disc.
-mod contact_forces_move_the_discs;
+mod contact_forces_equal_mass_times_acceleration;
 // Duration and largest overlap of a contact follow the damped oscillator.
-mod contact_lasts_half_a_period;
+mod contact_duration_follows_damped_oscillator;
 // The overlap of a disc at rest carries the weight above it.
-mod disc_at_rest_weighs;
+mod static_load_equals_weight;
 // A dropped disc rebounds to the height that its dashpot leaves.
-mod drop_rebounds_to_its_height;
+mod dropped_disc_rebounds_to_exact_height;
 // Between contacts, discs follow a parabola at constant energy.
-mod free_flight_is_a_parabola;
+mod free_flight_follows_parabola;
 // The implicit dashpot is stable for any damping.
-mod implicit_dashpot_holds;
+mod implicit_dashpot_is_stable;
 // A disc on an incline rolls or slides as the friction coefficient decides.
-mod incline_slides_or_rolls;
+mod disc_on_incline_slides_or_rolls;
 // A pair of materials determines restitution and friction.
-mod materials_give_their_constants;
+mod material_pairs_determine_restitution_and_friction;
 // The mirror image of a start moves as the mirror image.
-mod mirrored_start_moves_mirrored;
+mod trajectory_is_mirror_symmetric;
 // A push passes through a row of discs with the transmission of its restitution.
-mod push_passes_through_a_row;
+mod row_transmission_follows_restitution;
 // The restitution obtained is the one requested, at every phase of the step.
-mod restitution_is_the_one_wanted;
+mod restitution_equals_requested_value;
 // Restitution follows from the damping ratio, and back.
-mod restitution_of_damping_ratio;
+mod restitution_follows_from_damping_ratio;
 // The same for 50 random stiffnesses, masses, radii and time steps.
-mod restitution_of_fifty_draws;
+mod restitution_is_correct_for_random_parameters;
 // Velocity Verlet is half kick, drift, half kick.
-mod velocity_verlet_is_half_kicks;
+mod velocity_verlet_equals_kick_drift_kick;
 
 // The energy balance closes with friction, moving walls and discs that leave.
-mod friction_ledger_closes;
+mod energy_balance_closes_with_friction;
 // The energy-balance error falls with the square of the time step.
-mod ledger_residual_order;
+mod energy_balance_error_is_second_order;
 // Kinetic energy changes by the work of all forces.
-mod work_is_energy;
+mod work_equals_kinetic_energy_change;
 
 // The runout of a collapsing column grows as a power of its aspect ratio.
-mod column_runs_out;
+mod column_runout_grows_with_aspect_ratio;
 // The discharge rate of a silo follows Beverloo's law.
 mod discharge_follows_beverloo;
 // A gas of dissipative discs cools by Haff's law.
-mod gas_cools_by_haffs_law;
+mod granular_gas_follows_haffs_law;
 // The angle of repose lies within the bounds of the friction coefficients.
-mod heap_has_its_slope;
+mod angle_of_repose_is_within_bounds;
 // The load on a silo's floor follows Janssen's law.
-mod silo_walls_carry_weight;
+mod silo_follows_janssen;
 
 // Threads, SIMD width, observation and storage change no bit.
-mod bits_are_the_same_everywhere;
+mod threads_and_simd_do_not_affect_results;
 // Unstable time steps are rejected with values that work.
-mod document_values_are_diagnosed;
+mod unstable_time_step_is_rejected;
 // Observation, work budget and resuming change no bit.
-mod looking_and_cutting_change_nothing;
+mod observation_does_not_affect_the_trajectory;
 // Moving walls are drawn at their position in every frame.
-mod moving_walls_are_drawn;
+mod moving_walls_are_drawn_at_their_position;
 // Inserted discs enter in order, at their rate, without overlap.
-mod rain_falls_in_order;
+mod inserted_discs_enter_in_order;
 // No run starts with overlapping discs or with discs outside the box.
-mod starts_are_sound;
+mod initial_states_have_no_overlap;
