@@ -1,14 +1,14 @@
-//! Law: the floor of a silo carries Ws (1 - exp(-W/Ws)) of a weight W, Ws = sigma g D^2/(2 mu K) (sigma the mass of unit area, D
-//! the width): from some height on, no more.
+//! Law: the floor of a silo carries Ws (1 - exp(-W/Ws)) of a weight W, with Ws = sigma g D^2/(2 mu K), where sigma is the mass per area and D
+//! the width.
 //!
-//! Source: Janssen, Z. VDI 39 (1895) 1045; in the plane, forces on a slice: D d(p)/dz = sigma g D - 2 mu K p. K lies between that
-//! of Rankine's active state, (1 - sin a)/(1 + sin a) = 0.3 at a steep angle of friction of 33 degrees, and somewhat above 1.
-//! Setup: `experiments/dem_silo.toml`: the floor sinks by a diameter, in a quarter of an oscillation, so that discs slip
-//! along the walls everywhere and friction is used up (as Vanel and Clément did, Eur. Phys. J. B 11 (1999) 525), and comes to rest.
-//! Tolerance: Ws from the deepest bed, W(480 discs), within the range of K; the 120 discs' load, a mean over four beds, within
-//! 20 % of that law: chains of forces make single beds scatter by that much.
-//! Control: with smooth walls the floor carries all, to 1 %, as a mean over several of the bed's bounces, which lessen slowly; and
-//! the judge of Janssen's law rejects that.
+//! Source: Janssen, Z. VDI 39 (1895) 1045; in two dimensions, the forces on a slice give D dp/dz = sigma g D - 2 mu K p. K lies between the
+//! value of Rankine's active state, (1 - sin a)/(1 + sin a) = 0.3 at a large friction angle of 33 degrees, and 1.2, slightly above 1.
+//! Setup: `experiments/dem_silo.toml`: the floor sinks by one diameter in a quarter of an oscillation and stops, so that discs slip along the
+//! walls everywhere and friction is fully mobilized (as in Vanel and Clément, Eur. Phys. J. B 11 (1999) 525).
+//! Tolerance: Ws from the deepest bed, 480 discs, lies within the range of K; the load of 120 discs, a mean over four beds, agrees within
+//! 20 % with the law, because force chains cause that scatter between single beds.
+//! Control: with frictionless walls, the floor carries the weight within 1 %, as a mean over several oscillations of the bed, which decay
+//! slowly; Janssen's law is rejected for them.
 
 use crate::scene::{discs, frame, run_to_time, shipped_run};
 use kinetoscope_physics::dem::Dem;
@@ -18,22 +18,20 @@ use kinetoscope_recording::channels::DemWalls;
 
 const G: f64 = 9.81;
 
-/// Load of the floor, the first wall behind the box's four, as a mean over some time, s, after it has come to rest, and the
-/// weight, N.
-fn load_and_weight(words: &str, replicate: u32, time: f64) -> [f64; 2] {
-    let (config, seed) = shipped_run("dem_silo", words);
+/// Mean load on the floor over `time`, s, after the floor has stopped, and the weight, N. The floor is the first wall after the box's four.
+fn load_and_weight(coordinates: &str, replicate: u32, time: f64) -> [f64; 2] {
+    let (config, seed) = shipped_run("dem_silo", coordinates);
     let seed = Seed { replicate, ..seed };
-    let mut model =
-        Dem::prepare(&config, seed, false).unwrap_or_else(|refusal| panic!("{refusal}"));
+    let mut model = Dem::prepare(&config, seed, false).unwrap_or_else(|error| panic!("{error}"));
     run_to_time(&mut model, 0.45);
     run_to_time(&mut model, 0.45 + time);
-    let walls: DemWalls = frame(&model).get().expect("walls");
+    let walls: DemWalls = frame(&model).get().expect("wall data");
     let weight: f64 = discs(&model).iter().map(|disc| disc.mass * G).sum();
     [walls.mean_force_y_n[4], weight]
 }
 
-/// Ws of one load, by bisection; `None` where the floor carries more than 95 %.
-fn screening_weight([load, weight]: [f64; 2]) -> Option<f64> {
+/// Ws from one load, by bisection; `None` if the floor carries more than 95 %.
+fn saturation_weight([load, weight]: [f64; 2]) -> Option<f64> {
     if load > 0.95 * weight {
         return None;
     }
@@ -46,36 +44,36 @@ fn screening_weight([load, weight]: [f64; 2]) -> Option<f64> {
     Some(low)
 }
 
-/// The range of Ws, N: sigma g D = 0.8 to 0.85 of the area times 1e-3 kg over pi r^2, mu = 0.5, K from 0.3 to
-/// 1.2.
-fn is_janssens(scale: f64) -> bool {
+/// Whether Ws, N, lies in the range of the law: sigma g D with a packing fraction of 0.8 to 0.85 and 1e-3 kg per pi r^2, mu = 0.5, and K from
+/// 0.3 to 1.2.
+fn is_saturation_weight(scale: f64) -> bool {
     let per_meter =
         |fraction: f64| fraction * 0.01 * 1e-3 * G / (std::f64::consts::PI * 5e-4 * 5e-4);
-    let least = per_meter(0.8) * 0.01 / (2.0 * 0.5 * 1.2);
-    let most = per_meter(0.85) * 0.01 / (2.0 * 0.5 * 0.3);
-    (least..=most).contains(&scale)
+    let min = per_meter(0.8) * 0.01 / (2.0 * 0.5 * 1.2);
+    let max = per_meter(0.85) * 0.01 / (2.0 * 0.5 * 0.3);
+    (min..=max).contains(&scale)
 }
 
 #[test]
-fn rough_walls_carry_what_janssen_says() {
+fn load_with_frictional_walls_follows_janssen() {
     let deep = load_and_weight("model.dem.discs=480 variant=rough", 0, 0.05);
     let beds = 4;
     let shallow = (0..beds)
         .map(|bed| load_and_weight("model.dem.discs=120 variant=rough", bed, 0.05))
         .fold([0.0; 2], |sum, bed| [0, 1].map(|at| sum[at] + bed[at] / f64::from(beds)));
-    let scale = screening_weight(deep).expect("the walls carry some");
+    let scale = saturation_weight(deep).expect("the walls carry a part of the weight");
     let expected = scale * (1.0 - libm::exp(-shallow[1] / scale));
     println!(
         "load and weight {deep:.3?}: Ws = {scale:.3} N; {shallow:.3?}, expected {expected:.3}"
     );
-    assert!(is_janssens(scale), "{scale}");
+    assert!(is_saturation_weight(scale), "{scale}");
     assert!((shallow[0] / expected - 1.0).abs() < 0.2);
 }
 
 #[test]
-fn smooth_walls_carry_nothing() {
-    let smooth = load_and_weight("model.dem.discs=480 variant=smooth", 0, 0.25);
-    println!("load and weight {smooth:.4?}");
-    assert!((smooth[0] / smooth[1] - 1.0).abs() < 0.01);
-    assert!(screening_weight(smooth).is_none_or(|scale| !is_janssens(scale)));
+fn control_frictionless_walls_carry_no_weight() {
+    let frictionless = load_and_weight("model.dem.discs=480 variant=smooth", 0, 0.25);
+    println!("load and weight {frictionless:.4?}");
+    assert!((frictionless[0] / frictionless[1] - 1.0).abs() < 0.01);
+    assert!(saturation_weight(frictionless).is_none_or(|scale| !is_saturation_weight(scale)));
 }

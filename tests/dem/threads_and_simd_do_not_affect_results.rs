@@ -1,8 +1,12 @@
-//! Promise: one thread or two, four pairs at a time or one, looked at or not, put away and taken up again or not: the same
-//! bits, for every kind of scene.
+//! Guarantee: in every scene, the number of threads, SIMD or scalar evaluation of pairs, observation, and serialization of the model change
+//! no bit of the results.
 //!
-//! Setup: enough discs for several blocks; a bed, a rubbing bed with rolling friction, a periodic one, a drum that turns, a shaken
-//! box, a hopper that loses discs, rain on two materials behind a gate; gases in a periodic box, of which the larger has so many blocks that it keeps no near pairs.
+//! Source: a run must not depend on the machine; see the invariants in ARCHITECTURE.md.
+//! Setup: enough discs for several blocks in a bed, a frictional bed with rolling friction, a periodic bed, a rotating drum, a shaken box,
+//! a hopper that discs leave, and insertion onto two materials behind a gate; two gases in a periodic box, of which the larger has too
+//! many blocks to store lists of near pairs.
+//! Tolerance: none; all bits of the state and of the channels are compared.
+//! Control: a friction coefficient that differs by one part in 10^15 and gravity that differs by 1e-12 m/s^2 change the bits.
 
 use crate::scene::{
     frame, gravity, non_negative, per_contact, positive, prepared, restitution, scenes,
@@ -12,7 +16,7 @@ use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::{Model, Progress, Target};
 use std::num::NonZeroU32;
 
-/// Bits of all numbers of the state and the channels after so many steps; every 75 steps something is done to the model.
+/// Bits of the state and the channels after `steps` steps; `between` is applied to the model every 75 work units.
 fn bits(
     steps: u64,
     config: &DemConfig,
@@ -31,41 +35,41 @@ fn bits(
             }
             model = between(model).with_lanes(lanes);
         }
-        let seen = frame(&model);
-        let messages = seen.messages().iter().flat_map(|message| message.payload.iter());
-        let state = seen.state().iter().map(|value| value.to_bits());
+        let frame = frame(&model);
+        let messages = frame.messages().iter().flat_map(|message| message.payload.iter());
+        let state = frame.state().iter().map(|value| value.to_bits());
         state.chain(messages.map(|byte| u64::from(*byte))).collect()
     })
 }
 
-fn let_alone(model: Dem) -> Dem {
+fn unchanged(model: Dem) -> Dem {
     model
 }
 
-fn looked_at(model: Dem) -> Dem {
+fn observed(model: Dem) -> Dem {
     frame(&model);
     model
 }
 
-fn stored(model: Dem) -> Dem {
-    let value = serde_json::to_value(&model).expect("a model can be stored");
-    serde_json::from_value(value).expect("and taken up")
+fn serialized(model: Dem) -> Dem {
+    let value = serde_json::to_value(&model).expect("a model can be serialized");
+    serde_json::from_value(value).expect("a serialized model can be read")
 }
 
 #[test]
-fn threads_lanes_looks_and_checkpoints_leave_no_trace() {
+fn results_are_independent_of_threads_simd_observation_and_serialization() {
     for (name, config) in scenes() {
-        let whole = bits(300, &config, 1, true, let_alone);
-        assert!(whole == bits(300, &config, 2, true, let_alone), "{name}: two threads");
-        assert!(whole == bits(300, &config, 1, false, let_alone), "{name}: pair by pair");
-        assert!(whole == bits(300, &config, 1, true, looked_at), "{name}: looked at");
-        assert!(whole == bits(300, &config, 2, false, stored), "{name}: stored");
+        let reference = bits(300, &config, 1, true, unchanged);
+        assert!(reference == bits(300, &config, 2, true, unchanged), "{name}: two threads");
+        assert!(reference == bits(300, &config, 1, false, unchanged), "{name}: scalar");
+        assert!(reference == bits(300, &config, 1, true, observed), "{name}: observed");
+        assert!(reference == bits(300, &config, 2, false, serialized), "{name}: serialized");
     }
 }
 
-/// Discs on which nothing acts fly free in a pass of their own, and only near pairs are compared, where lanes are in use.
+/// Covers the separate loop for discs without any force and the comparison of near pairs, which SIMD evaluation alone uses.
 #[test]
-fn a_gas_has_the_bits_of_pairs_one_by_one() {
+fn gas_results_are_independent_of_simd() {
     for (discs, steps) in [(6001, 400), (210_000, 40)] {
         // Packing fraction 0.3, r 0.5 mm.
         let side = 5e-4 * (std::f64::consts::PI * f64::from(discs) / 0.3).sqrt();
@@ -83,17 +87,16 @@ fn a_gas_has_the_bits_of_pairs_one_by_one() {
             velocity_deviation_m_per_s: Some(positive(3.0)),
             ..DemConfig::default()
         };
-        let whole = bits(steps, &gas, 2, true, let_alone);
-        assert!(whole == bits(steps, &gas, 2, false, let_alone), "{discs}");
+        let reference = bits(steps, &gas, 2, true, unchanged);
+        assert!(reference == bits(steps, &gas, 2, false, unchanged), "{discs} discs");
     }
 }
 
-/// Control: the bits tell a difference of one part in 10^15 of a parameter.
 #[test]
-fn another_friction_is_noticed() {
+fn control_tiny_parameter_change_alters_bits() {
     let (_, config) = scenes().swap_remove(1);
     let other = DemConfig { friction: non_negative(0.5 * (1.0 + 1e-15)), ..config.clone() };
-    assert!(bits(300, &config, 1, true, let_alone) != bits(300, &other, 1, true, let_alone));
+    assert!(bits(300, &config, 1, true, unchanged) != bits(300, &other, 1, true, unchanged));
     let tilted = DemConfig { gravity_m_per_s2: gravity(1e-12, -9.81), ..config.clone() };
-    assert!(bits(300, &config, 1, true, let_alone) != bits(300, &tilted, 1, true, let_alone));
+    assert!(bits(300, &config, 1, true, unchanged) != bits(300, &tilted, 1, true, unchanged));
 }
