@@ -1,67 +1,67 @@
-//! Laws of the discrete element method: contacts, friction, walls, starts, and beds of many discs.
+//! Laws of the discrete element method: contacts, friction, walls, initial states, and beds of many discs.
 //!
-//! A test belongs here if it compares a DEM run with a closed form, an independent program or itself in memory. Each file
-//! states its law or guarantee in the header.
+//! A test belongs here if it compares a DEM run with a closed form, an independent program, or a second run in memory. Each
+//! file states its law or guarantee in the header.
 
-// Scenes, starts and readings of frames that the tests share.
+// Scenes, initial states and frame readers that the tests share.
 mod scene;
 
 // Recorded contact forces equal mass times acceleration for every disc.
-mod contact_forces_move_the_discs;
+mod contact_forces_equal_mass_times_acceleration;
 // Duration and largest overlap of a contact follow the damped oscillator.
-mod contact_lasts_half_a_period;
-// The overlap of a disc at rest carries the weight above it.
-mod disc_at_rest_weighs;
-// A dropped disc rebounds to the height that its dashpot leaves.
-mod drop_rebounds_to_its_height;
+mod contact_duration_follows_damped_oscillator;
+// A disc on an incline rolls or slides, depending on the friction coefficient.
+mod disc_on_incline_slides_or_rolls;
+// A dropped disc rebounds to the height of the exact solution.
+mod dropped_disc_rebounds_to_exact_height;
 // Between contacts, discs follow a parabola at constant energy.
-mod free_flight_is_a_parabola;
+mod free_flight_follows_parabola;
 // The implicit dashpot is stable for any damping.
-mod implicit_dashpot_holds;
-// A disc on an incline rolls or slides as the friction coefficient decides.
-mod incline_slides_or_rolls;
+mod implicit_dashpot_is_stable;
 // A pair of materials determines restitution and friction.
-mod materials_give_their_constants;
-// The mirror image of a start moves as the mirror image.
-mod mirrored_start_moves_mirrored;
-// A push passes through a row of discs with the transmission of its restitution.
-mod push_passes_through_a_row;
-// The restitution obtained is the one requested, at every phase of the step.
-mod restitution_is_the_one_wanted;
-// Restitution follows from the damping ratio, and back.
-mod restitution_of_damping_ratio;
-// The same for 50 random stiffnesses, masses, radii and time steps.
-mod restitution_of_fifty_draws;
-// Velocity Verlet is half kick, drift, half kick.
-mod velocity_verlet_is_half_kicks;
+mod material_pairs_determine_restitution_and_friction;
+// The restitution obtained equals the requested value at every phase of the step.
+mod restitution_equals_requested_value;
+// Restitution follows from the damping ratio, and the damping ratio from the restitution.
+mod restitution_follows_from_damping_ratio;
+// The restitution is correct for 50 random stiffnesses, masses, radii and time steps.
+mod restitution_is_correct_for_random_parameters;
+// The velocity transmitted through a row of discs follows from their restitution.
+mod row_transmission_follows_restitution;
+// At rest, the overlap of a disc carries the weight above it.
+mod static_load_equals_weight;
+// The mirror image of an initial state moves as the mirror image.
+mod trajectory_is_mirror_symmetric;
+// Velocity Verlet equals half kick, drift, half kick.
+mod velocity_verlet_equals_kick_drift_kick;
 
 // The energy balance closes with friction, moving walls and discs that leave.
-mod friction_ledger_closes;
-// The energy-balance error falls with the square of the time step.
-mod ledger_residual_order;
+mod energy_balance_closes_with_friction;
+// The energy-balance error decreases with the square of the time step.
+mod energy_balance_error_is_second_order;
 // Kinetic energy changes by the work of all forces.
-mod work_is_energy;
+mod work_equals_kinetic_energy_change;
 
+// The angle of repose lies within the bounds of the friction coefficients.
+mod angle_of_repose_is_within_bounds;
 // The runout of a collapsing column grows as a power of its aspect ratio.
-mod column_runs_out;
+mod column_runout_grows_with_aspect_ratio;
 // The discharge rate of a silo follows Beverloo's law.
 mod discharge_follows_beverloo;
 // A gas of dissipative discs cools by Haff's law.
-mod gas_cools_by_haffs_law;
-// The angle of repose lies within the bounds of the friction coefficients.
-mod heap_has_its_slope;
+mod granular_gas_follows_haffs_law;
 // The load on a silo's floor follows Janssen's law.
-mod silo_walls_carry_weight;
+mod silo_follows_janssen;
 
-// Threads, SIMD width, observation and storage change no bit.
-mod bits_are_the_same_everywhere;
-// Unstable time steps are rejected with values that work.
-mod document_values_are_diagnosed;
-// Observation, work budget and resuming change no bit.
-mod looking_and_cutting_change_nothing;
-// Moving walls are drawn at their position in every frame.
-mod moving_walls_are_drawn;
-// Inserted discs enter in order, at their rate, without overlap.
-mod rain_falls_in_order;
 // No run starts with overlapping discs or with discs outside the box.
-mod starts_are_sound;
+mod initial_states_have_no_overlap;
+// Inserted discs enter in order, at their rate, without overlap.
+mod inserted_discs_enter_in_order;
+// Moving walls are drawn at their position in every frame.
+mod moving_walls_are_drawn_at_their_position;
+// Observation, step budget and resuming change no bit.
+mod observation_does_not_affect_the_trajectory;
+// Number of threads, SIMD, observation and storage change no bit.
+mod threads_and_simd_do_not_affect_results;
+// Unstable time steps are rejected with values that are accepted.
+mod unstable_time_step_is_rejected;

@@ -1,4 +1,4 @@
-//! Short ways to set up discs, to run them and to look at them.
+//! Builders of DEM configurations, and functions that run a model and read its frames.
 
 use kinetoscope_manifest::model::{
     DemConfig, DemContactConstants, DemContactPair, DemMaterial, DemRain, DemWall, DemWallShape,
@@ -15,13 +15,13 @@ use std::num::NonZeroU32;
 
 pub(crate) const SEED: Seed = Seed { seed: 14, replicate: 0 };
 
-/// A row of the state.
+/// One row of the recorded state.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Disc {
     pub(crate) position: [f64; 2],
-    /// At the positions' time.
+    /// Velocity at the time of the positions.
     pub(crate) velocity: [f64; 2],
-    /// The integrator's own.
+    /// Velocity that the integrator stores.
     pub(crate) step_velocity: [f64; 2],
     pub(crate) radius: f64,
     pub(crate) id: u32,
@@ -29,7 +29,7 @@ pub(crate) struct Disc {
 }
 
 pub(crate) fn positive(value: f64) -> Positive {
-    Positive::new(value).expect("above zero")
+    Positive::new(value).expect("positive")
 }
 
 pub(crate) fn per_contact(steps: f64) -> TimeStep {
@@ -41,7 +41,7 @@ pub(crate) fn restitution(value: f64) -> Dissipation {
 }
 
 pub(crate) fn damping(value: f64) -> Dissipation {
-    Dissipation::Damping(NonNegative::new(value).expect("not negative"))
+    Dissipation::Damping(NonNegative::new(value).expect("non-negative"))
 }
 
 pub(crate) fn gravity(gx: f64, gy: f64) -> [Finite; 2] {
@@ -56,7 +56,7 @@ pub(crate) fn finite(pair: [f64; 2]) -> [Finite; 2] {
     pair.map(|value| Finite::new(value).expect("finite"))
 }
 
-/// Sets the discs' number, positions and velocities.
+/// Sets the number, positions and velocities of the discs.
 pub(crate) fn given(config: DemConfig, discs: &[([f64; 2], [f64; 2])]) -> DemConfig {
     DemConfig {
         discs: NonZeroU32::new(discs.len() as u32).expect("not empty"),
@@ -68,12 +68,12 @@ pub(crate) fn given(config: DemConfig, discs: &[([f64; 2], [f64; 2])]) -> DemCon
     }
 }
 
-/// The model at its start.
+/// Returns the model in its initial state.
 pub(crate) fn prepared(config: &DemConfig) -> Dem {
-    Dem::prepare(config, SEED, false).unwrap_or_else(|refusal| panic!("{refusal}"))
+    Dem::prepare(config, SEED, false).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Moves on to a step.
+/// Advances the model to a step.
 pub(crate) fn run_to(model: &mut Dem, step: u64) {
     if let Err(fault) = model.advance(Target::Count(step), u64::MAX) {
         panic!("{fault}");
@@ -102,10 +102,10 @@ pub(crate) fn discs(model: &Dem) -> Vec<Disc> {
 }
 
 pub(crate) fn energy(model: &Dem) -> DemEnergy {
-    frame(model).get().expect("every frame has its energy")
+    frame(model).get().expect("every frame contains the energy")
 }
 
-/// The length of one step, s.
+/// Returns the time step, s.
 pub(crate) fn time_step(model: &Dem) -> f64 {
     match model.extent() {
         kinetoscope_physics::model::Extent::Steps { step, .. } => step,
@@ -114,10 +114,10 @@ pub(crate) fn time_step(model: &Dem) -> f64 {
 }
 
 pub(crate) fn non_negative(value: f64) -> NonNegative {
-    NonNegative::new(value).expect("not negative")
+    NonNegative::new(value).expect("non-negative")
 }
 
-/// A straight wall at rest.
+/// Returns a straight wall at rest.
 pub(crate) fn segment(from: [f64; 2], to: [f64; 2]) -> DemWall {
     DemWall {
         shape: DemWallShape::Segment { from_m: finite(from), to_m: finite(to) },
@@ -128,6 +128,7 @@ pub(crate) fn segment(from: [f64; 2], to: [f64; 2]) -> DemWall {
     }
 }
 
+/// Returns a rotating circular wall that encloses the discs.
 pub(crate) fn drum(center: [f64; 2], radius: f64, spin: f64) -> DemWall {
     let spin_rad_per_s = Finite::new(spin).expect("finite");
     let shape =
@@ -135,33 +136,36 @@ pub(crate) fn drum(center: [f64; 2], radius: f64, spin: f64) -> DemWall {
     DemWall { shape, ..segment([0.0; 2], [1.0; 2]) }
 }
 
-/// The runs of a shipped experiment, each with its coordinates in words.
+/// Returns the runs of a shipped experiment, each with its coordinates as text.
 pub(crate) fn shipped(name: &str) -> Vec<(String, DemConfig, Seed)> {
     let path = format!("{}/experiments/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
     let experiment = kinetoscope_manifest::parse(&text, &path, &[])
         .unwrap_or_else(|diagnostics| panic!("{diagnostics}"));
-    let words =
-        |place: &kinetoscope_manifest::Coordinate| format!("{}={} ", place.key, place.value);
+    let as_text = |coordinate: &kinetoscope_manifest::Coordinate| {
+        format!("{}={} ", coordinate.key, coordinate.value)
+    };
     experiment
         .runs
         .iter()
         .map(|run| {
-            let ModelConfig::Dem(config) = &run.manifest.model else { panic!("{name} is no DEM") };
+            let ModelConfig::Dem(config) = &run.manifest.model else { panic!("{name} is not DEM") };
             let seed = Seed { seed: run.manifest.seed, replicate: run.manifest.replicate };
-            (run.coordinates.iter().map(words).collect(), config.clone(), seed)
+            (run.coordinates.iter().map(as_text).collect(), config.clone(), seed)
         })
         .collect()
 }
 
-/// A shipped run by words that its coordinates hold.
-pub(crate) fn shipped_run(name: &str, words: &str) -> (DemConfig, Seed) {
-    let mut runs = shipped(name).into_iter().filter(|run| run.0.contains(words));
-    let Some((_, config, seed)) = runs.next() else { panic!("{name} has no run with {words}") };
+/// Returns the first run of a shipped experiment whose coordinates contain a text.
+pub(crate) fn shipped_run(name: &str, coordinates: &str) -> (DemConfig, Seed) {
+    let mut runs = shipped(name).into_iter().filter(|run| run.0.contains(coordinates));
+    let Some((_, config, seed)) = runs.next() else {
+        panic!("{name} has no run with {coordinates}")
+    };
     (config, seed)
 }
 
-/// Moves on to a time, s.
+/// Advances the model to a time, s.
 pub(crate) fn run_to_time(model: &mut Dem, time: f64) {
     if let Err(fault) = model.advance(Target::Time(time), u64::MAX) {
         panic!("{fault}");
@@ -181,10 +185,10 @@ pub(crate) fn material(name: &str, restitution: f64, friction: f64) -> DemMateri
     }
 }
 
-/// A scene of every kind, in full motion within a few hundred steps, by name.
+/// Returns named scenes that cover every feature and are in full motion within a few hundred steps.
 pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
     let count = |discs: u32| NonZeroU32::new(discs).expect("not zero");
-    // Gravity a hundred times the Earth's: a bed forms in a few hundred steps.
+    // With 100 times the gravity of the Earth, a bed forms in a few hundred steps.
     let bed = DemConfig {
         discs: count(6000),
         radius_m: DiscRadius::Uniform { min: positive(4.5e-4), max: positive(5.5e-4) },
@@ -195,18 +199,22 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
         time_step: per_contact(20.0),
         ..DemConfig::default()
     };
-    let rubbing = DemConfig {
+    let frictional = DemConfig {
         friction: non_negative(0.5),
         rolling_friction: non_negative(0.1),
         ..bed.clone()
     };
-    let small = DemConfig { discs: count(300), width_m: positive(0.04), ..rubbing.clone() };
+    let small = DemConfig { discs: count(300), width_m: positive(0.04), ..frictional.clone() };
     vec![
         ("bed", bed.clone()),
-        ("rubbing bed", rubbing.clone()),
+        ("frictional bed", frictional.clone()),
         (
             "periodic",
-            DemConfig { periodic: PeriodicSides::X, stability: Stability::Warn, ..rubbing.clone() },
+            DemConfig {
+                periodic: PeriodicSides::X,
+                stability: Stability::Warn,
+                ..frictional.clone()
+            },
         ),
         (
             "drum",
@@ -239,12 +247,12 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
                 ..small.clone()
             },
         ),
-        ("rain on two materials behind a gate", rain_scene(small)),
+        ("insertion onto two materials behind a gate", insertion_scene(small)),
     ]
 }
 
-/// Discs of two materials, more of which fall in, behind a gate that opens.
-fn rain_scene(small: DemConfig) -> DemConfig {
+/// Discs of two materials behind a gate that opens, with insertion from above.
+fn insertion_scene(small: DemConfig) -> DemConfig {
     DemConfig {
         materials: vec![
             DemMaterial { density_ratio: positive(2.0), ..material("heavy", 0.9, 0.2) },

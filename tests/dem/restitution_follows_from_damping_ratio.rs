@@ -1,16 +1,18 @@
-//! Law: the restitution e of a spring–dashpot collision follows from its damping ratio zeta alone, and back.
+//! Law: the restitution e of a spring-dashpot collision depends only on its damping ratio zeta, and zeta only on e. Attractive tail:
+//! e = exp(-pi b/w). Clamped tail: e = exp{-(b/w) [pi - atan(2 b w/(w^2 - b^2))]} for zeta < 1/sqrt 2,
+//! exp{-(b/w) atan(2 b w/(b^2 - w^2))} for 1/sqrt 2 < zeta < 1, e^-2 at 1, and 1/(4 zeta^2) for zeta >> 1.
 //!
-//! Attractive tail: e = exp(-pi b/w). Clamped: e = exp{-(b/w) [pi - atan(2 b w / (w^2 - b^2))]} for zeta < 1/sqrt 2,
-//! exp{-(b/w) atan(2 b w / (b^2 - w^2))} for 1/sqrt 2 < zeta < 1, e^-2 at 1, 1/(4 zeta^2) far above.
-//! Source: Schwager and Pöschel, Granular Matter 9 (2007) 465; the table of zeta is computed from these formulas with 50
-//! digits, outside of this program.
-//! Tolerance: half a unit of the table's eighth digit; 1e-14 where formulas in doubles are compared.
+//! Source: Schwager and Pöschel, Granular Matter 9 (2007) 465. TABLE: these formulas in 50-digit arithmetic, outside this program.
+//! Setup: the functions alone, without a simulation.
+//! Tolerance: half a unit of the table's eighth digit; 1e-14 for formulas in double precision; 1e-3 for the limit zeta >> 1, whose next term
+//! is of the order ln(zeta)/zeta^2 = 2e-4.
+//! Control: the columns of the two tails are not interchangeable.
 
 use kinetoscope_manifest::model::ForceTail;
 use kinetoscope_physics::dem::restitution::{damping_ratio, restitution};
 use std::f64::consts::PI;
 
-/// e wanted, zeta with the attractive tail, zeta clamped.
+/// Requested e, zeta with the attractive tail, zeta with the clamped tail.
 const TABLE: [[f64; 3]; 4] = [
     [0.9, 0.033_518_45, 0.034_265_20],
     [0.8, 0.070_850_30, 0.074_355_10],
@@ -23,20 +25,19 @@ fn agrees_with_the_table(tail: ForceTail, column: usize) -> bool {
 }
 
 #[test]
-fn the_damping_ratio_is_the_tables() {
+fn damping_ratio_equals_the_table() {
     assert!(agrees_with_the_table(ForceTail::Attractive, 1));
     assert!(agrees_with_the_table(ForceTail::Clamped, 2));
 }
 
-/// Control: the tails are not each other's.
 #[test]
-fn the_table_tells_the_tails_apart() {
+fn control_tables_of_the_tails_are_not_interchangeable() {
     assert!(!agrees_with_the_table(ForceTail::Attractive, 2));
     assert!(!agrees_with_the_table(ForceTail::Clamped, 1));
 }
 
-/// The clamped restitution as the source writes it, with w0 = 1.
-fn as_in_the_source(zeta: f64) -> f64 {
+/// Clamped restitution as written in the source, with w0 = 1.
+fn published_restitution(zeta: f64) -> f64 {
     let (b, w) = (zeta, libm::sqrt(1.0 - zeta * zeta));
     let angle = libm::atan(2.0 * b * w / (w * w - b * b));
     // Above 1/sqrt 2 the source's second case is atan(2 b w / (b^2 - w^2)) = -angle.
@@ -44,16 +45,16 @@ fn as_in_the_source(zeta: f64) -> f64 {
 }
 
 #[test]
-fn the_clamped_formula_is_the_sources() {
+fn clamped_formula_equals_the_published_one() {
     for step in 1..100 {
         let zeta = f64::from(step) / 100.0;
-        let difference = restitution(zeta, ForceTail::Clamped) - as_in_the_source(zeta);
+        let difference = restitution(zeta, ForceTail::Clamped) - published_restitution(zeta);
         assert!(difference.abs() < 1e-14, "zeta = {zeta}: {difference:e}");
     }
 }
 
 #[test]
-fn the_clamped_formula_goes_through_critical_damping_to_its_far_limit() {
+fn clamped_formula_is_continuous_at_critical_damping_and_has_the_correct_limit() {
     let critical = libm::exp(-2.0);
     for near in [1.0 - 1e-9, 1.0, 1.0 + 1e-9] {
         assert!((restitution(near, ForceTail::Clamped) - critical).abs() < 1e-9);
@@ -65,12 +66,12 @@ fn the_clamped_formula_goes_through_critical_damping_to_its_far_limit() {
 }
 
 #[test]
-fn what_is_wanted_comes_back() {
+fn restitution_inverts_damping_ratio() {
     for tail in [ForceTail::Attractive, ForceTail::Clamped] {
         for step in 1..=100 {
-            let wanted = f64::from(step) / 100.0;
-            let obtained = restitution(damping_ratio(wanted, tail), tail);
-            assert!((obtained - wanted).abs() < 1e-14, "{tail:?} {wanted}: {obtained}");
+            let requested = f64::from(step) / 100.0;
+            let obtained = restitution(damping_ratio(requested, tail), tail);
+            assert!((obtained - requested).abs() < 1e-14, "{tail:?} {requested}: {obtained}");
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Law: discs in a row that collide one after the other hand a push on: the last one of N moves with v ((1 + e)/2)^(N - 1),
-//! all of v for e = 1, where each gap is longer than the way in a contact, v pi/w. Discs that touch share the push.
+//! Law: in a row of N separated discs, the last disc obtains the velocity v ((1 + e)/2)^(N - 1), if each gap is longer than the displacement
+//! during a contact, v pi/w. Touching discs share the momentum.
 //!
-//! Source: momentum and restitution, collision by collision; touching rows: Herrmann and Seitz, Am. J. Phys. 50 (1982) 977.
-//! Their numbers are found here by another integrator, Runge and Kutta's of fourth order, of m x'' = sum of k delta - eta v on
-//! a line.
+//! Source: momentum and restitution, collision by collision. Touching rows: Herrmann and Seitz, Am. J. Phys. 50 (1982) 977; their
+//! velocities are computed here with another integrator, the fourth-order Runge-Kutta method, from m x'' = sum of k delta - eta v on a line.
 //! Setup: `experiments/dem_newtons_cradle.toml`.
-//! Tolerance: the band of a restitution, 0.5 w0 dt = 0.0022 at N_t = 1000, for each of four collisions.
+//! Tolerance: 0.009, the band of the restitution, 0.5 w0 dt = 0.0022 at N_t = 1000, for each of four collisions.
+//! Control: a touching row does not transmit all of the velocity.
 
 use crate::scene::{discs, prepared, run_to_time, shipped_run};
 
@@ -19,7 +19,7 @@ fn coordinates(variant: &str, restitution: &str) -> String {
     format!("model.dem.restitution={restitution} variant={variant} ")
 }
 
-/// Velocities of all discs at the end, m/s; the first one began with 1 m/s.
+/// Velocities of all discs at the end, m/s; the initial velocity of the first disc is 1 m/s.
 fn measured(variant: &str, restitution: &str) -> Vec<f64> {
     let (config, _) = shipped_run("dem_newtons_cradle", &coordinates(variant, restitution));
     let mut model = prepared(&config);
@@ -41,7 +41,7 @@ fn accelerations(x: &[f64; ROW], v: &[f64; ROW], damping: f64) -> [f64; ROW] {
     a
 }
 
-/// The same velocities by Runge and Kutta with a twentieth of the step.
+/// The same velocities by the Runge-Kutta method with a twentieth of the step.
 fn reference(gap: f64, damping_ratio: f64) -> [f64; ROW] {
     let damping = 2.0 * damping_ratio * (STIFFNESS * 0.5 * MASS).sqrt();
     let mut x: [f64; ROW] = std::array::from_fn(|disc| disc as f64 * (DIAMETER + gap));
@@ -67,32 +67,31 @@ fn reference(gap: f64, damping_ratio: f64) -> [f64; ROW] {
 }
 
 #[test]
-fn a_push_passes_through_discs_that_are_apart() {
+fn separated_discs_transmit_the_velocity_of_binary_collisions() {
     for (restitution, e) in [("1", 1.0_f64), ("0.9", 0.9)] {
-        let passed = measured("apart", restitution)[ROW - 1];
+        let transmitted = measured("apart", restitution)[ROW - 1];
         let factor = 0.5 * (1.0 + e);
         let expected = factor * factor * factor * factor;
-        println!("e = {e}: {passed:.5} of the push, expected {expected:.5}");
-        assert!((passed - expected).abs() < TOLERANCE);
+        println!("e = {e}: {transmitted:.5} of the velocity, expected {expected:.5}");
+        assert!((transmitted - expected).abs() < TOLERANCE);
     }
 }
 
 #[test]
-fn discs_that_touch_share_it_as_another_integrator_says() {
-    // zeta of e = 0.9 with the attractive tail: -ln e / sqrt(pi^2 + ln^2 e).
+fn touching_discs_follow_the_runge_kutta_solution() {
+    // Attractive tail: zeta = -ln e / sqrt(pi^2 + ln^2 e) at e = 0.9.
     for (restitution, zeta) in [("1", 0.0), ("0.9", 0.033_518_45)] {
         let (found, expected) = (measured("touching", restitution), reference(0.0, zeta));
-        println!("e = {restitution}: {found:.4?}, by Runge and Kutta {expected:.4?}");
+        println!("e = {restitution}: {found:.4?}, Runge-Kutta {expected:.4?}");
         for (found, expected) in found.iter().zip(expected) {
             assert!((found - expected).abs() < TOLERANCE);
         }
     }
 }
 
-/// Control: the row that touches is not one of binary collisions, by the same judge.
 #[test]
-fn discs_that_touch_do_not_hand_it_all_on() {
+fn control_touching_discs_do_not_transmit_all_velocity() {
     assert!(measured("touching", "1")[ROW - 1] < 1.0 - 5.0 * TOLERANCE);
-    // And the reference tells apart from touching.
+    // The reference distinguishes separated from touching discs.
     assert!((reference(4e-4, 0.0)[ROW - 1] - 1.0).abs() < 1e-3);
 }

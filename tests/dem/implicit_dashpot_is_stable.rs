@@ -1,11 +1,11 @@
-//! Law: with the implicit dashpot one contact alone has v' = (v + k delta dt/m_eff) / (1 + c), and the document's damping,
-//! c = 67, comes to rest, where explicit dashpots multiply the velocity by c.
+//! Law: with the implicit dashpot, an isolated contact follows v' = (v + k delta dt/m_eff) / (1 + c), and discs with the damping of the DEM
+//! exercise, c = 67, come to rest. Explicit dashpots multiply the velocity by 1 - c.
 //!
-//! Source: backward Euler of the dashpot for an isolated pair, written out here; the source document's
-//! eta = 1.5e3 N s/m, k = 5e4 N/m, r = 1e-4 m.
-//! Setup: a head-on pair without gravity, 200 steps; 200 discs of the document collapsing for 0.12 s.
-//! Tolerance: 1e-12 of the speed for the pair; for the bed the energy never rises by more than the ledger's residual of 1 %,
-//! no overlap reaches half a radius, and what is dissipated never falls by more than 1e-6 of the whole.
+//! Source: backward Euler of the dashpot for an isolated pair, written out here; eta = 1.5e3 N s/m, k = 5e4 N/m and r = 1e-4 m of the DEM
+//! exercise.
+//! Setup: a head-on pair without gravity, 200 steps; 200 discs of the exercise collapsing for 0.12 s.
+//! Tolerance: 1e-12 of the speed for the pair. For the bed, the energy never rises by more than the energy-balance error of 1 %, no overlap
+//! reaches half a radius, and the dissipated energy never decreases by more than 1e-6 of the total.
 
 use crate::scene::{
     damping, discs, energy, equal, frame, given, gravity, positive, prepared, run_to, time_step,
@@ -14,7 +14,7 @@ use kinetoscope_manifest::model::{DemConfig, DemIntegrator};
 use kinetoscope_recording::channels::DemContacts;
 use std::num::NonZeroU32;
 
-fn document() -> DemConfig {
+fn exercise() -> DemConfig {
     DemConfig {
         dissipation: damping(1.5e3),
         integrator: DemIntegrator::ImplicitDashpot,
@@ -23,13 +23,13 @@ fn document() -> DemConfig {
 }
 
 #[test]
-fn a_pair_alone_follows_the_formula() {
-    let config = DemConfig { gravity_m_per_s2: gravity(0.0, 0.0), ..document() };
-    let places = [([0.0195, 0.02], [0.5, 0.0]), ([0.020_500_01, 0.02], [-0.5, 0.0])];
-    let mut model = prepared(&given(config, &places));
+fn isolated_pair_follows_backward_euler() {
+    let config = DemConfig { gravity_m_per_s2: gravity(0.0, 0.0), ..exercise() };
+    let pair = [([0.0195, 0.02], [0.5, 0.0]), ([0.020_500_01, 0.02], [-0.5, 0.0])];
+    let mut model = prepared(&given(config, &pair));
     let step = time_step(&model);
     let c = 1.5e3 * step / 5e-4;
-    let mut deepest = 0.0;
+    let mut max_overlap = 0.0;
     for count in 1..=200 {
         let before = discs(&model);
         let overlap = 1e-3 - (before[1].position[0] - before[0].position[0]);
@@ -40,20 +40,20 @@ fn a_pair_alone_follows_the_formula() {
             if overlap > 0.0 { (v + 5e4 * overlap * step / 5e-4) / (1.0 + c) } else { v };
         run_to(&mut model, count);
         let found = separating(&discs(&model));
-        assert!((found - expected).abs() < 1e-12, "step {count}: {found} and not {expected}");
-        deepest = if overlap > deepest { overlap } else { deepest };
+        assert!((found - expected).abs() < 1e-12, "step {count}: {found}, expected {expected}");
+        max_overlap = if overlap > max_overlap { overlap } else { max_overlap };
     }
-    // It begins within a step at 1 m/s; then 1/(1 + c) of that speed is left, and less each step.
-    assert!(deepest > 0.0 && deepest < step * (1.0 + 2.0 / c), "{deepest:e} m");
+    // The contact begins within a step at 1 m/s; one step later 1/(1 + c) of that speed remains, and less after each step.
+    assert!(max_overlap > 0.0 && max_overlap < step * (1.0 + 2.0 / c), "{max_overlap:e} m");
 }
 
 #[test]
-fn the_documents_discs_come_to_rest() {
+fn exercise_discs_come_to_rest() {
     let config = DemConfig {
         discs: NonZeroU32::new(200).expect("not zero"),
         radius_m: equal(1e-4),
         width_m: positive(0.008),
-        ..document()
+        ..exercise()
     };
     let mut model = prepared(&config);
     let total = energy(&model).total_j;
@@ -65,12 +65,12 @@ fn the_documents_discs_come_to_rest() {
         let now = energy(&model);
         assert!(now.dissipated_j - before.dissipated_j > -1e-6 * total, "{now:?}");
         assert!(now.total_j < before.total_j + 1e-2 * total, "{now:?}");
-        let contacts: DemContacts = frame(&model).get().expect("contacts");
+        let contacts: DemContacts = frame(&model).get().expect("contact statistics");
         assert!(contacts.largest_overlap_over_radius < 0.5, "{contacts:?}");
         before = now;
     }
     println!(
-        "residual {:.1e}, kinetic {:.1e} of the start",
+        "residual {:.1e}, kinetic {:.1e} of the initial energy",
         before.residual_j / total,
         before.kinetic_j / total
     );

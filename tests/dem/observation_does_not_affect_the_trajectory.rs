@@ -1,7 +1,8 @@
-//! Promise: how work is cut, whether anybody looks, and whether the state was put away and taken up again, changes no bit
-//! of the trajectory or of a frame.
+//! Guarantee: the step budget, observation, and serialization of the model change no bit of the trajectory or of a frame.
 //!
-//! Setup: 60 discs of mixed radii in a small box, 2000 steps, frames each 500; every integrator.
+//! Setup: 60 discs of mixed radii in a small box, 2000 steps, one frame per 500 steps; every integrator.
+//! Tolerance: none; the bits of the states and all messages are compared.
+//! Control: another replicate has other bits.
 
 use crate::scene::{SEED, frame, per_contact, positive, prepared};
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, DiscRadius};
@@ -22,7 +23,7 @@ fn config(integrator: DemIntegrator) -> DemConfig {
     }
 }
 
-/// Frames at every 500 steps, with work cut by a budget; `between` may do something to the model between two cuts.
+/// One frame per 500 steps, with a work budget per call; `between` is applied to the model after each incomplete call.
 fn frames(config: &DemConfig, budget: u64, between: impl Fn(Dem) -> Dem) -> Vec<Frame> {
     let mut model = prepared(config);
     let mut frames = vec![frame(&model)];
@@ -39,41 +40,41 @@ fn frames(config: &DemConfig, budget: u64, between: impl Fn(Dem) -> Dem) -> Vec<
     frames
 }
 
-/// Bits, so that no rounding of a comparison hides anything.
+/// Bits of the states, because a comparison of numbers does not distinguish signed zeros.
 fn bits(frames: &[Frame]) -> Vec<Vec<u64>> {
     frames.iter().map(|frame| frame.state().iter().map(|value| value.to_bits()).collect()).collect()
 }
 
 #[test]
-fn cuts_looks_and_checkpoints_leave_no_trace() {
+fn budget_observation_and_serialization_change_no_bit() {
     for integrator in [
         DemIntegrator::SemiImplicitEuler,
         DemIntegrator::VelocityVerlet,
         DemIntegrator::ImplicitDashpot,
     ] {
         let config = config(integrator);
-        let whole = frames(&config, u64::MAX, |model| model);
-        let looked_at = frames(&config, 1, |model| {
+        let reference = frames(&config, u64::MAX, |model| model);
+        let observed = frames(&config, 1, |model| {
             let _ = frame(&model);
             model
         });
-        let put_away = frames(&config, 7, |model| {
-            let stored = serde_json::to_value(&model).expect("a model can be stored");
-            serde_json::from_value(stored).expect("and taken up again")
+        let serialized = frames(&config, 7, |model| {
+            let value = serde_json::to_value(&model).expect("a model can be serialized");
+            serde_json::from_value(value).expect("a serialized model can be read")
         });
-        for other in [&looked_at, &put_away] {
-            assert_eq!(bits(&whole), bits(other), "{integrator:?}");
-            assert_eq!(&whole, other, "{integrator:?}: messages");
+        for other in [&observed, &serialized] {
+            assert_eq!(bits(&reference), bits(other), "{integrator:?}");
+            assert_eq!(&reference, other, "{integrator:?}: messages");
         }
-        assert!(whole.last().is_some_and(|frame| !frame.contacts().is_empty()));
+        assert!(reference.last().is_some_and(|frame| !frame.contacts().is_empty()));
     }
 }
 
 #[test]
-fn replicates_differ_and_the_time_step_does_not() {
+fn replicates_differ_with_the_same_time_step() {
     let config = config(DemIntegrator::SemiImplicitEuler);
     let other = kinetoscope_physics::random::Seed { replicate: 1, ..SEED };
-    let other = Dem::prepare(&config, other, false).expect("a start");
+    let other = Dem::prepare(&config, other, false).expect("a valid configuration");
     let model = prepared(&config);
     assert_ne!(bits(&[frame(&model)]), bits(&[frame(&other)]));
     assert_eq!(model.extent(), other.extent());

@@ -1,10 +1,11 @@
-//! Law: a collision lasts pi/w with the attractive tail and overlaps by (v/w0) exp[-(b/w) acos(zeta)] at most; clamped, its
+//! Law: with the attractive tail, a collision lasts pi/w and overlaps by at most (v/w0) exp[-(b/w) acos(zeta)]; with the clamped tail, its
 //! force ends after 2 acos(zeta)/w.
 //!
-//! Source: the damped oscillator k delta + eta delta' + m delta'' = 0 with delta = 0, delta' = v at first touch: delta = 0
-//! again after half a period; k delta + eta delta' = 0 where the angle of (b + i w)^2 is reached.
-//! Setup: a disc against the floor at 1 m/s, e = 0.5, without gravity, N_t = 2000; a frame each step.
-//! Tolerance: two steps of 2000 for both ends of a contact, 1e-3 of the overlap for the phase of its first step.
+//! Source: the damped oscillator k delta + eta delta' + m delta'' = 0 with delta = 0, delta' = v at first contact. delta is zero again after
+//! half a period; k delta + eta delta' = 0 at the phase given by the argument of (b + i w)^2.
+//! Setup: a disc against the floor at 1 m/s, e = 0.5, without gravity, N_t = 2000; one frame per step.
+//! Tolerance: two of 2000 steps for both ends of a contact; 1e-3 of the overlap for the phase of its first step.
+//! Control: a stiffness larger by 1 % changes duration and overlap by more than the tolerances.
 
 use crate::scene::{
     discs, frame, given, gravity, per_contact, positive, prepared, restitution, run_to, time_step,
@@ -13,7 +14,7 @@ use kinetoscope_manifest::model::{DemConfig, ForceTail};
 
 const RADIUS: f64 = 5e-4;
 
-/// Time with a force that is not zero, s, and largest overlap, m.
+/// Duration of the nonzero force, s, and largest overlap, m.
 fn contact(tail: ForceTail, stiffness: f64) -> (f64, f64) {
     let config = DemConfig {
         gravity_m_per_s2: gravity(0.0, 0.0),
@@ -24,20 +25,20 @@ fn contact(tail: ForceTail, stiffness: f64) -> (f64, f64) {
         ..DemConfig::default()
     };
     let mut model = prepared(&given(config, &[([0.02, RADIUS + 1e-6], [0.0, -1.0])]));
-    let (mut steps, mut deepest) = (0_u32, 0.0);
+    let (mut steps, mut max_overlap) = (0_u32, 0.0);
     for step in 1..=2500 {
         run_to(&mut model, step);
         steps += u32::from(frame(&model).contacts().iter().any(|line| line.force != 0.0));
         let overlap = RADIUS - discs(&model)[0].position[1];
-        deepest = if overlap > deepest { overlap } else { deepest };
+        max_overlap = if overlap > max_overlap { overlap } else { max_overlap };
     }
-    (f64::from(steps) * time_step(&model), deepest)
+    (f64::from(steps) * time_step(&model), max_overlap)
 }
 
 #[test]
-fn duration_and_overlap_are_the_oscillators() {
+fn duration_and_max_overlap_follow_the_damped_oscillator() {
     let natural_frequency = (5e4_f64 / 1e-3).sqrt();
-    // The table of damping ratios for e = 0.5, from 50-digit arithmetic.
+    // Damping ratios for e = 0.5 from the table in `restitution_follows_from_damping_ratio` (50-digit arithmetic).
     for (tail, zeta) in [(ForceTail::Attractive, 0.215_453_76), (ForceTail::Clamped, 0.255_275_64)]
     {
         let damped = natural_frequency * libm::sqrt(1.0 - zeta * zeta);
@@ -47,16 +48,16 @@ fn duration_and_overlap_are_the_oscillators() {
         };
         let overlap =
             libm::exp(-zeta * natural_frequency / damped * libm::acos(zeta)) / natural_frequency;
-        let (duration, deepest) = contact(tail, 5e4);
+        let (duration, max_overlap) = contact(tail, 5e4);
         println!(
-            "{tail:?}: {duration:e} s, formula {expected:e}; {deepest:e} m, formula {overlap:e}"
+            "{tail:?}: {duration:e} s, formula {expected:e}; {max_overlap:e} m, formula {overlap:e}"
         );
         let step = std::f64::consts::PI / natural_frequency / 2000.0;
         assert!((duration - expected).abs() < 2.0 * step);
-        assert!((deepest / overlap - 1.0).abs() < 1e-3);
-        // Control: one percent more stiffness is noticed by both.
-        let (duration, deepest) = contact(tail, 5.05e4);
+        assert!((max_overlap / overlap - 1.0).abs() < 1e-3);
+        // Control.
+        let (duration, max_overlap) = contact(tail, 5.05e4);
         assert!((duration - expected).abs() > 2.0 * step);
-        assert!((deepest / overlap - 1.0).abs() > 1e-3);
+        assert!((max_overlap / overlap - 1.0).abs() > 1e-3);
     }
 }

@@ -1,9 +1,12 @@
-//! Promise: values that can't be integrated are refused before the first step, in words that help: c = eta dt/m_eff, and
-//! values that are accepted when they are typed back. With stability = "warn" they run, and end in a fault.
+//! Guarantee: values that cannot be integrated are rejected before the first step with c = eta dt/m_eff and with values that are accepted.
+//! With stability = "warn", they run and end in a fault.
 //!
-//! Source: the source document's m = 1e-3 kg, k = 5e4 N/m, eta = 1.5e3 N s/m, N_t = 10, 20, 50 give c = 133, 67, 27 by hand;
-//! beds of discs at e = 0.5 explode at N_t = 4 and are fine at 20; a disc of r = 1e-4 m that falls through the box of
-//! 0.04 m overlaps by 0.9 to 1.2 r with k = 5e4 N/m.
+//! Source: the values of the DEM exercise, m = 1e-3 kg, k = 5e4 N/m, eta = 1.5e3 N s/m, N_t = 10, 20, 50, give c = 133, 67, 27 by hand. Beds
+//! of discs with e = 0.5 blow up at N_t = 4 and are stable at 20. A disc of r = 1e-4 m (the radius in the exercise's text) that falls
+//! through the box of 0.04 m overlaps by 0.9 to 1.2 r at k = 5e4 N/m.
+//! Setup: single configurations; every value that a rejection suggests is set in the configuration and prepared again.
+//! Tolerance: 1 % for the largest stable time step, which neglects the spring; otherwise the printed digits.
+//! Control: a time step 10 % above the suggested one is rejected; N_t = 20 is accepted without warnings.
 
 use crate::scene::{
     SEED, damping, equal, frame, given, per_contact, positive, prepared, restitution,
@@ -13,7 +16,7 @@ use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_recording::frame::Level;
 
-fn document(steps_per_contact: f64) -> DemConfig {
+fn exercise(steps_per_contact: f64) -> DemConfig {
     DemConfig {
         dissipation: damping(1.5e3),
         time_step: per_contact(steps_per_contact),
@@ -21,13 +24,13 @@ fn document(steps_per_contact: f64) -> DemConfig {
     }
 }
 
-/// The words of a refusal; nothing where the start is accepted.
-fn refusal(config: &DemConfig) -> Option<String> {
-    Dem::prepare(config, SEED, false).err().map(|refusal| refusal.0)
+/// Message of the rejection, or `None` if the configuration is accepted.
+fn rejection(config: &DemConfig) -> Option<String> {
+    Dem::prepare(config, SEED, false).err().map(|error| error.0)
 }
 
-/// The manifest with a line `key = value` of a refusal typed back.
-fn typed_back(config: &DemConfig, key: &str, value: f64) -> DemConfig {
+/// Returns the configuration with a suggested `key = value` applied.
+fn with_suggestion(config: &DemConfig, key: &str, value: f64) -> DemConfig {
     let mut changed = config.clone();
     match key {
         "time_step_s" => changed.time_step = TimeStep::Fixed(positive(value)),
@@ -41,8 +44,8 @@ fn typed_back(config: &DemConfig, key: &str, value: f64) -> DemConfig {
     changed
 }
 
-/// All `key = value` between "each alone: " and the full stop behind the last.
-fn remedies(text: &str) -> Vec<(String, f64)> {
+/// Parses all `key = value` between "each alone: " and the next period.
+fn suggestions(text: &str) -> Vec<(String, f64)> {
     let Some((_, list)) = text.split_once("each alone: ") else { return Vec::new() };
     let list = list.split(". ").next().unwrap_or(list);
     list.split("; ")
@@ -53,23 +56,23 @@ fn remedies(text: &str) -> Vec<(String, f64)> {
         .collect()
 }
 
-/// Types every remedy back; returns their keys.
+/// Asserts that every suggestion is accepted; returns their keys.
 fn accepted_keys(config: &DemConfig) -> Vec<String> {
-    let text = refusal(config).expect("refused");
+    let text = rejection(config).expect("rejected");
     println!("{text}");
-    let remedies = remedies(&text);
-    for (key, value) in &remedies {
-        let again = refusal(&typed_back(config, key, *value));
-        assert_eq!(again, None, "{key} = {value} is refused when typed back");
+    let suggestions = suggestions(&text);
+    for (key, value) in &suggestions {
+        let again = rejection(&with_suggestion(config, key, *value));
+        assert_eq!(again, None, "the suggestion {key} = {value} is rejected");
     }
-    remedies.into_iter().map(|(key, _)| key).collect()
+    suggestions.into_iter().map(|(key, _)| key).collect()
 }
 
 #[test]
-fn the_documents_damping_is_refused_with_its_c_and_with_values_that_do() {
+fn exercise_damping_is_rejected_with_valid_suggestions() {
     for (steps, c) in [(10.0, "c = eta dt/m_eff = 133 "), (20.0, "= 67 "), (50.0, "= 27 ")] {
-        let config = document(steps);
-        let text = refusal(&config).expect("refused");
+        let config = exercise(steps);
+        let text = rejection(&config).expect("rejected");
         assert!(text.contains(c), "{text}");
         let keys = accepted_keys(&config);
         for key in [
@@ -84,26 +87,29 @@ fn the_documents_damping_is_refused_with_its_c_and_with_values_that_do() {
     }
 }
 
-/// What is named is the border: a tenth beyond it is refused.
 #[test]
-fn the_largest_stable_time_step_is_the_border() {
-    let config = document(20.0);
-    let text = refusal(&config).expect("refused");
-    let (_, step) = remedies(&text).into_iter().next().expect("a time step first");
-    assert!(refusal(&typed_back(&config, "time_step_s", 1.1 * step)).is_some());
-    // 12 eta dt/m < 4, the spring's part being negligible here: dt < m/(3 eta).
+fn suggested_time_step_is_the_largest_stable_one() {
+    let config = exercise(20.0);
+    let text = rejection(&config).expect("rejected");
+    let (_, step) = suggestions(&text).into_iter().next().expect("the first is a time step");
+    // Control.
+    assert!(rejection(&with_suggestion(&config, "time_step_s", 1.1 * step)).is_some());
+    // 12 eta dt/m < 4, where the contribution of the spring is negligible: dt < m/(3 eta).
     assert!((step / (1e-3 / 4.5e3) - 1.0).abs() < 0.01, "{step:e}");
 }
 
 #[test]
-fn the_documents_damping_runs_into_a_fault_when_only_warned_of() {
+fn exercise_damping_ends_in_a_fault_with_stability_warn() {
     for (steps, tail) in [(10.0, ForceTail::Attractive), (20.0, ForceTail::Clamped)] {
-        let config = DemConfig { stability: Stability::Warn, force_tail: tail, ..document(steps) };
+        let config = DemConfig { stability: Stability::Warn, force_tail: tail, ..exercise(steps) };
         let mut model = prepared(&config);
         let start = frame(&model);
-        let warns = |text: &str| text.contains("The time step is unstable");
+        let has_warning = |text: &str| text.contains("The time step is unstable");
         assert!(
-            start.log_lines().iter().any(|line| line.level == Level::Warning && warns(&line.text))
+            start
+                .log_lines()
+                .iter()
+                .any(|line| line.level == Level::Warning && has_warning(&line.text))
         );
         let fault = model.advance(Target::Count(u64::MAX), u64::MAX).expect_err("a blow-up").0;
         println!("{fault}");
@@ -115,14 +121,14 @@ fn the_documents_damping_runs_into_a_fault_when_only_warned_of() {
 }
 
 #[test]
-fn four_steps_a_contact_are_refused_and_twenty_accepted() {
+fn four_steps_per_contact_are_rejected_and_twenty_accepted() {
     let config = |steps: f64| DemConfig { time_step: per_contact(steps), ..DemConfig::default() };
-    assert!(refusal(&config(4.0)).is_some_and(|text| text.contains("for a bed")));
+    assert!(rejection(&config(4.0)).is_some_and(|text| text.contains("for a bed")));
     assert_eq!(
         accepted_keys(&config(4.0)),
         ["time_step_s", "steps_per_contact", "damping_n_s_per_m", "restitution"]
     );
-    assert_eq!(refusal(&config(20.0)), None);
+    assert_eq!(rejection(&config(20.0)), None);
     let fixed = DemConfig { time_step: TimeStep::Fixed(positive(1e-4)), ..DemConfig::default() };
     assert!(accepted_keys(&fixed).iter().any(|key| key == "stiffness_n_per_m"));
     assert!(prepared_warnings(&config(8.0)).iter().any(|text| text.contains("chatter")));
@@ -139,31 +145,31 @@ fn prepared_warnings(config: &DemConfig) -> Vec<String> {
 }
 
 #[test]
-fn a_strong_but_stable_dashpot_is_warned_of() {
+fn strong_but_stable_dashpot_causes_a_warning() {
     // c = eta dt/m_eff = 9 * 2.2214e-5 / 5e-4 = 0.40.
     let config = DemConfig { dissipation: damping(9.0), ..DemConfig::default() };
     assert!(prepared_warnings(&config)[0].contains("c = eta dt/m_eff = 0.40"));
 }
 
 #[test]
-fn the_texts_radius_is_refused_and_a_stiffer_contact_holds_it() {
+fn exercise_radius_is_rejected_and_accepted_with_stiffer_contacts() {
     let small = |stiffness: f64| DemConfig {
         radius_m: equal(1e-4),
         stiffness_n_per_m: positive(stiffness),
         ..DemConfig::default()
     };
     for (dissipation, overlap) in [(restitution(0.5), "0.93"), (damping(0.0), "1.25")] {
-        let text = refusal(&DemConfig { dissipation, ..small(5e4) }).expect("refused");
+        let text = rejection(&DemConfig { dissipation, ..small(5e4) }).expect("rejected");
         assert!(text.contains(&format!("by about {overlap} of its radius")), "{text}");
     }
     let keys = accepted_keys(&small(5e4));
     assert!(["stiffness_n_per_m", "radius_m"].iter().all(|key| keys.iter().any(|k| k == key)));
-    assert_eq!(refusal(&small(5e6)), None);
+    assert_eq!(rejection(&small(5e6)), None);
 }
 
-/// The diagnosis is right: warned of only, the disc does pass the wall; with k = 5e6 N/m it does not.
+/// Confirms the rejection: at k = 5e4 N/m the disc passes through the wall, at 5e6 N/m it does not.
 #[test]
-fn the_texts_radius_passes_the_wall() {
+fn exercise_radius_passes_through_the_wall() {
     let dropped = |stiffness: f64| {
         let config = DemConfig {
             radius_m: equal(1e-4),
@@ -173,23 +179,23 @@ fn the_texts_radius_passes_the_wall() {
             ..DemConfig::default()
         };
         let mut model = prepared(&given(config, &[([0.02, 0.0399], [0.0, 0.0])]));
-        // It hits the floor after 0.0903 s.
+        // The disc reaches the floor after 0.0903 s.
         let end = (0.1 / crate::scene::time_step(&model)) as u64;
         model.advance(Target::Count(end), u64::MAX)
     };
-    let fault = dropped(5e4).expect_err("it passes the floor").0;
+    let fault = dropped(5e4).expect_err("the disc passes through the floor").0;
     assert!(fault.contains("stiffness_n_per_m"), "{fault}");
     assert!(dropped(5e6).is_ok());
 }
 
 #[test]
-fn implicit_dashpots_know_no_such_bound() {
-    let config = DemConfig { integrator: DemIntegrator::ImplicitDashpot, ..document(20.0) };
-    assert_eq!(refusal(&config), None);
+fn implicit_dashpot_accepts_any_damping() {
+    let config = DemConfig { integrator: DemIntegrator::ImplicitDashpot, ..exercise(20.0) };
+    assert_eq!(rejection(&config), None);
 }
 
 #[test]
-fn a_duration_below_one_step_is_refused() {
+fn duration_below_one_step_is_rejected() {
     let config = DemConfig { duration_s: positive(1e-9), ..DemConfig::default() };
-    assert!(refusal(&config).is_some_and(|text| text.contains("at least one time step")));
+    assert!(rejection(&config).is_some_and(|text| text.contains("at least one time step")));
 }
