@@ -45,6 +45,12 @@ pub(crate) trait HasKeys {
     fn keys(&mut self, keys: &mut impl Keys);
 }
 
+/// The state at the start of a run, which `start_from` may replace.
+pub(crate) trait StartKeys {
+    /// Visits its key and `start_from`. At most one of the keys `exclusive` may be present.
+    fn visit(&mut self, key: &Key, exclusive: &'static [&'static str], keys: &mut impl Keys);
+}
+
 /// Reads one table: known keys into values, everything else into errors.
 pub(crate) struct Reader<'a> {
     path: String,

@@ -92,10 +92,10 @@ macro_rules! visit {
     ($self:ident, $keys:ident, $about:tt, $field:ident, [start $start:ty $(, unless $other:ident)?], $default:expr) => {
         if true $(&& $self.$other.is_none())? {
             let mut start = <$start>::from($self.$field.clone());
-            $crate::model::start_keys(
+            $crate::keys::StartKeys::visit(
+                &mut start,
                 $crate::table::key!($field, "", $about),
                 &[stringify!($field), "start_from" $(, stringify!($other))?],
-                &mut start,
                 $keys,
             );
             $self.$field = start.into();

@@ -1,17 +1,13 @@
 //! The list of models, and `[model.<NAME>]`: one of them.
 
 use super::contract::Model;
-use super::dem::DemConfig;
-use super::gas::GasConfig;
-use super::orbit::OrbitConfig;
-use super::packing::PackingConfig;
 use super::start_from::{MayBeRecorded as _, Recordings, StartFrom};
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::keys::{HasKeys, Keys, Reader};
 use crate::tree::{Entry, Table};
 use crate::value::refuse;
 
-/// Defines [`ModelConfig`] from the list of models: each with its name, its variant, its type and the
+/// Defines [`ModelConfig`] and [`CHANNELS`] from the list of models: each with its name, its variant, its type and the
 /// field of its start.
 macro_rules! models {
     ($($(#[$meta:meta])* $name:ident: $variant:ident($config:ty) from $start:ident,)+) => {
@@ -92,13 +88,13 @@ macro_rules! models {
 
 models! {
     /// Spring–dashpot discs in a box.
-    dem: Dem(DemConfig) from placement,
+    dem: Dem(super::dem::DemConfig) from placement,
     /// Point particles in a circular container.
-    gas: Gas(GasConfig) from placement,
+    gas: Gas(super::gas::GasConfig) from placement,
     /// Event-driven hard discs.
-    packing: Packing(PackingConfig) from placement,
+    packing: Packing(super::packing::PackingConfig) from placement,
     /// The Earth around the Sun.
-    orbit: Orbit(OrbitConfig) from start,
+    orbit: Orbit(super::orbit::OrbitConfig) from start,
 }
 
 impl HasKeys for ModelConfig {

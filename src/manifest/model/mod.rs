@@ -40,5 +40,4 @@ pub use packing::{
     PackingPlacement, RunLength,
 };
 pub use placement::{GivenState, Placement};
-pub(crate) use start_from::start_keys;
 pub use start_from::{RecordedState, Recordings, StartFrom};

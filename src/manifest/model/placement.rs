@@ -124,9 +124,9 @@ macro_rules! placements {
         $vis enum $type {
             $($(#[$variant_meta])* $variant,)+
             /// Written out, with velocities.
-            Given($crate::model::GivenState),
+            Given($crate::model::placement::GivenState),
             /// The last state of a recording.
-            Recorded($crate::model::StartFrom),
+            Recorded($crate::model::start_from::StartFrom),
         }
 
         $crate::model::start_from::may_be_recorded!($type);

@@ -1,7 +1,7 @@
 //! `start_from`: a run that begins where the run of a recording ended.
 
 use crate::diagnostics::Diagnostic;
-use crate::keys::{Key, Keys, Reader};
+use crate::keys::{Key, Keys, Reader, StartKeys};
 use crate::tree::{Node, Value};
 use crate::value::{TomlValue, quoted, refuse};
 use serde_json::{Value as Json, json};
@@ -162,18 +162,18 @@ pub(crate) trait MayBeRecorded: TomlValue + From<StartFrom> {
 /// Implements [`MayBeRecorded`] for an enum with a variant `Recorded`.
 macro_rules! may_be_recorded {
     ($start:ident) => {
-        impl From<$crate::model::StartFrom> for $start {
-            fn from(start: $crate::model::StartFrom) -> Self {
+        impl From<$crate::model::start_from::StartFrom> for $start {
+            fn from(start: $crate::model::start_from::StartFrom) -> Self {
                 Self::Recorded(start)
             }
         }
 
         impl $crate::model::start_from::MayBeRecorded for $start {
-            fn recorded(&self) -> Option<&$crate::model::StartFrom> {
+            fn recorded(&self) -> Option<&$crate::model::start_from::StartFrom> {
                 if let Self::Recorded(start) = self { Some(start) } else { None }
             }
 
-            fn recorded_mut(&mut self) -> Option<&mut $crate::model::StartFrom> {
+            fn recorded_mut(&mut self) -> Option<&mut $crate::model::start_from::StartFrom> {
                 if let Self::Recorded(start) = self { Some(start) } else { None }
             }
         }
@@ -181,27 +181,24 @@ macro_rules! may_be_recorded {
 }
 pub(super) use may_be_recorded;
 
-/// Visits the key of a start, and `start_from` in its place. At most one of the keys `exclusive` may be present.
-pub(crate) fn start_keys<T: MayBeRecorded>(
-    key: &Key,
-    exclusive: &'static [&'static str],
-    start: &mut T,
-    keys: &mut impl Keys,
-) {
-    const START_FROM: Key = Key {
-        name: "start_from",
-        unit: "",
-        about: "A recording whose last frame is the start; its path is relative to the manifest's folder. Time and counts \
-            begin at zero, and random streams with the run's own seed.",
-    };
-    let recorded = start.recorded().cloned();
-    if recorded.is_none() {
-        keys.key(key, start);
+const START_FROM: Key = Key {
+    name: "start_from",
+    unit: "",
+    about: "A recording whose last frame is the start; its path is relative to the manifest's folder. Time and counts \
+        begin at zero, and random streams with the run's own seed.",
+};
+
+impl<T: MayBeRecorded> StartKeys for T {
+    fn visit(&mut self, key: &Key, exclusive: &'static [&'static str], keys: &mut impl Keys) {
+        let recorded = self.recorded().cloned();
+        if recorded.is_none() {
+            keys.key(key, self);
+        }
+        if let Some(recorded) = keys.optional(&START_FROM, recorded) {
+            *self = recorded.into();
+        }
+        keys.exclusive(exclusive);
     }
-    if let Some(recorded) = keys.optional(&START_FROM, recorded) {
-        *start = recorded.into();
-    }
-    keys.exclusive(exclusive);
 }
 
 impl TomlValue for StartFrom {
