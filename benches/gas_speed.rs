@@ -40,7 +40,7 @@ fn gas(particles: u32, propagation: Propagation) -> Gas {
 }
 
 fn stepped() -> Propagation {
-    Propagation::Stepped { time_step_s: Positive::new(TIME_STEP).unwrap() }
+    Propagation::TimeStepped { time_step_s: Positive::new(TIME_STEP).unwrap() }
 }
 
 fn frame(gas: &Gas) -> Frame {

@@ -50,7 +50,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use kinetoscope_manifest::model::{Boundary, PackingConfig, PackingPlacement};
-use kinetoscope_manifest::quantity::{BoxSide, NonNegative, Positive, Share};
+use kinetoscope_manifest::quantity::{BoxSide, Fraction, NonNegative, Positive};
 use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_physics::packing::Packing;
 use kinetoscope_physics::random::Seed;
@@ -121,7 +121,7 @@ fn speeds(criterion: &mut Criterion) {
     measure(criterion, "exercise, four walls with noise", &PackingConfig::default(), false);
     let with_all = PackingConfig {
         boundary: Boundary::Walls,
-        restitution: Share::new(0.999).unwrap(),
+        restitution: Fraction::new(0.999).unwrap(),
         wall_noise_variance_rad2: NonNegative::literal(0.0031),
         ..periodic(10_000, 0.3)
     };

@@ -4,7 +4,7 @@
 use kinetoscope_manifest::model::{
     DemConfig, DiscRadius, Dissipation, GivenState, PeriodicSides, Placement,
 };
-use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive, Share};
+use kinetoscope_manifest::quantity::{Finite, Fraction, NonNegative, Positive};
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_physics::random::Seed;
@@ -66,14 +66,14 @@ impl Scene {
                 .map(|g| Finite::new(g).expect("finite")),
             stiffness_n_per_m: positive(5e4),
             dissipation: Dissipation::Restitution(
-                Share::new(if is_gas { 1.0 } else { 0.5 }).expect("a share"),
+                Fraction::new(if is_gas { 1.0 } else { 0.5 }).expect("a share"),
             ),
             friction: NonNegative::new(if self == Self::Rubbing { 0.5 } else { 0.0 })
                 .expect("not negative"),
             periodic: if is_gas { PeriodicSides::Both } else { PeriodicSides::None },
             placement: Placement::Random,
             duration_s: positive(1e3),
-            stability: kinetoscope_manifest::model::Stability::Warn,
+            on_unstable_time_step: kinetoscope_manifest::model::UnstableTimeStep::Warn,
             ..DemConfig::default()
         }
     }

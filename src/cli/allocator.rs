@@ -3,7 +3,7 @@
 //! A run's memory is made by one thread and freed by another, large pieces again and again. With glibc's own choice, a heap for
 //! each thread and large pieces kept for later, a run of 10^6 discs held 440 MB of which it used at most 340; with one
 //! heap and large pieces given back it held 343, in the same time. (The peak that `/usr/bin/time -v run-experiment --threads 1`
-//! tells of `discs = 1000000`, `width_m = height_m = 1.03`, `placement = "lattice"`, `velocity_deviation_m_per_s = 0.3`,
+//! tells of `discs = 1000000`, `width_m = height_m = 1.03`, `placement = "lattice"`, `velocity_std_m_per_s = 0.3`,
 //! `stiffness_n_per_m = 4e5`, `duration_s = 0.001`, `every_steps = 70`.)
 
 /// Has all threads share one heap, and large pieces go back to the system once they are free. For the program's start;

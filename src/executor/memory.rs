@@ -13,7 +13,7 @@ pub struct MemoryBudget {
 
 /// A part of the budget, given back when it is dropped.
 #[derive(Debug)]
-pub struct Share<'a> {
+pub struct Fraction<'a> {
     budget: &'a MemoryBudget,
     bytes: u64,
 }
@@ -32,7 +32,7 @@ impl MemoryBudget {
     }
 
     /// Waits until so many bytes are free. A run that needs more than there is gets all, and runs alone.
-    pub fn take(&self, bytes: u64) -> Share<'_> {
+    pub fn take(&self, bytes: u64) -> Fraction<'_> {
         let bytes = bytes.min(self.total);
         let free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
         let mut free = self
@@ -40,11 +40,11 @@ impl MemoryBudget {
             .wait_while(free, |free| *free < bytes)
             .unwrap_or_else(PoisonError::into_inner);
         *free -= bytes;
-        Share { budget: self, bytes }
+        Fraction { budget: self, bytes }
     }
 }
 
-impl Drop for Share<'_> {
+impl Drop for Fraction<'_> {
     fn drop(&mut self) {
         *self.budget.free.lock().unwrap_or_else(PoisonError::into_inner) += self.bytes;
         self.budget.given_back.notify_all();

@@ -65,7 +65,7 @@ impl FrameObserver for Broadcaster {
         self.channels = topics.enumerate().map(|(place, topic)| (topic, place)).collect();
         self.end_ns = channel_list.end_ns;
         self.interval =
-            Duration::try_from_secs_f64(1.0 / channel_list.playback_rate).unwrap_or(Duration::MAX);
+            Duration::try_from_secs_f64(1.0 / channel_list.playback_fps).unwrap_or(Duration::MAX);
         self.buffer.announce(&self.name, channel_list);
     }
 

@@ -79,7 +79,7 @@ impl FrameBuffer {
         let run_info = RunInfo {
             session: 0,
             name: "no run yet".to_owned(),
-            channel_list: ChannelList { channels: Vec::new(), playback_rate: 1.0, end_ns: None },
+            channel_list: ChannelList { channels: Vec::new(), playback_fps: 1.0, end_ns: None },
             first_channel_id: 1,
         };
         let state = State {
@@ -160,7 +160,7 @@ impl FrameBuffer {
                     // The viewer that paused the run has disconnected.
                     state.pace.play();
                 }
-                let (now, rate) = (Instant::now(), state.run_info.channel_list.playback_rate);
+                let (now, rate) = (Instant::now(), state.run_info.channel_list.playback_fps);
                 let time_ns = state.time_ns;
                 match state.pace.wait(now, time_ns, rate) {
                     None => return,

@@ -73,7 +73,7 @@ impl Pace {
         &mut self,
         now: Instant,
         time_ns: u64,
-        playback_rate: f64,
+        playback_fps: f64,
     ) -> Option<Duration> {
         if time_ns < self.run_to_ns {
             self.due = Some(now);
@@ -83,7 +83,7 @@ impl Pace {
             self.due = Some(now);
             return Some(Duration::MAX);
         }
-        let interval = Duration::try_from_secs_f64(1.0 / (playback_rate * self.speed));
+        let interval = Duration::try_from_secs_f64(1.0 / (playback_fps * self.speed));
         let interval = interval.unwrap_or(LONGEST).min(LONGEST);
         let due = *self.due.get_or_insert(now) + interval;
         if due > now {

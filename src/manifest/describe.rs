@@ -85,7 +85,8 @@ fn node_to_json(node: &Node) -> Json {
             u64::try_from(*integer).map_or(json!(*integer as f64), |whole| json!(whole))
         }
         Value::Float(number) => json!(number),
-        Value::Boolean | Value::Datetime => Json::Null,
+        Value::Boolean(value) => Json::Bool(*value),
+        Value::Datetime => Json::Null,
         Value::Array(elements) => elements.iter().map(node_to_json).collect(),
         Value::Table(table) => {
             let entries = table.entries.iter();

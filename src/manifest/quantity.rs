@@ -58,10 +58,10 @@ quantity!(
 );
 quantity!(
     /// A fraction above zero and at most one, such as a coefficient of restitution.
-    Share, "a number in (0, 1]", [exclusiveMinimum: 0.0, maximum: 1.0], |x| x > 0.0 && x <= 1.0
+    Fraction, "a number in (0, 1]", [exclusiveMinimum: 0.0, maximum: 1.0], |x| x > 0.0 && x <= 1.0
 );
 quantity!(
-    /// The side of a packing box, by the input limits of the source document.
+    /// The side of a packing box, by the input limits of the packing exercise.
     BoxSide, "a number in [10, 100000]", [minimum: 10.0, maximum: 100_000.0], |x| x >= 10.0 && x <= 100_000.0
 );
 quantity!(
@@ -69,7 +69,7 @@ quantity!(
     PlaybackRate, "a number in (0, 50]", [exclusiveMinimum: 0.0, maximum: 50.0], |x| x > 0.0 && x <= 50.0
 );
 quantity!(
-    /// A time step of the orbit, days: the source document requires less than one.
+    /// A time step of the orbit, days: the orbit exercise requires less than one.
     StepBelowOneDay, "a number in (0, 1)", [exclusiveMinimum: 0.0, exclusiveMaximum: 1.0], |x| x > 0.0 && x < 1.0
 );
 quantity!(

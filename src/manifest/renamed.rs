@@ -9,11 +9,44 @@ type Renames = &'static [(&'static str, &'static str, &'static str)];
 
 /// Old keys, by the path of their table: `model.dem`, `model.dem.materials`, `record`, `checks`, or "" for the first keys.
 #[cfg(not(test))]
-const KEYS: Renames = &[];
+const KEYS: Renames = &[
+    ("model.dem", "steps_per_contact", "steps_per_wall_contact"),
+    ("model.dem", "rain", "insertion"),
+    ("model.dem", "tangential_stiffness_share", "tangential_to_normal_stiffness"),
+    ("model.dem", "tangential_damping_share", "tangential_to_normal_damping"),
+    ("model.dem", "force_tail", "limit_damping = false` or `limit_damping = true"),
+    ("model.dem", "velocity_deviation_m_per_s", "velocity_std_m_per_s"),
+    ("model.dem", "outlet_below_m", "remove_below_m"),
+    ("model.dem", "region_m", "placement_region_m"),
+    ("model.dem", "stability", "on_unstable_time_step"),
+    ("model.dem.materials", "share", "fraction"),
+    ("model.dem.radius_m", "deviation", "std"),
+    ("model.dem.radius_m", "small_share", "small_fraction"),
+    ("model.gas", "opening_width_m", "orifice_width_m"),
+    ("model.gas", "wall_accommodation", "accommodation_coefficient"),
+    ("model.gas", "place_distribution", "position_distribution"),
+    ("model.gas", "further_masses_kg", "additional_masses_kg"),
+    ("model.gas", "centre_m", "center_m"),
+    ("model.packing", "polydispersity", "radius_half_width"),
+    ("model.packing", "compression_pressure", "target_reduced_pressure"),
+    ("record", "drawn_particles", "max_drawn_particles"),
+    ("record", "playback_rate", "playback_fps"),
+];
 
 /// Old words, by the path of their key, such as `model.orbit.integrator`.
 #[cfg(not(test))]
-const VALUES: Renames = &[];
+const VALUES: Renames = &[
+    ("model.dem.on_unstable_time_step", "refuse", "\"error\""),
+    ("model.dem.integrator", "implicit-dashpot", "dashpot = \"implicit\""),
+    ("model.gas.position_distribution", "area", "\"uniform-in-area\""),
+    ("model.gas.position_distribution", "radius", "\"uniform-in-radius\""),
+    ("model.gas.propagation", "literal", "\"as-printed\""),
+    ("model.gas.propagation", "stepped", "\"time-stepped\""),
+    ("model.packing.initial_velocities", "unmodified", "\"unit-variance\""),
+    ("model.packing.initial_velocities", "modified", "\"variance-1-over-n\""),
+    ("model.orbit.start", "document", "\"barycentric\""),
+    ("model.orbit.integrator", "dormand-prince8", "\"dop853\""),
+];
 
 #[cfg(test)]
 const KEYS: Renames = &[

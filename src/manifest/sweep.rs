@@ -390,7 +390,7 @@ fn plain(node: &Node) -> String {
             let text = shortest(number + 0.0);
             text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
         }
-        Value::Boolean => "boolean".to_owned(),
+        Value::Boolean(value) => value.to_string(),
         Value::Datetime => "date".to_owned(),
         Value::Array(elements) => elements.iter().map(plain).collect::<Vec<_>>().join("_"),
         Value::Table(table) => {

@@ -27,7 +27,7 @@ pub(crate) enum Value {
     Text(String),
     Integer(i128),
     Float(f64),
-    Boolean,
+    Boolean(bool),
     Datetime,
     Array(Rc<[Node]>),
     Table(Table),
@@ -54,7 +54,7 @@ impl Node {
             Value::Text(_) => "a string",
             Value::Integer(_) => "an integer",
             Value::Float(_) => "a number",
-            Value::Boolean => "a boolean",
+            Value::Boolean(_) => "a boolean",
             Value::Datetime => "a date",
             Value::Array(_) => "an array",
             Value::Table(_) => "a table",
@@ -143,7 +143,7 @@ pub(crate) fn node(
             Err(_) => Value::Float(digits.as_str().parse().unwrap_or(f64::INFINITY)),
         },
         DeValue::Float(digits) => Value::Float(digits.as_str().parse().unwrap_or(f64::NAN)),
-        DeValue::Boolean(_) => Value::Boolean,
+        DeValue::Boolean(value) => Value::Boolean(*value),
         DeValue::Datetime(_) => Value::Datetime,
         DeValue::Array(array) => Value::Array(
             array

@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::quantity::{
-    BoxSide, Finite, NonNegative, PlaybackRate, Positive, Share, StepBelowOneDay, StepTolerance,
+    BoxSide, Finite, Fraction, NonNegative, PlaybackRate, Positive, StepBelowOneDay, StepTolerance,
 };
 use crate::renamed;
 use crate::tree::{Node, Value};
@@ -115,7 +115,7 @@ number_values!(
     Finite,
     Positive,
     NonNegative,
-    Share,
+    Fraction,
     BoxSide,
     PlaybackRate,
     StepBelowOneDay,
@@ -202,6 +202,24 @@ whole_values!(
     FramesPerDecade: 1..=1000, through i128;
     Decades: 1..=15, through i128;
 );
+
+impl TomlValue for bool {
+    fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+        let Value::Boolean(value) = node.value else {
+            refuse(node, name, "true or false", errors);
+            return None;
+        };
+        Some(value)
+    }
+
+    fn write(&self) -> String {
+        self.to_string()
+    }
+
+    fn schema() -> Json {
+        json!({ "type": "boolean" })
+    }
+}
 
 impl TomlValue for String {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {

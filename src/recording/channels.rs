@@ -17,7 +17,7 @@ pub const LEGEND: &str = "/legend";
 /// Topic of the velocity arrows.
 pub const VELOCITY: &str = "/velocity";
 /// Topic of the force chains.
-pub const CONTACTS: &str = "/contacts";
+pub const CONTACTS: &str = "/force_chains";
 /// Topic of the paths so far.
 pub const TRAIL: &str = "/trail";
 /// Topic of what happened and when.
@@ -139,7 +139,7 @@ channels! {
     }
 
     /// DEM: the ledger as shares of the energy at the start and of discs that fell in, for plots.
-    DemEnergyShare on "/energy_share" {
+    DemEnergyPercent on "/energy_percent" {
         /// Percent of the energy at the start.
         kinetic_percent: f64 [double] = "1",
         /// Percent of the energy at the start.
@@ -157,7 +157,7 @@ channels! {
     }
 
     /// DEM: contacts now, and the deepest since the last frame.
-    DemContacts on "/contact_count" {
+    DemContactStatistics on "/contact_statistics" {
         /// Touching pairs of discs.
         pair_contacts: u64 [uint64] = "1",
         /// Touching pairs of disc and wall.
@@ -165,7 +165,7 @@ channels! {
         /// Mean number of contacts a disc.
         coordination_number: f64 [double] = "3",
         /// Largest overlap since the last frame, over the smaller radius of the pair.
-        largest_overlap_over_radius: f64 [double] = "4",
+        max_overlap_over_radius: f64 [double] = "4",
     }
 
     /// DEM: the force of every contact, friction included, columns of equal length; first pairs of discs and contacts with walls, block
@@ -221,13 +221,13 @@ channels! {
         /// Ideal gas law N k_B T / A with the temperature by the definition in use.
         ideal_gas_n_per_m: f64 [double] = "5",
         /// Measured since the start over the mean-square formula; 0 in frame 0.
-        pressure_over_ideal: f64 [double] = "6",
+        pressure_over_mean_square_formula: f64 [double] = "6",
         /// Normal impulse on the wall since the last frame, N s.
         wall_impulse_n_s: f64 [double] = "7",
         /// Time since the last frame, s.
         window_s: f64 [double] = "8",
         /// Measured since the last frame over the mean-square formula; 0 in frame 0.
-        window_pressure_over_ideal: f64 [double] = "9",
+        window_pressure_over_mean_square_formula: f64 [double] = "9",
     }
 
     /// Gas: temperature by both definitions, and the moments of the speed.
@@ -251,16 +251,16 @@ channels! {
         /// Sum of m (x vy - y vx) about the center, J s.
         angular_momentum_j_s: f64 [double] = "2",
         /// Largest relative change of one particle's speed since the start.
-        largest_speed_change_relative: f64 [double] = "3",
+        max_speed_change_relative: f64 [double] = "3",
         /// Largest change of one particle's angular momentum since the start, over m r v of that particle.
-        largest_angular_momentum_change_relative: f64 [double] = "4",
+        max_angular_momentum_change_relative: f64 [double] = "4",
         /// Particles outside the wall.
         particles_outside: u64 [uint64] = "5",
     }
 
     /// Gas: what changed the energy of the particles inside, each since the start.
     /// kinetic = kinetic at the start + work + heat + rescaling - escaped + residual.
-    GasLedger on "/ledger" {
+    GasEnergyBalance on "/energy_balance" {
         /// Work that the moving wall has done on the gas, J: -u times the impulse on it.
         wall_work_j: f64 [double] = "1",
         /// Heat from a wall with a temperature, J.
@@ -279,7 +279,7 @@ channels! {
         energy_times_area_over_initial: f64 [double] = "8",
         /// Mean of ln(f/f_Maxwell) over the histogram of the speeds, f_Maxwell of the same mean square: 0 for Maxwell's law, above it
         /// for any other; Boltzmann's H above its least value.
-        excess_h: f64 [double] = "9",
+        relative_entropy: f64 [double] = "9",
     }
 
     /// Gas: hits of the wall, and of discs with one another.
@@ -287,13 +287,13 @@ channels! {
         /// Hits of the wall since the start.
         wall: u64 [uint64] = "1",
         /// Hits of the wall since the last frame.
-        wall_since_last_frame: u64 [uint64] = "2",
+        wall_collisions_since_last_frame: u64 [uint64] = "2",
         /// Collisions of two discs since the start; 0 for points.
         pair: u64 [uint64] = "3",
         /// Collisions of two discs since the last frame.
-        pair_since_last_frame: u64 [uint64] = "4",
+        pair_collisions_since_last_frame: u64 [uint64] = "4",
         /// Sum over these collisions of distance times momentum handed over, since the start, J s: with the wall's part Clausius's virial.
-        pair_virial_j_s: f64 [double] = "5",
+        pair_virial_sum_j_s: f64 [double] = "5",
     }
 
     /// Gas: histogram of the speeds beside the law that they were drawn from and Maxwell's.
@@ -303,7 +303,7 @@ channels! {
         /// Measured density, s/m.
         density: Vec<f64> [double, repeated] = "2",
         /// Density of the speeds' own law at the start, s/m; 0 where that law is a single speed.
-        initial_law: Vec<f64> [double, repeated] = "3",
+        initial_distribution: Vec<f64> [double, repeated] = "3",
         /// Maxwell's density at the same mean square, s/m.
         maxwell: Vec<f64> [double, repeated] = "4",
         /// Centers of the bins over the rms speed, for plots: viewers' ticks have three decimals.
@@ -311,7 +311,7 @@ channels! {
         /// Measured density times the rms speed.
         density_times_rms: Vec<f64> [double, repeated] = "6",
         /// Density of the speeds' own law at the start times the rms speed.
-        initial_law_times_rms: Vec<f64> [double, repeated] = "7",
+        initial_distribution_times_rms: Vec<f64> [double, repeated] = "7",
         /// Maxwell's density times the rms speed.
         maxwell_times_rms: Vec<f64> [double, repeated] = "8",
     }
@@ -337,9 +337,9 @@ channels! {
         /// Wall collisions since the start.
         wall: u64 [uint64] = "2",
         /// Pair collisions a disc (2 pair / n) and unit of time since the start; 0 at time 0.
-        pair_rate_per_disc: f64 [double] = "3",
+        pair_collision_rate_per_disc: f64 [double] = "3",
         /// Wall collisions a disc and unit of time since the start; 0 at time 0.
-        wall_rate_per_disc: f64 [double] = "4",
+        wall_collision_rate_per_disc: f64 [double] = "4",
     }
 
     /// Packing: pressure since the start; 0 at time 0.
@@ -353,7 +353,7 @@ channels! {
         /// Time integral of the kinetic energy since the start.
         kinetic_energy_time_integral: f64 [double] = "4",
         /// Sum over pair collisions of the distance times the normal impulse, since the start.
-        collision_virial: f64 [double] = "5",
+        collision_virial_sum: f64 [double] = "5",
         /// Normal impulse on all walls since the start.
         wall_impulse: f64 [double] = "6",
     }
@@ -374,11 +374,11 @@ channels! {
     /// total mass.
     OrbitEnergy on "/energy" {
         /// v^2 / 2.
-        kinetic_au2_per_day2: f64 [double] = "1",
+        specific_kinetic_energy_au2_per_day2: f64 [double] = "1",
         /// -GM / r.
-        potential_au2_per_day2: f64 [double] = "2",
+        specific_potential_energy_au2_per_day2: f64 [double] = "2",
         /// kinetic + potential.
-        total_au2_per_day2: f64 [double] = "3",
+        specific_total_energy_au2_per_day2: f64 [double] = "3",
         /// (total - total at the start) / |total at the start|, parts per million.
         drift_ppm: f64 [double] = "4",
     }
@@ -392,9 +392,9 @@ channels! {
         /// Osculating eccentricity.
         eccentricity: f64 [double] = "3",
         /// |r x v|, AU^2/day.
-        angular_momentum_au2_per_day: f64 [double] = "4",
+        specific_angular_momentum_au2_per_day: f64 [double] = "4",
         /// Change of |r x v| since the start over its value there, parts per million.
-        angular_momentum_drift_ppm: f64 [double] = "5",
+        specific_angular_momentum_drift_ppm: f64 [double] = "5",
         /// Distance from the exact Kepler position at the same time, AU.
         position_error_au: f64 [double] = "6",
         /// Angle about the Sun in the plane of the start, unwrapped, minus the exact one, rad.
@@ -404,7 +404,7 @@ channels! {
         /// Osculating inclination against the plane z = 0, rad.
         inclination_rad: f64 [double] = "9",
         /// Angle from the x axis to the ascending node, rad, in (-pi, pi]; 0 where the orbit lies in the plane z = 0.
-        ascending_node_rad: f64 [double] = "10",
+        longitude_of_ascending_node_rad: f64 [double] = "10",
         /// Angle from the ascending node to the perihelion, rad, in [-pi, pi].
         argument_of_perihelion_rad: f64 [double] = "11",
         /// Angle from the perihelion to the body, rad, in (-pi, pi].
@@ -412,9 +412,9 @@ channels! {
         /// E - e sin E, rad; NaN on an open orbit.
         mean_anomaly_rad: f64 [double] = "13",
         /// Osculating distance of the perihelion, AU.
-        perihelion_au: f64 [double] = "14",
+        perihelion_distance_au: f64 [double] = "14",
         /// Osculating distance of the aphelion, AU; NaN on an open orbit.
-        aphelion_au: f64 [double] = "15",
+        aphelion_distance_au: f64 [double] = "15",
         /// Osculating period, days; NaN on an open orbit.
         period_days: f64 [double] = "16",
         /// How often the force was asked for since the start.
@@ -424,19 +424,19 @@ channels! {
     /// Orbit of several bodies: what the exact motion keeps beside the energy, over the total mass.
     OrbitConserved on "/conserved" {
         /// x component of sum m r x v / sum m, AU^2/day.
-        angular_momentum_x_au2_per_day: f64 [double] = "1",
+        specific_angular_momentum_x_au2_per_day: f64 [double] = "1",
         /// y component of it.
-        angular_momentum_y_au2_per_day: f64 [double] = "2",
+        specific_angular_momentum_y_au2_per_day: f64 [double] = "2",
         /// z component of it.
-        angular_momentum_z_au2_per_day: f64 [double] = "3",
+        specific_angular_momentum_z_au2_per_day: f64 [double] = "3",
         /// Length of its change since the start over sum m |r| |v| / sum m there, parts per million.
-        angular_momentum_change_ppm: f64 [double] = "4",
+        specific_angular_momentum_change_ppm: f64 [double] = "4",
         /// |sum m v| / sum m, AU/day: zero but for rounding.
-        momentum_au_per_day: f64 [double] = "5",
+        specific_momentum_au_per_day: f64 [double] = "5",
         /// Distance of the center of mass from the origin, AU: zero but for rounding.
         center_of_mass_au: f64 [double] = "6",
         /// Smallest distance of two bodies, AU.
-        closest_au: f64 [double] = "7",
+        min_separation_au: f64 [double] = "7",
         /// How often the forces were asked for since the start.
         force_evaluations: u64 [uint64] = "8",
     }

@@ -52,7 +52,7 @@ pub enum RecordError {
     /// The playback rate is out of range, or the playback would be too long for the viewers.
     #[error(
         "frame {frame} can't be played at {rate} frames a second: viewers take up to 50 a second and 93 days in all. \
-         Record fewer frames, or change `record.playback_rate`"
+         Record fewer frames, or change `record.playback_fps`"
     )]
     Playback {
         /// Frame that has no log time.

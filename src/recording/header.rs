@@ -54,9 +54,9 @@ pub struct Header {
     /// The drawing's fixed part.
     pub scenery: Scenery,
     /// Frames a second of playback, above 0 and up to 50.
-    pub playback_rate: f64,
+    pub playback_fps: f64,
     /// Particles drawn at most; of more, every k-th.
-    pub drawn_particles: NonZeroU32,
+    pub max_drawn_particles: NonZeroU32,
     /// Compression of the chunks.
     pub compression: Compression,
     /// Number of frames, where it is known beforehand.
@@ -115,7 +115,7 @@ impl Header {
             self.model_time,
             self.time_unit,
             self.frames_expected,
-            self.playback_rate,
+            self.playback_fps,
         )
     }
 
@@ -127,7 +127,7 @@ impl Header {
             schema_version: SCHEMA_VERSION,
             run_key: self.run_key.clone(),
             time_unit: self.time_unit.to_owned(),
-            playback_rate: self.playback_rate,
+            playback_fps: self.playback_fps,
             state_columns: self.state_columns.iter().map(|column| column.name.to_owned()).collect(),
             state_units: self.state_columns.iter().map(|column| column.unit.to_owned()).collect(),
             outcome: None,
@@ -148,8 +148,7 @@ impl Header {
                 }
             }
         }
-        let (last, rate) =
-            (self.frames_expected.unwrap_or(1).saturating_sub(1), self.playback_rate);
+        let (last, rate) = (self.frames_expected.unwrap_or(1).saturating_sub(1), self.playback_fps);
         match log_time_ns(last, rate) {
             Some(_) => Ok(()),
             None => Err(RecordError::Playback { frame: last, rate }),

@@ -22,7 +22,7 @@ pub struct ChannelList {
     /// The channels, in file order.
     pub channels: Vec<ChannelInfo>,
     /// Frames a second of playback.
-    pub playback_rate: f64,
+    pub playback_fps: f64,
     /// Log time of the last frame, ns, where the number of frames is known.
     pub end_ns: Option<u64>,
 }
@@ -33,12 +33,12 @@ impl ChannelList {
             let schema = schema_of(topic, header.channels)?;
             Ok(ChannelInfo { topic, schema_name: schema.name, schema: schema.data.into_owned() })
         };
-        let playback_rate = header.playback_rate;
+        let playback_fps = header.playback_fps;
         let last = header.frames_expected.and_then(|frames| frames.checked_sub(1));
         Ok(Self {
             channels: topics.iter().map(shown).collect::<Result<_, RecordError>>()?,
-            playback_rate,
-            end_ns: last.and_then(|last| log_time_ns(last, playback_rate)),
+            playback_fps,
+            end_ns: last.and_then(|last| log_time_ns(last, playback_fps)),
         })
     }
 }

@@ -59,7 +59,7 @@ pub struct Provenance {
     /// "s", "d", or "" for dimensionless time.
     pub time_unit: String,
     /// Frames a second of playback.
-    pub playback_rate: f64,
+    pub playback_fps: f64,
     /// Names of the state's columns.
     pub state_columns: Vec<String>,
     /// Units of the state's columns; empty for dimensionless ones.
@@ -78,7 +78,7 @@ impl Provenance {
             ("schema_version".to_owned(), self.schema_version.to_string()),
             ("run_key".to_owned(), self.run_key.clone()),
             ("time_unit".to_owned(), self.time_unit.clone()),
-            ("playback_rate".to_owned(), self.playback_rate.to_string()),
+            ("playback_fps".to_owned(), self.playback_fps.to_string()),
             ("state_columns".to_owned(), self.state_columns.join(",")),
             ("state_units".to_owned(), self.state_units.join(",")),
         ])
@@ -93,7 +93,7 @@ impl Provenance {
             schema_version: metadata.get("schema_version")?.parse().ok()?,
             run_key: metadata.get("run_key")?.clone(),
             time_unit: metadata.get("time_unit")?.clone(),
-            playback_rate: metadata.get("playback_rate")?.parse().ok()?,
+            playback_fps: metadata.get("playback_fps")?.parse().ok()?,
             state_columns: words(metadata.get("state_columns")?),
             state_units: words(metadata.get("state_units")?),
             outcome: None,

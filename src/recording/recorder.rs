@@ -66,7 +66,7 @@ impl<W: Write> Recorder<W> {
     pub fn create(sink: W, header: &Header) -> Result<Self, RecordError> {
         header.check()?;
         let stage =
-            SceneBuilder::new(&header.scenery, header.state_columns, header.drawn_particles)?;
+            SceneBuilder::new(&header.scenery, header.state_columns, header.max_drawn_particles)?;
         let written = Arc::new(AtomicU64::new(0));
         let sink = CountingSink::new(sink, Arc::clone(&written));
         let mut writer = write_options(header.compression).create(sink)?;
@@ -210,7 +210,7 @@ impl<W: Write> Recorder<W> {
     /// A sink that fails.
     pub fn remark(&mut self, line: LogLine) -> Result<(), RecordError> {
         let Some(last) = self.frames.checked_sub(1) else { return Ok(()) };
-        let rate = self.header.playback_rate;
+        let rate = self.header.playback_fps;
         let log_time =
             log_time_ns(last, rate).ok_or(RecordError::Playback { frame: last, rate })?;
         let time =
@@ -241,7 +241,7 @@ impl<W: Write> Recorder<W> {
     }
 
     fn log_time(&self) -> Result<u64, RecordError> {
-        let rate = self.header.playback_rate;
+        let rate = self.header.playback_fps;
         log_time_ns(self.frames, rate).ok_or(RecordError::Playback { frame: self.frames, rate })
     }
 

@@ -88,8 +88,8 @@ fn header(
             Some(channels) => Selection::Named(channels.clone()),
         },
         scenery: model.scenery(),
-        playback_rate: record.playback_rate.get(),
-        drawn_particles: record.drawn_particles,
+        playback_fps: record.playback_fps.get(),
+        max_drawn_particles: record.max_drawn_particles,
         compression: match record.compression {
             Compression::Zstd => recorder::Compression::Zstd,
             Compression::Zstd3 => recorder::Compression::Zstd3,

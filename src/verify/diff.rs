@@ -146,7 +146,7 @@ fn meaning(left: &Recording, right: &Recording) -> Option<Difference> {
             ("time unit", provenance.time_unit.clone()),
             ("state columns", provenance.state_columns.join(",")),
             ("state units", provenance.state_units.join(",")),
-            ("playback rate", provenance.playback_rate.to_string()),
+            ("playback rate", provenance.playback_fps.to_string()),
         ]
     };
     entries(left)

@@ -10,17 +10,17 @@
 use crate::scene::{
     discs, frame, given, gravity, per_contact, positive, prepared, restitution, run_to, time_step,
 };
-use kinetoscope_manifest::model::{DemConfig, ForceTail};
+use kinetoscope_manifest::model::DemConfig;
 
 const RADIUS: f64 = 5e-4;
 
 /// Duration of the nonzero force, s, and largest overlap, m.
-fn contact(tail: ForceTail, stiffness: f64) -> (f64, f64) {
+fn contact(tail: bool, stiffness: f64) -> (f64, f64) {
     let config = DemConfig {
         gravity_m_per_s2: gravity(0.0, 0.0),
         stiffness_n_per_m: positive(stiffness),
         dissipation: restitution(0.5),
-        force_tail: tail,
+        limit_damping: tail,
         time_step: per_contact(2000.0),
         ..DemConfig::default()
     };
@@ -39,12 +39,11 @@ fn contact(tail: ForceTail, stiffness: f64) -> (f64, f64) {
 fn duration_and_max_overlap_follow_the_damped_oscillator() {
     let natural_frequency = (5e4_f64 / 1e-3).sqrt();
     // Damping ratios for e = 0.5 from the table in `restitution_follows_from_damping_ratio` (50-digit arithmetic).
-    for (tail, zeta) in [(ForceTail::Attractive, 0.215_453_76), (ForceTail::Clamped, 0.255_275_64)]
-    {
+    for (tail, zeta) in [(false, 0.215_453_76), (true, 0.255_275_64)] {
         let damped = natural_frequency * libm::sqrt(1.0 - zeta * zeta);
         let expected = match tail {
-            ForceTail::Attractive => std::f64::consts::PI / damped,
-            ForceTail::Clamped => 2.0 * libm::acos(zeta) / damped,
+            false => std::f64::consts::PI / damped,
+            true => 2.0 * libm::acos(zeta) / damped,
         };
         let overlap =
             libm::exp(-zeta * natural_frequency / damped * libm::acos(zeta)) / natural_frequency;

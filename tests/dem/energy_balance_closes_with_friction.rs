@@ -17,11 +17,11 @@ fn turnover(start: &DemEnergy, end: &DemEnergy) -> f64 {
 }
 
 /// Residual over turnover after a time, and the last energy balance.
-fn residual(config: &DemConfig, steps_per_contact: f64) -> (f64, DemEnergy, DemWalls) {
-    let config = DemConfig { time_step: per_contact(steps_per_contact), ..config.clone() };
+fn residual(config: &DemConfig, steps_per_wall_contact: f64) -> (f64, DemEnergy, DemWalls) {
+    let config = DemConfig { time_step: per_contact(steps_per_wall_contact), ..config.clone() };
     let mut model = prepared(&config);
     let start = energy(&model);
-    run_to(&mut model, (100.0 * steps_per_contact) as u64);
+    run_to(&mut model, (100.0 * steps_per_wall_contact) as u64);
     let end = energy(&model);
     let walls: DemWalls = frame(&model).get().expect("wall data");
     (end.residual_j.abs() / turnover(&start, &end), end, walls)

@@ -38,8 +38,9 @@ fn cooling_rate_ratio(config: &DemConfig, seed: Seed, e: f64) -> f64 {
     let density = 1000.0 / (side * side);
     let fraction = PI * radius * radius * density;
     let pair_correlation = (1.0 - 7.0 / 16.0 * fraction) / ((1.0 - fraction) * (1.0 - fraction));
-    let collision_rate = 2.0 * PI.sqrt() * density * 2.0 * radius * pair_correlation * first.sqrt();
-    products / squares / ((1.0 - e * e) * collision_rate / 4.0)
+    let pair_collision_rate_per_disc =
+        2.0 * PI.sqrt() * density * 2.0 * radius * pair_correlation * first.sqrt();
+    products / squares / ((1.0 - e * e) * pair_collision_rate_per_disc / 4.0)
 }
 
 #[test]

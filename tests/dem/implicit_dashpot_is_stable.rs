@@ -11,7 +11,7 @@ use crate::scene::{
     damping, discs, energy, equal, frame, given, gravity, positive, prepared, run_to, time_step,
 };
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator};
-use kinetoscope_recording::channels::DemContacts;
+use kinetoscope_recording::channels::DemContactStatistics;
 use std::num::NonZeroU32;
 
 fn exercise() -> DemConfig {
@@ -65,8 +65,8 @@ fn exercise_discs_come_to_rest() {
         let now = energy(&model);
         assert!(now.dissipated_j - before.dissipated_j > -1e-6 * total, "{now:?}");
         assert!(now.total_j < before.total_j + 1e-2 * total, "{now:?}");
-        let contacts: DemContacts = frame(&model).get().expect("contact statistics");
-        assert!(contacts.largest_overlap_over_radius < 0.5, "{contacts:?}");
+        let contacts: DemContactStatistics = frame(&model).get().expect("contact statistics");
+        assert!(contacts.max_overlap_over_radius < 0.5, "{contacts:?}");
         before = now;
     }
     println!(

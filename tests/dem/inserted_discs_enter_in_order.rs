@@ -12,7 +12,7 @@ use crate::scene::{
     discs, energy, finite, frame, given, gravity, non_negative, positive, prepared, run_to_time,
     segment,
 };
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, DemRain};
+use kinetoscope_manifest::model::{DemConfig, DemInsertion, DemIntegrator};
 use kinetoscope_manifest::quantity::Finite;
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_recording::channels::DemWalls;
@@ -20,8 +20,8 @@ use std::num::NonZeroU32;
 
 const G: f64 = 9.81;
 
-fn insertion(discs: u32, discs_per_s: f64) -> DemRain {
-    DemRain {
+fn insertion(discs: u32, discs_per_s: f64) -> DemInsertion {
+    DemInsertion {
         discs: NonZeroU32::new(discs).expect("not zero"),
         discs_per_s: positive(discs_per_s),
         from_m: finite([0.005, 0.035]),
@@ -32,9 +32,12 @@ fn insertion(discs: u32, discs_per_s: f64) -> DemRain {
 }
 
 /// One disc at rest on the floor, and insertion.
-fn scene(insertion: DemRain) -> DemConfig {
-    let config =
-        DemConfig { rain: Some(insertion), friction: non_negative(0.3), ..DemConfig::default() };
+fn scene(insertion: DemInsertion) -> DemConfig {
+    let config = DemConfig {
+        insertion: Some(insertion),
+        friction: non_negative(0.3),
+        ..DemConfig::default()
+    };
     given(config, &[([0.02, 5e-4], [0.0, 0.0])])
 }
 
@@ -104,10 +107,10 @@ fn inserted_disc_adds_its_energy_to_the_balance() {
 fn number_of_discs_and_energy_are_conserved_with_an_outlet() {
     let config = DemConfig {
         walls: vec![segment([0.0, 0.02], [0.015, 0.008]), segment([0.04, 0.02], [0.025, 0.008])],
-        outlet_below_m: Finite::new(0.004),
+        remove_below_m: Finite::new(0.004),
         gravity_m_per_s2: gravity(0.0, -G),
         ..given(
-            DemConfig { rain: Some(insertion(400, 2000.0)), ..DemConfig::default() },
+            DemConfig { insertion: Some(insertion(400, 2000.0)), ..DemConfig::default() },
             &[([0.02, 0.02], [0.0, 0.0])],
         )
     };

@@ -13,7 +13,7 @@ use crate::scene::{
     discs, frame, given, gravity, material, per_contact, positive, run_to, run_to_time,
 };
 use kinetoscope_manifest::model::{DemConfig, DemContactConstants, DemContactPair, DemMaterial};
-use kinetoscope_manifest::quantity::{NonNegative, Share};
+use kinetoscope_manifest::quantity::{Fraction, NonNegative};
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::Model;
 use kinetoscope_physics::random::Seed;
@@ -34,7 +34,7 @@ fn two_materials() -> DemConfig {
 
 fn with_pair(config: DemConfig, between: [&str; 2], e: Option<f64>, mu: Option<f64>) -> DemConfig {
     let constants = DemContactConstants {
-        restitution: e.and_then(Share::new),
+        restitution: e.and_then(Fraction::new),
         friction: mu.and_then(NonNegative::new),
         rolling_friction: None,
     };
@@ -109,7 +109,7 @@ fn disc_slides_with_the_smaller_or_the_given_friction() {
 #[test]
 fn materials_are_drawn_by_their_fractions() {
     let mut config = two_materials();
-    config.materials[0].share = positive(3.0);
+    config.materials[0].fraction = positive(3.0);
     let config = DemConfig { discs: std::num::NonZeroU32::new(600).expect("not zero"), ..config };
     let model = Dem::prepare(&config, Seed { seed: 2, replicate: 0 }, false)
         .unwrap_or_else(|error| panic!("{error}"));

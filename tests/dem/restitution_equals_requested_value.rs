@@ -12,7 +12,7 @@
 use crate::scene::{
     Disc, discs, given, gravity, per_contact, positive, prepared, restitution, run_to, time_step,
 };
-use kinetoscope_manifest::model::{DemConfig, DiscRadius, ForceTail};
+use kinetoscope_manifest::model::{DemConfig, DiscRadius};
 use std::f64::consts::PI;
 
 const PHASES: u32 = 1000;
@@ -33,18 +33,18 @@ struct Scatter {
     max: f64,
 }
 
-fn config(requested: f64, tail: ForceTail, steps_per_contact: f64) -> DemConfig {
+fn config(requested: f64, tail: bool, steps_per_wall_contact: f64) -> DemConfig {
     DemConfig {
         width_m: positive(2.1),
         gravity_m_per_s2: gravity(0.0, 0.0),
         dissipation: restitution(requested),
-        force_tail: tail,
-        time_step: per_contact(steps_per_contact),
+        limit_damping: tail,
+        time_step: per_contact(steps_per_wall_contact),
         ..DemConfig::default()
     }
 }
 
-fn collisions(against: Against, requested: f64, tail: ForceTail, steps: f64) -> Scatter {
+fn collisions(against: Against, requested: f64, tail: bool, steps: f64) -> Scatter {
     let time_step = PI * (MASS / STIFFNESS).sqrt() / steps;
     let start = |phase: u32| {
         let gap = 1e-5 + SPEED * time_step * (f64::from(phase) + 0.5) / f64::from(PHASES);
@@ -82,7 +82,7 @@ fn scatter_over_phases_equals_that_of_the_independent_program() {
     for (steps, mean, min, max) in
         [(20.0, 0.899_85, 0.8986, 0.9095), (50.0, 0.899_91, 0.8997, 0.9036)]
     {
-        let found = collisions(Against::Wall, 0.9, ForceTail::Attractive, steps);
+        let found = collisions(Against::Wall, 0.9, false, steps);
         println!("N_t {steps}: {:.5} [{:.5}, {:.5}]", found.mean, found.min, found.max);
         assert!((found.mean - mean).abs() < 2e-5, "mean {}", found.mean);
         assert!((found.min - min).abs() < 1e-4, "min {}", found.min);
@@ -91,7 +91,7 @@ fn scatter_over_phases_equals_that_of_the_independent_program() {
 }
 
 /// Largest |e' - e| over w0 dt of all cases.
-fn max_error(tail: ForceTail) -> f64 {
+fn max_error(tail: bool) -> f64 {
     let mut max_error = 0.0;
     for (against, effective_mass) in [(Against::Wall, MASS), (Against::Pair, 0.5 * MASS)] {
         for requested in [0.9, 0.8, 0.5, 0.2] {
@@ -109,7 +109,7 @@ fn max_error(tail: ForceTail) -> f64 {
 
 #[test]
 fn error_is_of_first_order_in_the_time_step() {
-    for (tail, bound) in [(ForceTail::Attractive, 0.3), (ForceTail::Clamped, 0.3)] {
+    for (tail, bound) in [(false, 0.3), (true, 0.3)] {
         let max_error = max_error(tail);
         println!("{tail:?}: |e' - e| <= {max_error:.4} w0 dt");
         assert!(max_error < bound, "{tail:?}: {max_error}");
@@ -120,7 +120,7 @@ fn error_is_of_first_order_in_the_time_step() {
 fn control_damping_ratio_of_the_other_tail_is_rejected() {
     let step = PI / 50.0;
     // The clamped damping ratio for e = 0.5 gives 0.434 with the attractive tail: zeta = 0.25527564 in exp(-pi b/w).
-    let found = collisions(Against::Wall, 0.434, ForceTail::Attractive, 50.0);
+    let found = collisions(Against::Wall, 0.434, false, 50.0);
     assert!((found.mean - 0.5).abs() > 0.1 * step);
 }
 
@@ -128,7 +128,7 @@ fn control_damping_ratio_of_the_other_tail_is_rejected() {
 fn unequal_discs_have_the_requested_restitution_and_conserve_momentum() {
     // Mass of the smallest radius, 1e-4 m; the mean radius, 5e-4 m, has the mean mass.
     const LIGHTEST: f64 = MASS / 25.0;
-    for tail in [ForceTail::Attractive, ForceTail::Clamped] {
+    for tail in [false, true] {
         let config = DemConfig {
             radius_m: DiscRadius::Uniform { min: positive(1e-4), max: positive(9e-4) },
             stiffness_n_per_m: positive(1e6),

@@ -16,7 +16,7 @@
 use crate::scene::{
     SEED, discs, given, gravity, per_contact, positive, prepared, restitution, run_to,
 };
-use kinetoscope_manifest::model::{DemConfig, DiscRadius, ForceTail, Stability};
+use kinetoscope_manifest::model::{DemConfig, DiscRadius, UnstableTimeStep};
 use kinetoscope_physics::dem::restitution::{damping, damping_ratio, restitution as closed_form};
 use kinetoscope_physics::random::{Generator, Stream};
 use std::f64::consts::PI;
@@ -39,7 +39,7 @@ fn draw(generator: &mut Generator) -> Draw {
 }
 
 /// c = eta dt/m_eff and w0 dt of the pair.
-fn reduced_steps(draw: &Draw, tail: ForceTail) -> [f64; 2] {
+fn reduced_steps(draw: &Draw, tail: bool) -> [f64; 2] {
     let [small, large] = masses(draw);
     let pair = small * large / (small + large);
     let step = PI * libm::sqrt(small / draw.stiffness) / draw.steps;
@@ -60,7 +60,7 @@ fn radii(draw: &Draw) -> [f64; 2] {
 
 /// Restitution of the pair, which is separated at first by the displacement in a fraction `phase` of a step. The program draws the radii, so
 /// both discs may have the same size.
-fn obtained(draw: &Draw, tail: ForceTail, phase: f64, dashpot: f64) -> f64 {
+fn obtained(draw: &Draw, tail: bool, phase: f64, dashpot: f64) -> f64 {
     let [small, large] = radii(draw);
     let speed = 1e-3 * libm::sqrt(draw.stiffness / 1e-3) * small;
     let [_, w0_step] = reduced_steps(draw, tail);
@@ -70,13 +70,13 @@ fn obtained(draw: &Draw, tail: ForceTail, phase: f64, dashpot: f64) -> f64 {
         gravity_m_per_s2: gravity(0.0, 0.0),
         stiffness_n_per_m: positive(draw.stiffness),
         dissipation: restitution(dashpot),
-        force_tail: tail,
+        limit_damping: tail,
         time_step: per_contact(draw.steps),
-        stability: Stability::Warn,
+        on_unstable_time_step: UnstableTimeStep::Warn,
         radius_m: DiscRadius::TwoSizes {
             small: positive(small),
             large: positive(large),
-            small_share: kinetoscope_manifest::quantity::Share::new(0.5).expect("a fraction"),
+            small_fraction: kinetoscope_manifest::quantity::Fraction::new(0.5).expect("a fraction"),
         },
         ..DemConfig::default()
     };
@@ -96,7 +96,7 @@ fn obtained(draw: &Draw, tail: ForceTail, phase: f64, dashpot: f64) -> f64 {
 }
 
 /// A(e) h + h^2/2.
-fn bound(requested: f64, tail: ForceTail, h: f64) -> f64 {
+fn bound(requested: f64, tail: bool, h: f64) -> f64 {
     let zeta = damping_ratio(requested, tail);
     let log = |zeta: f64| libm::log(closed_form(zeta, tail));
     let slope = if zeta > 0.0 {
@@ -104,12 +104,12 @@ fn bound(requested: f64, tail: ForceTail, h: f64) -> f64 {
     } else {
         0.0
     };
-    let ends = if tail == ForceTail::Attractive { 2.0 } else { 1.0 };
+    let ends = if tail == false { 2.0 } else { 1.0 };
     requested * (ends * zeta + 0.5 * slope * zeta * zeta) * h + 0.5 * h * h
 }
 
 /// Largest |e' - e| over its bound, over draws and phases; `dashpot` maps the requested to the configured restitution.
-fn max_error(tail: ForceTail, dashpot: impl Fn(f64) -> f64) -> f64 {
+fn max_error(tail: bool, dashpot: impl Fn(f64) -> f64) -> f64 {
     let mut generator = SEED.stream(Stream::Positions);
     let (mut done, mut max_error) = (0, 0.0);
     while done < 50 {
@@ -132,7 +132,7 @@ fn max_error(tail: ForceTail, dashpot: impl Fn(f64) -> f64) -> f64 {
 
 #[test]
 fn restitution_error_is_within_the_bound() {
-    for tail in [ForceTail::Attractive, ForceTail::Clamped] {
+    for tail in [false, true] {
         let found = max_error(tail, |requested| requested);
         println!("{tail:?}: |e' - e| is at most {found:.3} of its bound");
         assert!(found <= 1.0, "{tail:?}: {found}");
@@ -141,7 +141,7 @@ fn restitution_error_is_within_the_bound() {
 
 #[test]
 fn control_smaller_restitution_exceeds_the_bound() {
-    for tail in [ForceTail::Attractive, ForceTail::Clamped] {
+    for tail in [false, true] {
         assert!(max_error(tail, |requested| 0.9 * requested) > 1.0);
     }
 }
@@ -149,7 +149,7 @@ fn control_smaller_restitution_exceeds_the_bound() {
 /// Confirms the constant 0.3 that other tests use.
 #[test]
 fn bound_factor_is_below_three_tenths() {
-    for tail in [ForceTail::Attractive, ForceTail::Clamped] {
+    for tail in [false, true] {
         let factors = (5..=100).map(|percent| {
             let requested = f64::from(percent) / 100.0;
             (bound(requested, tail, 1e-6) / 1e-6, requested)

@@ -1,11 +1,11 @@
 //! Builders of DEM configurations, and functions that run a model and read its frames.
 
 use kinetoscope_manifest::model::{
-    DemConfig, DemContactConstants, DemContactPair, DemMaterial, DemRain, DemWall, DemWallShape,
-    DiscRadius, Dissipation, GivenState, ModelConfig, PeriodicSides, Placement, Stability,
-    TimeStep,
+    DemConfig, DemContactConstants, DemContactPair, DemInsertion, DemMaterial, DemWall,
+    DemWallShape, DiscRadius, Dissipation, GivenState, ModelConfig, PeriodicSides, Placement,
+    TimeStep, UnstableTimeStep,
 };
-use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive, Share};
+use kinetoscope_manifest::quantity::{Finite, Fraction, NonNegative, Positive};
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_physics::random::Seed;
@@ -37,7 +37,7 @@ pub(crate) fn per_contact(steps: f64) -> TimeStep {
 }
 
 pub(crate) fn restitution(value: f64) -> Dissipation {
-    Dissipation::Restitution(Share::new(value).expect("in (0, 1]"))
+    Dissipation::Restitution(Fraction::new(value).expect("in (0, 1]"))
 }
 
 pub(crate) fn damping(value: f64) -> Dissipation {
@@ -175,10 +175,10 @@ pub(crate) fn run_to_time(model: &mut Dem, time: f64) {
 pub(crate) fn material(name: &str, restitution: f64, friction: f64) -> DemMaterial {
     DemMaterial {
         name: name.to_owned(),
-        share: positive(1.0),
+        fraction: positive(1.0),
         density_ratio: positive(1.0),
         constants: DemContactConstants {
-            restitution: Share::new(restitution),
+            restitution: Fraction::new(restitution),
             friction: NonNegative::new(friction),
             rolling_friction: None,
         },
@@ -212,7 +212,7 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
             "periodic",
             DemConfig {
                 periodic: PeriodicSides::X,
-                stability: Stability::Warn,
+                on_unstable_time_step: UnstableTimeStep::Warn,
                 ..frictional.clone()
             },
         ),
@@ -242,8 +242,8 @@ pub(crate) fn scenes() -> Vec<(&'static str, DemConfig)> {
                     segment([0.0, 0.012], [0.015, 0.006]),
                     segment([0.04, 0.012], [0.025, 0.006]),
                 ],
-                outlet_below_m: Finite::new(0.004),
-                region_m: Some([finite([0.0, 0.005]), finite([0.04, 0.036])]),
+                remove_below_m: Finite::new(0.004),
+                placement_region_m: Some([finite([0.0, 0.005]), finite([0.04, 0.036])]),
                 ..small.clone()
             },
         ),
@@ -270,9 +270,9 @@ fn insertion_scene(small: DemConfig) -> DemConfig {
             moves_s: Some([non_negative(2e-4), non_negative(1e-3)]),
             ..segment([0.02, 0.0], [0.02, 0.03])
         }],
-        region_m: Some([finite([0.0, 0.0]), finite([0.02, 0.03])]),
+        placement_region_m: Some([finite([0.0, 0.0]), finite([0.02, 0.03])]),
         discs: NonZeroU32::new(200).expect("not zero"),
-        rain: Some(DemRain {
+        insertion: Some(DemInsertion {
             discs: NonZeroU32::new(100).expect("not zero"),
             discs_per_s: positive(5e4),
             from_m: finite([0.002, 0.035]),

@@ -7,19 +7,19 @@
 //! Control: a stiffness that differs by 2e-5 changes the overlap by more than 1e-5.
 
 use crate::scene::{discs, energy, frame, given, positive, prepared, restitution, run_to};
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail};
-use kinetoscope_recording::channels::DemContacts;
+use kinetoscope_manifest::model::{DemConfig, DemIntegrator};
+use kinetoscope_recording::channels::DemContactStatistics;
 
 const RADIUS: f64 = 5e-4;
 const WEIGHT: f64 = 1e-3 * 9.81;
 
 /// Overlaps from the floor upwards, in units of m g/k.
-fn column(height: usize, tail: ForceTail, integrator: DemIntegrator) -> Vec<f64> {
+fn column(height: usize, tail: bool, integrator: DemIntegrator) -> Vec<f64> {
     let start: Vec<_> =
         (0..height).map(|disc| ([0.02, RADIUS * (2 * disc + 1) as f64], [0.0, 0.0])).collect();
     let config = DemConfig {
         dissipation: restitution(0.3),
-        force_tail: tail,
+        limit_damping: tail,
         integrator,
         ..DemConfig::default()
     };
@@ -27,7 +27,7 @@ fn column(height: usize, tail: ForceTail, integrator: DemIntegrator) -> Vec<f64>
     run_to(&mut model, 6000);
     let rest = discs(&model);
     assert!(energy(&model).kinetic_j < 1e-25, "{:?}", energy(&model));
-    let contacts: DemContacts = frame(&model).get().expect("contact statistics");
+    let contacts: DemContactStatistics = frame(&model).get().expect("contact statistics");
     assert_eq!((contacts.pair_contacts, contacts.wall_contacts), (height as u64 - 1, 1));
     let below = |disc: usize| {
         if disc == 0 { -RADIUS } else { rest[disc - 1].position[1] }
@@ -39,7 +39,7 @@ fn column(height: usize, tail: ForceTail, integrator: DemIntegrator) -> Vec<f64>
 
 #[test]
 fn overlap_carries_the_weight_above() {
-    for tail in [ForceTail::Attractive, ForceTail::Clamped] {
+    for tail in [false, true] {
         for integrator in [
             DemIntegrator::SemiImplicitEuler,
             DemIntegrator::VelocityVerlet,

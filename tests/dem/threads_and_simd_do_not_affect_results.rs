@@ -84,7 +84,7 @@ fn gas_results_are_independent_of_simd() {
             time_step: per_contact(20.0),
             periodic: PeriodicSides::Both,
             placement: Placement::Lattice,
-            velocity_deviation_m_per_s: Some(positive(3.0)),
+            velocity_std_m_per_s: Some(positive(3.0)),
             ..DemConfig::default()
         };
         let reference = bits(steps, &gas, 2, true, unchanged);

@@ -8,7 +8,7 @@
 
 use crate::scene::{discs, frame, given, positive, prepared, run_to};
 use kinetoscope_manifest::model::DemConfig;
-use kinetoscope_recording::channels::DemContacts;
+use kinetoscope_recording::channels::DemContactStatistics;
 
 const WIDTH: f64 = 0.008;
 
@@ -39,7 +39,7 @@ fn max_difference(last_speed: f64) -> (f64, [bool; 3]) {
             had_contact[0] |= line.to[0].abs() < 1e-15;
             had_contact[1] |= (line.to[0] - WIDTH).abs() < 1e-15;
         }
-        let contacts: DemContacts = frame(&model).get().expect("contact statistics");
+        let contacts: DemContactStatistics = frame(&model).get().expect("contact statistics");
         had_contact[2] |= contacts.pair_contacts > 0;
     }
     let mut max = 0.0;

@@ -1,5 +1,5 @@
 //! Guarantee: values that cannot be integrated are rejected before the first step with c = eta dt/m_eff and with values that are accepted.
-//! With stability = "warn", they run and end in a fault.
+//! With on_unstable_time_step = "warn", they run and end in a fault.
 //!
 //! Source: the values of the DEM exercise, m = 1e-3 kg, k = 5e4 N/m, eta = 1.5e3 N s/m, N_t = 10, 20, 50, give c = 133, 67, 27 by hand. Beds
 //! of discs with e = 0.5 blow up at N_t = 4 and are stable at 20. A disc of r = 1e-4 m (the radius in the exercise's text) that falls
@@ -11,15 +11,15 @@
 use crate::scene::{
     SEED, damping, equal, frame, given, per_contact, positive, prepared, restitution,
 };
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail, Stability, TimeStep};
+use kinetoscope_manifest::model::{DemConfig, DemIntegrator, TimeStep, UnstableTimeStep};
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_recording::frame::Level;
 
-fn exercise(steps_per_contact: f64) -> DemConfig {
+fn exercise(steps_per_wall_contact: f64) -> DemConfig {
     DemConfig {
         dissipation: damping(1.5e3),
-        time_step: per_contact(steps_per_contact),
+        time_step: per_contact(steps_per_wall_contact),
         ..DemConfig::default()
     }
 }
@@ -34,7 +34,7 @@ fn with_suggestion(config: &DemConfig, key: &str, value: f64) -> DemConfig {
     let mut changed = config.clone();
     match key {
         "time_step_s" => changed.time_step = TimeStep::Fixed(positive(value)),
-        "steps_per_contact" => changed.time_step = per_contact(value),
+        "steps_per_wall_contact" => changed.time_step = per_contact(value),
         "damping_n_s_per_m" => changed.dissipation = damping(value),
         "restitution" => changed.dissipation = restitution(value),
         "stiffness_n_per_m" => changed.stiffness_n_per_m = positive(value),
@@ -77,7 +77,7 @@ fn exercise_damping_is_rejected_with_valid_suggestions() {
         let keys = accepted_keys(&config);
         for key in [
             "time_step_s",
-            "steps_per_contact",
+            "steps_per_wall_contact",
             "damping_n_s_per_m",
             "restitution",
             "stiffness_n_per_m",
@@ -100,8 +100,12 @@ fn suggested_time_step_is_the_largest_stable_one() {
 
 #[test]
 fn exercise_damping_ends_in_a_fault_with_stability_warn() {
-    for (steps, tail) in [(10.0, ForceTail::Attractive), (20.0, ForceTail::Clamped)] {
-        let config = DemConfig { stability: Stability::Warn, force_tail: tail, ..exercise(steps) };
+    for (steps, tail) in [(10.0, false), (20.0, true)] {
+        let config = DemConfig {
+            on_unstable_time_step: UnstableTimeStep::Warn,
+            limit_damping: tail,
+            ..exercise(steps)
+        };
         let mut model = prepared(&config);
         let start = frame(&model);
         let has_warning = |text: &str| text.contains("The time step is unstable");
@@ -113,7 +117,7 @@ fn exercise_damping_ends_in_a_fault_with_stability_warn() {
         );
         let fault = model.advance(Target::Count(u64::MAX), u64::MAX).expect_err("a blow-up").0;
         println!("{fault}");
-        for word in ["step ", "t = ", "disc ", "c = eta dt/m_eff", "steps_per_contact"] {
+        for word in ["step ", "t = ", "disc ", "c = eta dt/m_eff", "steps_per_wall_contact"] {
             assert!(fault.contains(word), "{fault}");
         }
         assert!(frame(&model).state().iter().all(|value| value.is_finite()));
@@ -126,7 +130,7 @@ fn four_steps_per_contact_are_rejected_and_twenty_accepted() {
     assert!(rejection(&config(4.0)).is_some_and(|text| text.contains("for a bed")));
     assert_eq!(
         accepted_keys(&config(4.0)),
-        ["time_step_s", "steps_per_contact", "damping_n_s_per_m", "restitution"]
+        ["time_step_s", "steps_per_wall_contact", "damping_n_s_per_m", "restitution"]
     );
     assert_eq!(rejection(&config(20.0)), None);
     let fixed = DemConfig { time_step: TimeStep::Fixed(positive(1e-4)), ..DemConfig::default() };
@@ -175,7 +179,7 @@ fn exercise_radius_passes_through_the_wall() {
             radius_m: equal(1e-4),
             stiffness_n_per_m: positive(stiffness),
             dissipation: restitution(0.9),
-            stability: Stability::Warn,
+            on_unstable_time_step: UnstableTimeStep::Warn,
             ..DemConfig::default()
         };
         let mut model = prepared(&given(config, &[([0.02, 0.0399], [0.0, 0.0])]));

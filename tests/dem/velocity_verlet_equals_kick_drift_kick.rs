@@ -8,7 +8,7 @@
 //! Control: semi-implicit Euler is rejected.
 
 use crate::scene::{discs, given, prepared, restitution, run_to, time_step};
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail};
+use kinetoscope_manifest::model::{DemConfig, DemIntegrator};
 use kinetoscope_physics::dem::restitution::damping_ratio;
 
 const RADIUS: f64 = 5e-4;
@@ -17,7 +17,7 @@ const STIFFNESS: f64 = 5e4;
 
 fn acceleration(y: f64, velocity: f64) -> f64 {
     let overlap = RADIUS - y;
-    let zeta = damping_ratio(0.7, ForceTail::Attractive);
+    let zeta = damping_ratio(0.7, false);
     let damping = 2.0 * zeta * (STIFFNESS * MASS).sqrt();
     let force = if overlap > 0.0 { STIFFNESS * overlap - damping * velocity } else { 0.0 };
     force / MASS - 9.81

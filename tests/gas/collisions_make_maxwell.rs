@@ -15,7 +15,7 @@ use kinetoscope_manifest::model::{GasConfig, SpeedDistribution, SpeedScale};
 use kinetoscope_manifest::quantity::NonNegative;
 use kinetoscope_physics::gas::Gas;
 use kinetoscope_physics::model::Target;
-use kinetoscope_recording::channels::GasLedger;
+use kinetoscope_recording::channels::GasEnergyBalance;
 use std::f64::consts::PI;
 
 const DISCS: u32 = 2000;
@@ -52,7 +52,7 @@ fn moments(gas: &Gas) -> [f64; 2] {
 fn are_maxwells(gas: &Gas) -> bool {
     let n = f64::from(DISCS);
     let [mean_over_rms, kurtosis] = moments(gas);
-    let excess = channel::<GasLedger>(gas).excess_h;
+    let excess = channel::<GasEnergyBalance>(gas).relative_entropy;
     println!(
         "<v>/v_rms {mean_over_rms}, <v^4>/<v^2>^2 {kurtosis}, 2 N excess of H {}",
         2.0 * n * excess
@@ -71,10 +71,10 @@ fn discs_take_maxwells_speeds_and_points_do_not() {
         advance(&mut discs, Target::Time(20.0));
         assert!(are_maxwells(&discs), "{distribution:?}");
         let mut points = gas(&start(distribution, None), 14);
-        let before = channel::<GasLedger>(&points).excess_h;
+        let before = channel::<GasEnergyBalance>(&points).relative_entropy;
         advance(&mut points, Target::Time(20.0));
         assert!(!are_maxwells(&points), "{distribution:?}");
-        assert!((channel::<GasLedger>(&points).excess_h - before).abs() < 1e-12);
+        assert!((channel::<GasEnergyBalance>(&points).relative_entropy - before).abs() < 1e-12);
     }
 }
 
@@ -82,11 +82,11 @@ fn discs_take_maxwells_speeds_and_points_do_not() {
 #[test]
 fn h_falls() {
     let mut discs = gas(&start(SpeedDistribution::Equal, Some(0.004)), 15);
-    let mut before = channel::<GasLedger>(&discs).excess_h;
+    let mut before = channel::<GasEnergyBalance>(&discs).relative_entropy;
     let first = before;
     for step in 1..=20 {
         advance(&mut discs, Target::Time(0.05 * f64::from(step)));
-        let now = channel::<GasLedger>(&discs).excess_h;
+        let now = channel::<GasEnergyBalance>(&discs).relative_entropy;
         assert!(now < before + 4.0 * 0.0019, "from {before} to {now}");
         before = now;
     }
@@ -100,7 +100,7 @@ fn h_falls() {
 #[test]
 fn masses_share_their_energy_alike() {
     let mut config = start(SpeedDistribution::Equal, Some(0.004));
-    config.further_masses_kg = vec![positive(4.0 * config.mass_kg.get())];
+    config.additional_masses_kg = vec![positive(4.0 * config.mass_kg.get())];
     let heavy_share = |gas: &Gas| {
         let energies: Vec<f64> = particles(gas)
             .iter()

@@ -36,7 +36,7 @@ fn discs(number: u32, disc_radius: f64) -> GasConfig {
 #[test]
 fn energy_and_angular_momentum_stay() {
     let mut config = discs(300, 0.029);
-    config.further_masses_kg = vec![positive(3.0 * config.mass_kg.get())];
+    config.additional_masses_kg = vec![positive(3.0 * config.mass_kg.get())];
     let mut gas = gas(&config, 3);
     let before = channel::<GasInvariants>(&gas);
     advance(&mut gas, Target::Time(60.0));
@@ -69,7 +69,7 @@ fn the_virial_theorem_holds_at_every_time() {
         let time = 1.7 * f64::from(step);
         advance(&mut gas, Target::Time(time));
         let impulse = channel::<GasPressure>(&gas).measured_since_start_n_per_m * 2.0 * PI * time;
-        let virial = channel::<GasCollisions>(&gas).pair_virial_j_s;
+        let virial = channel::<GasCollisions>(&gas).pair_virial_sum_j_s;
         let lacks =
             |virial: f64| g(&gas) - at_start - (twice_energy * time + virial - reach * impulse);
         println!("t = {time}: lacks {:e} of {:e}", lacks(virial), reach * impulse);

@@ -32,11 +32,17 @@ const HIT: [f64; 2] = [0.98739675280407699835, 0.15826450186938466556];
 const MIRRORED: [f64; 2] = [-0.34747935056081539967, 0.096219025841223099504];
 
 fn printed(time_step_s: f64, config: GasConfig) -> GasConfig {
-    GasConfig { propagation: Propagation::Literal { time_step_s: positive(time_step_s) }, ..config }
+    GasConfig {
+        propagation: Propagation::AsPrinted { time_step_s: positive(time_step_s) },
+        ..config
+    }
 }
 
 fn mended(time_step_s: f64, config: GasConfig) -> GasConfig {
-    GasConfig { propagation: Propagation::Stepped { time_step_s: positive(time_step_s) }, ..config }
+    GasConfig {
+        propagation: Propagation::TimeStepped { time_step_s: positive(time_step_s) },
+        ..config
+    }
 }
 
 /// Particles outside after so many steps.
@@ -69,7 +75,7 @@ fn defect_2_after_a_hit_a_particle_is_not_set_down_at_a_length_of_one_minus_u() 
     // The velocity is right in both.
     assert!(apart(end.velocity, MIRRORED) < 1e-14);
     assert!(apart(control.velocity, MIRRORED) < 1e-14);
-    // The document's gas at 300 K: all that hit are set down a meter on, outside where their chord is shorter. Half chords
+    // The gas exercise's gas at 300 K: all that hit are set down a meter on, outside where their chord is shorter. Half chords
     // have the density (4/pi) C^2 / sqrt(1 - C^2), below 1/2 m the share 1 - (2/pi) (pi/3 + sqrt(3)/4).
     let config = GasConfig { particles: count(20_000), ..GasConfig::default() };
     let kept = outside(&mended(5e-5, config.clone()), 2000);
@@ -150,7 +156,7 @@ fn one_mirror(particle: Particle, radius: f64, time_step: f64) -> Particle {
 
 #[test]
 fn defect_5_a_step_mirrors_as_often_as_it_hits() {
-    // Share of steps with two hits or more, in the uniform isotropic state, for a step of length l = s dt: with the
+    // Fraction of steps with two hits or more, in the uniform isotropic state, for a step of length l = s dt: with the
     // share (4/pi) C^2 dC / sqrt(1 - C^2) of half chords (R = 1) and the first hit uniform along a chord 2C,
     // the integral of min(1, (l - 2C) / 2C) up to 2C = l; l^3 / (16 pi) for small l.
     let length = 0.4;
@@ -186,7 +192,7 @@ fn defect_5_a_step_mirrors_as_often_as_it_hits() {
 
 #[test]
 fn defect_6_formula_12_needs_the_mean_square_speed() {
-    // 300 K by the document's definition: the wall feels 4/3 of (12), for uniform speeds.
+    // 300 K by the gas exercise's definition: the wall feels 4/3 of (12), for uniform speeds.
     let mut hot = gas(&GasConfig { particles: count(20_000), ..GasConfig::default() }, 6);
     advance(&mut hot, Target::Time(0.1));
     let pressure = channel::<GasPressure>(&hot);
@@ -197,7 +203,7 @@ fn defect_6_formula_12_needs_the_mean_square_speed() {
     // uniform numbers; the wall's own R/(v_rms T sqrt(2N)) is 0.00005.
     assert!((ratio / (4.0 / 3.0) - 1.0).abs() < 4.0 * (2.0 / 15.0 / 20_000.0_f64).sqrt());
     assert!((temperature.mean_speed_temperature_k - 300.0).abs() < 1e-10);
-    assert!((pressure.pressure_over_ideal - 1.0).abs() < 4.0 * 0.00005);
+    assert!((pressure.pressure_over_mean_square_formula - 1.0).abs() < 4.0 * 0.00005);
     let remark = frame(&gas(&GasConfig::default(), 6));
     assert!(remark.log_lines().iter().any(|line| line.text.contains("300 K here is")));
 }

@@ -156,7 +156,7 @@ fn any_sequence_of_frames_gives_the_same_bits() {
         let mut impulse = 0.0;
         for index in 1..=frames {
             advance(&mut often, Target::Time(0.1 * (f64::from(index) / f64::from(frames))));
-            hits += channel::<GasCollisions>(&often).wall_since_last_frame;
+            hits += channel::<GasCollisions>(&often).wall_collisions_since_last_frame;
             impulse += channel::<GasPressure>(&often).wall_impulse_n_s;
         }
         assert_eq!(particles(&often), particles(&at_once));

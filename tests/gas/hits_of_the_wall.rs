@@ -79,7 +79,7 @@ fn a_particle_hits_two_v_over_pi_r_times_a_second() {
 
 #[test]
 fn a_uniform_start_stays_uniform() {
-    // Share inside r/2, and the mean of (|p|/R)^2 = 1/2, at odd times.
+    // Fraction inside r/2, and the mean of (|p|/R)^2 = 1/2, at odd times.
     let mut gas = gas(&equal_speeds(50_000), 2);
     for time in [0.0, 0.3, 1.7, 20.0, 1000.0] {
         advance(&mut gas, Target::Time(time));

@@ -22,8 +22,8 @@ fn long_run(propagation: Propagation) -> GasConfig {
 fn speed_and_angular_momentum_stay_and_nobody_leaves() {
     for propagation in [
         Propagation::Exact,
-        Propagation::Stepped { time_step_s: positive(0.1) },
-        Propagation::Stepped { time_step_s: positive(10.0) },
+        Propagation::TimeStepped { time_step_s: positive(0.1) },
+        Propagation::TimeStepped { time_step_s: positive(10.0) },
     ] {
         let mut gas = gas(&long_run(propagation), 14);
         let start = channel::<GasInvariants>(&gas);
@@ -36,8 +36,7 @@ fn speed_and_angular_momentum_stay_and_nobody_leaves() {
             let change = (now.angular_momentum_j_s - start.angular_momentum_j_s).abs();
             // Of a thousand particles, each within 1e-12 m r v.
             assert!(change < 1e-12 * 1000.0 * 1e-26);
-            let changes =
-                [now.largest_speed_change_relative, now.largest_angular_momentum_change_relative];
+            let changes = [now.max_speed_change_relative, now.max_angular_momentum_change_relative];
             for (worst, change) in worst.iter_mut().zip(changes) {
                 *worst = if change > *worst { change } else { *worst };
             }
@@ -55,13 +54,13 @@ fn speed_and_angular_momentum_stay_and_nobody_leaves() {
 
 #[test]
 fn control_the_scheme_as_printed_fails_the_same_judge() {
-    let literal = Propagation::Literal { time_step_s: positive(0.1) };
+    let literal = Propagation::AsPrinted { time_step_s: positive(0.1) };
     let mut gas = gas(&long_run(literal), 14);
     advance(&mut gas, Target::Time(100.0));
     let now = channel::<GasInvariants>(&gas);
     println!(
         "outside {}, angular momentum {:e}",
-        now.particles_outside, now.largest_angular_momentum_change_relative
+        now.particles_outside, now.max_angular_momentum_change_relative
     );
     assert!(now.particles_outside > 0);
 }
@@ -70,16 +69,16 @@ fn control_the_scheme_as_printed_fails_the_same_judge() {
 fn control_off_the_origin_the_printed_mirror_turns_angular_momenta() {
     let center_m =
         [3.0, 1.0].map(|axis| kinetoscope_manifest::quantity::Finite::new(axis).unwrap());
-    let literal = Propagation::Literal { time_step_s: positive(0.1) };
+    let literal = Propagation::AsPrinted { time_step_s: positive(0.1) };
     let mut gas = gas(&GasConfig { center_m, ..long_run(literal) }, 14);
     advance(&mut gas, Target::Time(100.0));
     let now = channel::<GasInvariants>(&gas);
     println!(
         "outside {}, angular momentum {:e}",
-        now.particles_outside, now.largest_angular_momentum_change_relative
+        now.particles_outside, now.max_angular_momentum_change_relative
     );
     assert!(now.particles_outside > 900);
-    assert!(now.largest_angular_momentum_change_relative > 0.1);
+    assert!(now.max_angular_momentum_change_relative > 0.1);
 }
 
 #[test]

@@ -26,7 +26,7 @@ fn a_million_hits_keep_speed_and_angular_momentum() {
         ("exact", Propagation::Exact, Target::Time(duration)),
         (
             "stepped",
-            Propagation::Stepped { time_step_s: positive(0.5) },
+            Propagation::TimeStepped { time_step_s: positive(0.5) },
             Target::Count(2 * duration as u64),
         ),
     ] {
@@ -36,11 +36,11 @@ fn a_million_hits_keep_speed_and_angular_momentum() {
         let hits = channel::<GasCollisions>(&run).wall;
         println!(
             "{name}: {hits} hits, |v| to {:e}, p x v to {:e}",
-            kept.largest_speed_change_relative, kept.largest_angular_momentum_change_relative
+            kept.max_speed_change_relative, kept.max_angular_momentum_change_relative
         );
         assert!(hits > 1_000_000);
-        assert!(kept.largest_speed_change_relative < 1e-12);
-        assert!(kept.largest_angular_momentum_change_relative < 1e-12);
+        assert!(kept.max_speed_change_relative < 1e-12);
+        assert!(kept.max_angular_momentum_change_relative < 1e-12);
         assert_eq!(kept.particles_outside, 0);
     }
 }
@@ -74,7 +74,7 @@ fn pressures_at_thirty_random_points_are_within_five_standard_errors() {
         let off = (measured / expected - 1.0).abs() / error;
         worst = f64::max(worst, off);
         assert!(off < 5.0, "N = {particles}, r = {radius}, T = {temperature}, m = {mass}: {off}");
-        // Control: the document's (12), pi/4 for Maxwell's speeds, fails wherever the error is small enough to tell.
+        // Control: the gas exercise's (12), pi/4 for Maxwell's speeds, fails wherever the error is small enough to tell.
         let speed = channel::<GasTemperature>(&run).mean_speed_m_per_s;
         let formula_12 = (speed / v_rms).powi(2);
         assert!(error > 0.03 || (measured / expected - formula_12).abs() > 5.0 * error);
@@ -87,7 +87,7 @@ fn any_number_of_threads_gives_the_same_bits() {
     let exact =
         GasConfig { particles: count(5000), duration_s: positive(0.02), ..GasConfig::default() };
     let stepped = GasConfig {
-        propagation: Propagation::Stepped { time_step_s: positive(1e-5) },
+        propagation: Propagation::TimeStepped { time_step_s: positive(1e-5) },
         ..exact.clone()
     };
     for (config, target) in [(exact, Target::Time(0.02)), (stepped, Target::Count(2000))] {

@@ -117,7 +117,7 @@ fn formulas_give_the_reference_values() {
             assert!((value / expected - 1.0).abs() < 1e-13, "{value:e}");
         }
         assert_eq!(pressure.measured_n_per_m, 0.0);
-        assert_eq!(pressure.pressure_over_ideal, 0.0);
+        assert_eq!(pressure.pressure_over_mean_square_formula, 0.0);
     }
     assert_eq!(ideal_gas_pressure(2.0, 3.0, 5.0, 1.0), 30.0 / PI);
     assert_eq!(kinetic_pressure(2.0, 3.0, 5.0, 1.0), 15.0 / PI);
@@ -137,7 +137,9 @@ fn boltzmanns_constant_is_selectable() {
 #[test]
 fn windows_measure_their_own_time() {
     // One particle to and fro on a diameter: hits at 1, 3, 5, ... each of impulse 2 m v.
-    for propagation in [Propagation::Exact, Propagation::Stepped { time_step_s: positive(0.125) }] {
+    for propagation in
+        [Propagation::Exact, Propagation::TimeStepped { time_step_s: positive(0.125) }]
+    {
         let mut gas = gas(&GasConfig { propagation, ..written(&[([0.0, 0.0], [1.0, 0.0])]) }, 1);
         for (end, hits) in [(0.5, 0.0), (2.0, 1.0), (6.0, 2.0), (6.5, 0.0), (6.5, 0.0)] {
             let window = end - gas.time();
@@ -170,8 +172,8 @@ fn windows_of_a_slide_along_the_wall_measure_their_own_time() {
 fn a_gas_at_zero_kelvin_rests_without_pressure() {
     for propagation in [
         Propagation::Exact,
-        Propagation::Stepped { time_step_s: positive(0.01) },
-        Propagation::Literal { time_step_s: positive(0.01) },
+        Propagation::TimeStepped { time_step_s: positive(0.01) },
+        Propagation::AsPrinted { time_step_s: positive(0.01) },
     ] {
         let mut gas = gas(&GasConfig { propagation, ..at(0.0, 1.0, 100) }, 1);
         let first = crate::runs::particles(&gas);

@@ -32,14 +32,14 @@ fn chi_square(speeds: &GasSpeeds, law: &[f64]) -> f64 {
 #[test]
 fn drawn_speeds_follow_their_law() {
     let uniform = channel::<GasSpeeds>(&gas(&drawn(SpeedDistribution::Uniform), 14));
-    let found = chi_square(&uniform, &uniform.initial_law);
+    let found = chi_square(&uniform, &uniform.initial_distribution);
     let control = chi_square(&uniform, &uniform.maxwell);
     println!("uniform: {found}, against Maxwell {control}");
     assert!(found < 59.7);
     assert!(control > 59.7);
     // Maxwell's law bends within a bin: its center is off by f'' w^2 / 24, below 1e-3 of f, chi-square below 1.
     let maxwell = channel::<GasSpeeds>(&gas(&drawn(SpeedDistribution::Maxwell), 14));
-    for law in [&maxwell.initial_law, &maxwell.maxwell] {
+    for law in [&maxwell.initial_distribution, &maxwell.maxwell] {
         let found = chi_square(&maxwell, law);
         println!("Maxwell: {found}");
         assert!(found < 59.7 + 1.0);
@@ -50,7 +50,7 @@ fn drawn_speeds_follow_their_law() {
     assert!((1.0 - inside - 0.00193).abs() < 4.0 * (0.00193 / PARTICLES).sqrt());
     let equal = channel::<GasSpeeds>(&gas(&drawn(SpeedDistribution::Equal), 14));
     assert_eq!(equal.density.iter().filter(|&&density| density > 0.0).count(), 1);
-    assert!(equal.initial_law.iter().all(|&density| density == 0.0));
+    assert!(equal.initial_distribution.iter().all(|&density| density == 0.0));
 }
 
 #[test]
@@ -82,5 +82,5 @@ fn bins_stay_where_they_are() {
     advance(&mut gas, Target::Time(0.05));
     let after = channel::<GasSpeeds>(&gas);
     assert_eq!(before.speed_m_per_s, after.speed_m_per_s);
-    assert_eq!(before.initial_law, after.initial_law);
+    assert_eq!(before.initial_distribution, after.initial_distribution);
 }

@@ -12,7 +12,7 @@ use kinetoscope_manifest::quantity::Finite;
 use kinetoscope_physics::gas::Gas;
 use kinetoscope_physics::model::{Extent, Model, Target};
 use kinetoscope_physics::random::Seed;
-use kinetoscope_recording::channels::{GasLedger, GasPressure, GasSpeeds, GasTemperature};
+use kinetoscope_recording::channels::{GasEnergyBalance, GasPressure, GasSpeeds, GasTemperature};
 use kinetoscope_recording::frame::Level;
 use kinetoscope_recording::scenery::{DrawnRadius, Wall};
 
@@ -21,7 +21,7 @@ fn centered_at(center: [f64; 2], config: GasConfig) -> GasConfig {
 }
 
 fn stepped(time_step: f64) -> Propagation {
-    Propagation::Stepped { time_step_s: positive(time_step) }
+    Propagation::TimeStepped { time_step_s: positive(time_step) }
 }
 
 #[test]
@@ -109,12 +109,12 @@ fn at_zero_kelvin_nothing_moves_and_all_numbers_are_defined() {
             let frame = frame(&gas);
             let pressure: GasPressure = frame.get().unwrap();
             let temperature: GasTemperature = frame.get().unwrap();
-            let ledger: GasLedger = frame.get().unwrap();
+            let ledger: GasEnergyBalance = frame.get().unwrap();
             let speeds: GasSpeeds = frame.get().unwrap();
             assert_eq!(pressure.measured_since_start_n_per_m, 0.0);
             assert_eq!(temperature.mean_square_temperature_k, 0.0);
             assert_eq!(ledger.residual_relative, 0.0);
-            assert!(ledger.excess_h.is_finite());
+            assert!(ledger.relative_entropy.is_finite());
             assert!(speeds.density.iter().chain(&speeds.maxwell).all(|value| value.is_finite()));
         }
     }
@@ -173,7 +173,7 @@ fn the_drawing_is_the_container() {
 #[test]
 fn a_saved_gas_goes_on_with_the_same_bits() {
     for propagation in
-        [Propagation::Exact, stepped(1e-4), Propagation::Literal { time_step_s: positive(1e-4) }]
+        [Propagation::Exact, stepped(1e-4), Propagation::AsPrinted { time_step_s: positive(1e-4) }]
     {
         let mut gas = gas(&GasConfig { propagation, ..GasConfig::default() }, 14);
         advance(&mut gas, Target::Time(0.03));

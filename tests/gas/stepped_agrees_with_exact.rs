@@ -17,7 +17,10 @@ use kinetoscope_recording::channels::{GasCollisions, GasPressure};
 const START: Particle = Particle { position: [0.9, 0.1], velocity: [0.3, 0.2] };
 
 fn stepped_by(time_step_s: f64, config: GasConfig) -> GasConfig {
-    GasConfig { propagation: Propagation::Stepped { time_step_s: positive(time_step_s) }, ..config }
+    GasConfig {
+        propagation: Propagation::TimeStepped { time_step_s: positive(time_step_s) },
+        ..config
+    }
 }
 
 #[test]
@@ -102,7 +105,7 @@ fn control_one_mirror_a_step_fails_the_same_judge() {
     assert!(error > 1e-10);
 }
 
-/// The document's scheme with all mended but "one reflection a step".
+/// The gas exercise's scheme with all mended but "one reflection a step".
 fn one_mirror(particle: Particle, time_step: f64) -> Particle {
     let to_wall = time_to_wall(particle, 1.0);
     if to_wall >= time_step {

@@ -111,7 +111,7 @@ fn means_and_bounds_of_the_speeds_have_the_reference_values() {
         let gas = gas(&config, 5);
         let speeds = channel::<GasSpeeds>(&gas);
         // The law is flat up to v_max: its height is 1/v_max.
-        (channel::<GasTemperature>(&gas).mean_speed_m_per_s, 1.0 / speeds.initial_law[0])
+        (channel::<GasTemperature>(&gas).mean_speed_m_per_s, 1.0 / speeds.initial_distribution[0])
     };
     let (mean, top) = at(SpeedDistribution::Uniform, TemperatureDefinition::MeanSquare);
     println!("uniform: mean {mean}, v_max {top}");
@@ -131,7 +131,7 @@ fn means_and_bounds_of_the_speeds_have_the_reference_values() {
 fn a_largest_speed_bounds_and_rescales_nothing() {
     let config = GasConfig { speed_scale: max_speed(1820.3), ..GasConfig::default() };
     let speeds = channel::<GasSpeeds>(&gas(&config, 6));
-    assert!(speeds.initial_law.iter().all(|&height| height == 1.0 / 1820.3));
+    assert!(speeds.initial_distribution.iter().all(|&height| height == 1.0 / 1820.3));
     // Every particle is in a bin: densities times widths add up to one.
     let total: f64 = speeds.density.iter().sum::<f64>() * 1820.3 / 30.0;
     assert!((total - 1.0).abs() < 1e-12);

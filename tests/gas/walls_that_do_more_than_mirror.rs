@@ -5,7 +5,7 @@
 //!
 //! Source: Berry and Klein, J. Phys. A 17, 1805 (1984); adiabatic exponent 2 in two dimensions; Maxwell, Phil. Trans. 170, 231 (1879);
 //! Knudsen's flux n <v> / pi on a meter of wall in two dimensions.
-//! Setup: the document's gas, N from 1000 to 100000.
+//! Setup: the gas exercise's gas, N from 1000 to 100000.
 //! Tolerance: rounding (1e-11) for what is exact, four standard errors for what is drawn, (u/v) for the slow wall.
 
 // Tests compare with the platform's functions; bits are not their business.
@@ -13,14 +13,14 @@
 
 use crate::runs::{advance, channel, count, gas, kelvin, max_speed, particles, positive, written};
 use kinetoscope_manifest::model::{
-    GasConfig, PlaceDistribution, Propagation, SpeedDistribution, TemperatureDefinition,
+    GasConfig, PositionDistribution, Propagation, SpeedDistribution, TemperatureDefinition,
     ThermalWall,
 };
-use kinetoscope_manifest::quantity::{Finite, NonNegative, Share};
+use kinetoscope_manifest::quantity::{Finite, Fraction, NonNegative};
 use kinetoscope_physics::gas::motion::{Circle, Particle, drifted};
 use kinetoscope_physics::model::Target;
 use kinetoscope_recording::channels::{
-    GasCollisions, GasInvariants, GasLedger, GasPressure, GasTemperature,
+    GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasTemperature,
 };
 
 fn piston(wall_speed: f64, duration: f64) -> GasConfig {
@@ -95,14 +95,15 @@ fn work_of_a_moving_wall_is_energy() {
         let mut run = gas(&piston(wall_speed, 4.0), 2);
         for time in [0.5, 1.5, 4.0] {
             advance(&mut run, Target::Time(time));
-            let (ledger, kept) = (channel::<GasLedger>(&run), channel::<GasInvariants>(&run));
+            let (ledger, kept) =
+                (channel::<GasEnergyBalance>(&run), channel::<GasInvariants>(&run));
             println!(
                 "u = {wall_speed}, t = {time}: work {:e} J, residual {:e}, |R v - u p| to {:e}",
-                ledger.wall_work_j, ledger.residual_relative, kept.largest_speed_change_relative
+                ledger.wall_work_j, ledger.residual_relative, kept.max_speed_change_relative
             );
             assert!(ledger.residual_relative.abs() < 1e-11);
-            assert!(kept.largest_speed_change_relative < 1e-12);
-            assert!(kept.largest_angular_momentum_change_relative < 1e-12);
+            assert!(kept.max_speed_change_relative < 1e-12);
+            assert!(kept.max_angular_momentum_change_relative < 1e-12);
             assert_eq!(kept.particles_outside, 0);
             assert!(ledger.wall_work_j * wall_speed < 0.0);
             // Control: without the work the ledger does not close.
@@ -116,7 +117,7 @@ fn slow_compression_keeps_temperature_times_area() {
     let excess = |wall_speed: f64| {
         let mut run = gas(&piston(wall_speed, 0.5 / wall_speed.abs()), 3);
         advance(&mut run, Target::Time(0.5 / wall_speed.abs()));
-        (channel::<GasLedger>(&run).energy_times_area_over_initial - 1.0).abs()
+        (channel::<GasEnergyBalance>(&run).energy_times_area_over_initial - 1.0).abs()
     };
     let (slow, fast) = (excess(-1e-3), excess(-1.0));
     println!("T A off by {slow:e} at u/v_max = 1e-3, by {fast:e} at 1");
@@ -133,7 +134,7 @@ fn thermal(accommodation: f64) -> GasConfig {
         temperature_definition: TemperatureDefinition::MeanSquare,
         thermal_wall: Some(ThermalWall {
             temperature_k: positive(300.0),
-            accommodation: Share::new(accommodation).unwrap(),
+            accommodation: Fraction::new(accommodation).unwrap(),
         }),
         duration_s: positive(0.1),
         ..GasConfig::default()
@@ -144,18 +145,18 @@ fn thermal(accommodation: f64) -> GasConfig {
 fn a_thermal_wall_gives_its_temperature_and_maxwells_speeds() {
     for (accommodation, duration) in [(1.0, 0.1), (0.3, 0.3)] {
         let mut run = gas(&thermal(accommodation), 4);
-        let h_at_start = channel::<GasLedger>(&run).excess_h;
+        let h_at_start = channel::<GasEnergyBalance>(&run).relative_entropy;
         advance(&mut run, Target::Time(duration));
-        let ledger = channel::<GasLedger>(&run);
+        let ledger = channel::<GasEnergyBalance>(&run);
         let kelvin = channel::<GasTemperature>(&run).mean_square_temperature_k;
         let error = 300.0 / 4000_f64.sqrt();
         println!(
             "accommodation {accommodation}: {kelvin} K, H above Maxwell's {h_at_start} -> {}, residual {:e}",
-            ledger.excess_h, ledger.residual_relative
+            ledger.relative_entropy, ledger.residual_relative
         );
         assert!((kelvin - 300.0).abs() < 4.0 * error);
         // 30 bins: the excess of a Maxwell sample is about 15/N.
-        assert!(ledger.excess_h < 0.02 && h_at_start > 1.0);
+        assert!(ledger.relative_entropy < 0.02 && h_at_start > 1.0);
         assert!(ledger.residual_relative.abs() < 1e-11);
         assert!(ledger.wall_heat_j > 0.0);
         assert_eq!(channel::<GasInvariants>(&run).particles_outside, 0);
@@ -183,14 +184,14 @@ fn an_opening_lets_out_the_flux_of_kinetic_theory() {
     let config = GasConfig {
         particles: count(100_000),
         speed_scale: max_speed(1.0),
-        opening_width_m: Some(positive(0.2)),
+        orifice_width_m: Some(positive(0.2)),
         duration_s: positive(1.0),
         ..GasConfig::default()
     };
     let mut run = gas(&config, 6);
     let speed = channel::<GasTemperature>(&run).mean_speed_m_per_s;
     advance(&mut run, Target::Time(1.0));
-    let ledger = channel::<GasLedger>(&run);
+    let ledger = channel::<GasEnergyBalance>(&run);
     let expected = 100_000.0 * speed * 0.2 / std::f64::consts::PI.powi(2);
     let left = ledger.particles_escaped as f64;
     println!("{left} left, {expected} expected, residual {:e}", ledger.residual_relative);
@@ -200,15 +201,15 @@ fn an_opening_lets_out_the_flux_of_kinetic_theory() {
     assert!(ledger.residual_relative.abs() < 1e-11);
     assert_eq!(channel::<GasInvariants>(&run).particles_outside, 0);
     // Fast ones leave first: mean energy of those that left over that inside is <v^3>/(<v> <v^2>) = 3/2 for uniform speeds.
-    let energy_share = ledger.escaped_j / (left * 1e-26 / 6.0);
-    assert!((energy_share - 1.5).abs() < 0.1, "{energy_share}");
+    let energy_percent = ledger.escaped_j / (left * 1e-26 / 6.0);
+    assert!((energy_percent - 1.5).abs() < 0.1, "{energy_percent}");
 }
 
 #[test]
 fn each_mass_has_the_same_temperature_and_the_pressure_is_of_all() {
     let config = GasConfig {
         particles: count(20_000),
-        further_masses_kg: vec![positive(4e-26)],
+        additional_masses_kg: vec![positive(4e-26)],
         speed_scale: kelvin(300.0),
         temperature_definition: TemperatureDefinition::MeanSquare,
         duration_s: positive(0.1),
@@ -244,7 +245,7 @@ fn a_schedule_sets_temperatures_at_its_times() {
         ..GasConfig::default()
     };
     let stepped = GasConfig {
-        propagation: Propagation::Stepped { time_step_s: positive(1e-5) },
+        propagation: Propagation::TimeStepped { time_step_s: positive(1e-5) },
         ..exact.clone()
     };
     let (mut exact, mut stepped) = (gas(&exact, 8), gas(&stepped, 8));
@@ -254,7 +255,7 @@ fn a_schedule_sets_temperatures_at_its_times() {
         for run in [&exact, &stepped] {
             let measured = channel::<GasTemperature>(run).mean_speed_temperature_k;
             assert!((measured / kelvin - 1.0).abs() < 1e-12, "{time} s: {measured} K");
-            assert!(channel::<GasLedger>(run).residual_relative.abs() < 1e-11);
+            assert!(channel::<GasEnergyBalance>(run).residual_relative.abs() < 1e-11);
         }
         let largest = particles(&exact)
             .iter()
@@ -267,10 +268,10 @@ fn a_schedule_sets_temperatures_at_its_times() {
 
 #[test]
 fn a_start_uniform_in_radius_is_not_stationary() {
-    let inside_half = |law: PlaceDistribution, time: f64| {
+    let inside_half = |law: PositionDistribution, time: f64| {
         let config = GasConfig {
             particles: count(20_000),
-            place_distribution: law,
+            position_distribution: law,
             speed_scale: max_speed(1.0),
             duration_s: positive(200.0),
             ..GasConfig::default()
@@ -281,10 +282,10 @@ fn a_start_uniform_in_radius_is_not_stationary() {
             particles(&run).iter().filter(|p| p.position[0].hypot(p.position[1]) < 0.5).count();
         inside as f64 / 20_000.0
     };
-    // Shares from the gas document's analysis: 0.5 at first, 0.328 later; 1/4 for ever when uniform over the area.
+    // Shares from the gas exercise's analysis: 0.5 at first, 0.328 later; 1/4 for ever when uniform over the area.
     let error = 4.0 * (0.25_f64 / 20_000.0).sqrt();
-    let radius = [0.0, 200.0].map(|time| inside_half(PlaceDistribution::Radius, time));
-    let area = [0.0, 200.0].map(|time| inside_half(PlaceDistribution::Area, time));
+    let radius = [0.0, 200.0].map(|time| inside_half(PositionDistribution::UniformInRadius, time));
+    let area = [0.0, 200.0].map(|time| inside_half(PositionDistribution::UniformInArea, time));
     println!("uniform in radius {radius:?}, over the area {area:?}");
     assert!((radius[0] - 0.5).abs() < error && (radius[1] - 0.328).abs() < error);
     assert!((area[0] - 0.25).abs() < error && (area[1] - 0.25).abs() < error);

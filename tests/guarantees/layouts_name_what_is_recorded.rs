@@ -97,8 +97,8 @@ fn what_the_manifest_leaves_out_is_not_in_the_layout() {
     let expected = [
         "/log",
         "/pressure",
-        "/pressure.pressure_over_ideal",
-        "/pressure.window_pressure_over_ideal",
+        "/pressure.pressure_over_mean_square_formula",
+        "/pressure.window_pressure_over_mean_square_formula",
         "/state",
     ];
     assert_eq!(names, expected);
@@ -106,7 +106,7 @@ fn what_the_manifest_leaves_out_is_not_in_the_layout() {
     // The judge sees what is missing.
     assert!(!is_there("/discs", &frames[1]));
     assert!(!is_there("/pressure.pressure_over_idol", &frames[1]));
-    assert!(!is_there("/pressure.pressure_over_ideal[:]", &frames[1]));
+    assert!(!is_there("/pressure.pressure_over_mean_square_formula[:]", &frames[1]));
 }
 
 /// 100 years in 36525 frames at 0.004 frames a second would play for 105 days, which viewers refuse; at 25 a second it plays for
@@ -126,6 +126,6 @@ fn a_playback_that_viewers_refuse_is_refused_before_the_run() {
     let refused = plan("0.004");
     assert_eq!(refused.status.code(), Some(2));
     let words = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(words.contains("93 days") && words.contains("playback_rate"), "{words}");
+    assert!(words.contains("93 days") && words.contains("playback_fps"), "{words}");
     assert_eq!(plan("25.0").status.code(), Some(0));
 }

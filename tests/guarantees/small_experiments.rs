@@ -57,12 +57,12 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     (
         "dem_periodic_with_an_outlet",
         "seed = 11\n[model.dem]\ndiscs = 60\nwidth_m = 0.016\nheight_m = 0.016\nperiodic = \"x\"\nfriction = 0.3\n\
-         outlet_below_m = 0.004\nduration_s = 0.02\n[record]\nframes = 20\n",
+         remove_below_m = 0.004\nduration_s = 0.02\n[record]\nframes = 20\n",
     ),
     (
         "gas_thermal_wall_and_masses",
         "seed = 12\n[model.gas]\nparticles = 50\nfurther_masses_kg = [3e-26]\nwall_temperature_k = 200.0\n\
-         wall_accommodation = 0.7\nduration_s = 0.02\n[record]\nframes = 20\n",
+         accommodation_coefficient = 0.7\nduration_s = 0.02\n[record]\nframes = 20\n",
     ),
     (
         "gas_piston",
@@ -84,7 +84,7 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     ),
     (
         "orbit_adaptive",
-        "[model.orbit]\nduration_days = 500.0\nintegrator = \"dormand-prince8\"\n[record]\nframes = 20\n",
+        "[model.orbit]\nduration_days = 500.0\nintegrator = \"dop853\"\n[record]\nframes = 20\n",
     ),
     (
         "orbit_three_bodies",
@@ -96,11 +96,11 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     (
         "dem_rain_on_two_materials_behind_a_gate",
         "seed = 17\n[model.dem]\ndiscs = 30\nwidth_m = 0.016\nheight_m = 0.016\nfriction = 0.3\nduration_s = 0.03\n\
-         velocity_deviation_m_per_s = 0.2\nregion_m = [[0.0, 0.0], [0.008, 0.012]]\n\
+         velocity_std_m_per_s = 0.2\nregion_m = [[0.0, 0.0], [0.008, 0.012]]\n\
          materials = [{ name = \"heavy\", density_ratio = 2.0, restitution = 0.9 }, { name = \"light\", share = 2.0 }]\n\
          contact_pairs = [{ between = [\"light\", \"wall\"], friction = 0.0 }]\n\
          walls = [{ from_m = [0.008, 0.0], to_m = [0.008, 0.014], velocity_m_per_s = [1.0, 0.0], moves_s = [0.01, 0.016] }]\n\
-         rain = { discs = 20, discs_per_s = 1000.0, from_m = [0.002, 0.015], to_m = [0.014, 0.015], \
+         insertion = { discs = 20, discs_per_s = 1000.0, from_m = [0.002, 0.015], to_m = [0.014, 0.015], \
          velocity_m_per_s = [0.0, -0.5], starts_s = 2e-3 }\n[record]\nframes = 20\n",
     ),
     (

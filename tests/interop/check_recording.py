@@ -17,7 +17,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 FLOAT64 = 8  # foxglove.PackedElementField.NumericType
 DRAWN_AT_THE_START = {"/walls", "/legend"}  # walls that move with every frame, too
-DRAWN_EVERY_FRAME = {"/discs", "/velocity", "/contacts", "/trail"}
+DRAWN_EVERY_FRAME = {"/discs", "/velocity", "/force_chains", "/trail"}
 
 
 def require(holds, what):
@@ -65,7 +65,7 @@ def check_state(cloud, columns):
 
 
 def check_messages(reader, provenance, statistics):
-    rate = float(provenance["playback_rate"])
+    rate = float(provenance["playback_fps"])
     columns = provenance["state_columns"].split(",")
     frame, log_time, counts = -1, None, {}
     for _, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):

@@ -37,7 +37,7 @@ class Recording:
                     names = [field.name for field in decoded.fields]
                     rows = numpy.frombuffer(decoded.data, dtype="<f8").reshape(-1, len(names))
                     self.states.append(dict(zip(names, rows.T)))
-                elif channel.topic in ("/energy", "/collisions", "/pressure", "/contact_count", "/contact_forces", "/speeds", "/ledger"):
+                elif channel.topic in ("/energy", "/collisions", "/pressure", "/contact_statistics", "/contact_forces", "/speeds", "/energy_balance"):
                     self.messages.setdefault(channel.topic, []).append(decoded)
                 if channel.topic == "/frame":
                     self.events.append(decoded.step_or_event_count)
@@ -76,10 +76,10 @@ def dem(recording, model):
         "energy.total_change_relative": (end - start) / abs(start),
         "energy.residual_relative": (end + elsewhere - start) / abs(start),
         "packing_fraction": covered / (width * model["height_m"]),
-        "largest_overlap_over_radius": max(
-            message.largest_overlap_over_radius for message in recording.messages["/contact_count"]
+        "max_overlap_over_radius": max(
+            message.max_overlap_over_radius for message in recording.messages["/contact_statistics"]
         ),
-        "coordination_number": recording.messages["/contact_count"][-1].coordination_number,
+        "coordination_number": recording.messages["/contact_statistics"][-1].coordination_number,
     }
     has_floor = model["periodic"] in ("none", "x") and gravity[1] < 0
     if len(area) > 1 and has_floor:
@@ -96,7 +96,7 @@ def dem(recording, model):
             numbers |= stress(recording, model, floor_wall)
         if model["periodic"] == "none":
             numbers["side_wall.stress"] = model["stiffness_n_per_m"] * sides.sum() / (2 * height)
-    elif gravity[0] == 0 and has_floor and not model.get("rain"):
+    elif gravity[0] == 0 and has_floor and not model.get("insertion"):
         numbers |= rebounds(recording, model, -gravity[1])
     return numbers
 
@@ -162,8 +162,8 @@ def stress(recording, model, floor):
     mid = int(numpy.argmax(weight <= whole / 2))
     numbers = {
         "stress.vertical_at_floor": vertical[0],
-        "stress.horizontal_over_vertical": numpy.mean([frame[0].sum() / frame[1].sum() for frame in frames]),
-        "stress.distance_from_weight": numpy.abs(vertical - weight)[used].max() / whole,
+        "stress.lateral_ratio": numpy.mean([frame[0].sum() / frame[1].sum() for frame in frames]),
+        "stress.overburden_deviation": numpy.abs(vertical - weight)[used].max() / whole,
     }
     if used[mid]:
         numbers["stress.vertical_at_mid_height"] = vertical[mid]
@@ -198,10 +198,10 @@ def rebounds(recording, model, gravity):
 
 def gas(recording, model):
     state, center = recording.states[-1], model["center_m"]
-    ledger = recording.messages.get("/ledger")
+    ledger = recording.messages.get("/energy_balance")
     radius = ledger[-1].radius_m if ledger else model["radius_m"]
     # Particles that left through an opening fly on outside.
-    left = "opening_width_m" in model
+    left = "orifice_width_m" in model
     inside = numpy.hypot(state["x"] - center[0], state["y"] - center[1]) <= radius * (1 + 1e-9)
     kept = inside if left else numpy.ones(len(inside), bool)
     square = (state["vx"] ** 2 + state["vy"] ** 2)[kept]
@@ -217,29 +217,29 @@ def gas(recording, model):
     numbers = {
         "temperature.mean_square": mass * square.mean() / (2 * boltzmann),
         "temperature.mean_speed": mass * speed.mean() ** 2 / (2 * boltzmann),
-        "hit_rate": hits / recording.times[-1],
-        "speed_histogram.distance_from_maxwell": numpy.abs(density - numpy.array(speeds.maxwell)).sum() * width / 2,
+        "wall_collision_rate": hits / recording.times[-1],
+        "speed_histogram.total_variation_distance": numpy.abs(density - numpy.array(speeds.maxwell)).sum() * width / 2,
         "pressure.measured": impulse / (2 * math.pi * model["radius_m"] * recording.times[-1]),
         "pressure.mean_speed_formula": particles * mass * speed.mean() ** 2 / (2 * area),
         "pressure.mean_square_formula": particles * mass * square.mean() / (2 * area),
         "mean_speed": speed.mean(),
         "rms_speed": math.sqrt(square.mean()),
     }
-    if not left and "further_masses_kg" not in model:
+    if not left and "additional_masses_kg" not in model:
         numbers["mean_speed_over_rms"] = speed.mean() / math.sqrt(square.mean())
-        numbers["speed_kurtosis"] = (square**2).mean() / square.mean() ** 2
+        numbers["a2"] = (square**2).mean() / square.mean() ** 2
     if not left and not model.get("wall_speed_m_per_s"):
         distance = numpy.hypot(state["x"] - center[0], state["y"] - center[1])
-        numbers["share_inside_half_radius"] = (distance < model["radius_m"] / 2).mean()
+        numbers["fraction_within_half_radius"] = (distance < model["radius_m"] / 2).mean()
     if "disc_radius_m" in model:
         collisions = recording.messages["/collisions"]
         time = recording.times[-1]
         half = next(index for index, at in enumerate(recording.times) if 2 * at >= time)
         pairs = collisions[-1].pair - collisions[half].pair
-        numbers["pair_collision_rate"] = 2 * pairs / particles / (time - recording.times[half])
+        numbers["pair_collision_rate_per_disc"] = 2 * pairs / particles / (time - recording.times[half])
         energy = recording.messages["/energy"][-1].kinetic_j
-        numbers["compressibility_factor"] = 1 + collisions[-1].pair_virial_j_s / (2 * energy * time)
-    if "further_masses_kg" in model:
+        numbers["compressibility_factor"] = 1 + collisions[-1].pair_virial_sum_j_s / (2 * energy * time)
+    if "additional_masses_kg" in model:
         # The state does not say which particle has which mass.
         masses_matter = ("temperature.mean_square", "temperature.mean_speed", "pressure.mean_speed_formula")
         for name in (*masses_matter, "pressure.mean_square_formula"):
@@ -263,17 +263,17 @@ def packing(recording, model):
     moved = ((state["x"] - begin["x"]) ** 2 + (state["y"] - begin["y"]) ** 2)[:1000]
     product = (state["vx"] * begin["vx"] + state["vy"] * begin["vy"])[:1000]
     square = (begin["vx"] ** 2 + begin["vy"] ** 2)[:1000]
-    virial = pressure[-1].collision_virial / pressure[-1].kinetic_energy_time_integral / 2
+    virial = pressure[-1].collision_virial_sum / pressure[-1].kinetic_energy_time_integral / 2
     numbers = {
         "mean_square_displacement.final": moved.mean(),
         "velocity_autocorrelation.final": product.sum() / square.sum(),
         "compressibility_factor": 1 + virial,
-        "wall_rate": collisions.wall / (len(state["x"]) * recording.times[-1]),
+        "wall_collision_rate_per_disc": collisions.wall / (len(state["x"]) * recording.times[-1]),
         "temperature.initial": first,
         "temperature.final": last,
         "temperature.final_over_initial": last / first,
         "a2.final": fourth / (2 * last**2) - 1,
-        "collision_rate": 2 * collisions.pair / (len(recording.states[-1]["x"]) * recording.times[-1]),
+        "pair_collision_rate_per_disc": 2 * collisions.pair / (len(recording.states[-1]["x"]) * recording.times[-1]),
     }
     if model["boundary"] == "periodic":
         # Its images are left to the law tests.
@@ -338,8 +338,8 @@ def bodies(recording, model):
     turned = max(math.sqrt(((there - momentum) ** 2).sum()) for *_, there in looks)
     return {
         "energy.drift_relative": (looks[-1][2] - energy) / abs(energy),
-        "energy.largest_error_relative": max(abs((there - energy) / energy) for _, _, there, _ in looks),
-        "angular_momentum.largest_change_relative": turned / scale,
+        "energy.max_error_relative": max(abs((there - energy) / energy) for _, _, there, _ in looks),
+        "angular_momentum.max_change_relative": turned / scale,
         "return_distance.final": numpy.sqrt(((looks[-1][0] - places) ** 2).sum(axis=1)).max(),
     }
 
@@ -365,7 +365,7 @@ def orbit(recording, model):
     )
     change = eccentricity - eccentricity0
     return {
-        "energy.largest_error_relative": max(abs(energy(*state) / energy(r0, v0) - 1) for state in states),
+        "energy.max_error_relative": max(abs(energy(*state) / energy(r0, v0) - 1) for state in states),
         "radius.min": min(radii),
         "radius.max": max(radii),
         "eccentricity_vector.change": math.sqrt(change @ change),
@@ -394,8 +394,8 @@ def kepler(r0, v0, time):
 # Numbers that are differences of larger ones are compared on the larger one's scale.
 SCALES = {name: 1.0 for name in (
     "energy.total_change_relative", "energy.residual_relative", "energy.drift_relative",
-    "angular_momentum.drift_relative", "position_error.final", "a2.final", "energy.largest_error_relative",
-    "stress.distance_from_weight", "eccentricity_vector.change", "angular_momentum.largest_change_relative", "velocity_autocorrelation.final",
+    "angular_momentum.drift_relative", "position_error.final", "a2.final", "energy.max_error_relative",
+    "stress.overburden_deviation", "eccentricity_vector.change", "angular_momentum.max_change_relative", "velocity_autocorrelation.final",
 )}
 
 

@@ -3,7 +3,7 @@
 //!
 //! Source: E. Hairer, S. P. Norsett, G. Wanner: Solving Ordinary Differential Equations I, section II.5. The conditions on the
 //! coefficients: the sums of weights times powers of the stages' times are 1/q up to q = 8, and a stage's row sums to its time.
-//! Setup: the orbit document's start; an orbit of eccentricity 0.9 from its perihelion; against the exact Kepler motion.
+//! Setup: the orbit exercise's start; an orbit of eccentricity 0.9 from its perihelion; against the exact Kepler motion.
 //! Tolerance: at each test.
 //! Control: coefficients changed in their last digits, and a loose tolerance, are rejected by the same judges.
 
@@ -14,7 +14,7 @@ use crate::run::{apart, document, finished, given, look};
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitSummation};
 use kinetoscope_manifest::quantity::StepTolerance;
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
-use kinetoscope_physics::orbit::DOCUMENT_START;
+use kinetoscope_physics::orbit::BARYCENTRIC_START;
 use kinetoscope_physics::orbit::dormand_prince::{
     DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5,
 };
@@ -48,11 +48,11 @@ fn the_weights_integrate_powers_exactly() {
 /// Steps of 20 to 10 days over 200: the error falls from 1e-9 to 1e-12 AU. Tolerance: 0.5 of 8, the next term at such steps.
 #[test]
 fn with_fixed_steps_the_order_is_8() {
-    let exact = Kepler::from_start(DOCUMENT_START).at(200.0).state.position;
+    let exact = Kepler::from_start(BARYCENTRIC_START).at(200.0).state.position;
     let error = |steps: u32| {
         let h = 200.0 / f64::from(steps);
         let end =
-            (0..steps).fold(DOCUMENT_START, |state, _| take_step(&DORMAND_PRINCE_8, state, h));
+            (0..steps).fold(BARYCENTRIC_START, |state, _| take_step(&DORMAND_PRINCE_8, state, h));
         apart(end.position, exact)
     };
     let [coarse, fine] = [error(8), error(16)];
@@ -65,7 +65,7 @@ fn century(summation: OrbitSummation, tolerance: f64) -> (f64, f64, u64) {
     let config = OrbitConfig {
         summation,
         tolerance: StepTolerance::new(tolerance).unwrap(),
-        ..document(OrbitIntegrator::DormandPrince8, 0.25, 36_525.0)
+        ..document(OrbitIntegrator::Dop853, 0.25, 36_525.0)
     };
     let end = look(&finished(&config));
     (end.orbit.position_error_au, end.energy.drift_ppm / 1e6, end.orbit.force_evaluations)
@@ -91,7 +91,7 @@ fn an_eccentric_orbit_takes_short_steps_at_the_perihelion() {
     let period = std::f64::consts::TAU / GM.sqrt();
     let config = OrbitConfig {
         start: given([0.1, 0.0, 0.0], [0.0, speed, 0.0]),
-        ..document(OrbitIntegrator::DormandPrince8, 0.5, 10.0 * period)
+        ..document(OrbitIntegrator::Dop853, 0.5, 10.0 * period)
     };
     let end = look(&finished(&config));
     let (error, evaluations) = (end.orbit.position_error_au, end.orbit.force_evaluations);

@@ -2,7 +2,7 @@
 //! With h the step, n = 2 pi / P the mean motion and r, v the state before the step:
 //! - angular momentum, exactly: L(n+1) = L(n) (1 + h^2 GM / r^3);
 //! - energy, to first order in h: dE/dt = (h/2) [GM^2/r^4 + GM v^2/r^3 - 3 GM (r.v)^2/r^5];
-//! - averaged over a revolution: dE/|E| = 8 pi^2 (h/P) (1 + e^2/2) (1 - e^2)^(-5/2) = 0.2182 h for the document's orbit;
+//! - averaged over a revolution: dE/|E| = 8 pi^2 (h/P) (1 + e^2/2) (1 - e^2)^(-5/2) = 0.2182 h for the orbit exercise's orbit;
 //! - near a circle, for any time: E/E0 = (1 + 6 h n^2 t)^(-1/3), L/L0 = (1 + 6 h n^2 t)^(1/6).
 //!
 //! Source: the step's equations multiplied out (first), its Taylor series (second), integrals over a Kepler ellipse
@@ -20,15 +20,15 @@ use kinetoscope_physics::orbit::integrators::{EXPLICIT_EULER, SEMI_IMPLICIT_EULE
 use kinetoscope_physics::orbit::kepler::Kepler;
 use kinetoscope_physics::orbit::motion::{State, angular_momentum, dot, energy, length};
 use kinetoscope_physics::orbit::single_step::{Method, take_step};
-use kinetoscope_physics::orbit::{DOCUMENT_START, Orbit};
+use kinetoscope_physics::orbit::{BARYCENTRIC_START, Orbit};
 
-/// Period of the document's start, days (50-digit arithmetic).
+/// Period of the orbit exercise's start, days (50-digit arithmetic).
 const PERIOD: f64 = 362.073_107_968_315_865_9;
 
 /// |L(n+1) / (L(n) (1 + h^2 GM / r^3)) - 1|, the largest over a year of quarter days.
 fn largest_departure_from_momentum_law(method: &impl Method) -> f64 {
     let h = 0.25;
-    let mut state = DOCUMENT_START;
+    let mut state = BARYCENTRIC_START;
     let mut largest: f64 = 0.0;
     for _ in 0..1461 {
         let next = take_step(method, state, h);
@@ -50,7 +50,7 @@ fn angular_momentum_grows_by_its_exact_factor_at_every_step() {
     assert!(control > 1e-5, "the semi-implicit method keeps L: {control:e}");
 }
 
-/// Largest |gain / law - 1| around the document's orbit stretched to e = 0.5, for one step of 1e-3 days.
+/// Largest |gain / law - 1| around the orbit exercise's orbit stretched to e = 0.5, for one step of 1e-3 days.
 fn largest_departure_from_energy_rate(method: &impl Method) -> f64 {
     let h = 1e-3;
     let exact =
@@ -79,7 +79,7 @@ fn energy_rises_at_the_rate_of_the_taylor_series() {
     assert!(control > 0.5, "the semi-implicit method gains and loses: {control:e}");
 }
 
-/// dE/|E| of one revolution of the document's orbit, over h.
+/// dE/|E| of one revolution of the orbit exercise's orbit, over h.
 fn gain_per_revolution_over_step(integrator: OrbitIntegrator, steps: f64) -> f64 {
     let step = PERIOD / steps;
     let end = look(&finished(&document(integrator, step, PERIOD)));
@@ -92,7 +92,7 @@ fn a_revolution_adds_8_pi_squared_steps_over_the_period() {
     let e: f64 = 0.013_193_509_473_117_573;
     let shape = (1.0 + e * e / 2.0) * (1.0 - e * e).powf(-2.5);
     let expected = 8.0 * std::f64::consts::PI.powi(2) / PERIOD * shape;
-    // The law for a circle, as the orbit document's discussion gives it: 0.21807 h.
+    // The law for a circle, as the orbit exercise's discussion gives it: 0.21807 h.
     assert!((expected / 0.218_07 - 1.0).abs() < 1e-3);
 
     let gain = gain_per_revolution_over_step(OrbitIntegrator::ExplicitEuler, 40_000.0);
@@ -116,11 +116,13 @@ fn near_a_circle_the_orbit_grows_by_the_sixth_root_law() {
         let drift = 1.0 - grown.powf(-1.0 / 3.0);
         assert!((seen.energy.drift_ppm / 1e6 / drift - 1.0).abs() < 0.005);
         let momentum = grown.powf(1.0 / 6.0) - 1.0;
-        assert!((seen.orbit.angular_momentum_drift_ppm / 1e6 / momentum - 1.0).abs() < 0.005);
+        assert!(
+            (seen.orbit.specific_angular_momentum_drift_ppm / 1e6 / momentum - 1.0).abs() < 0.005
+        );
     }
 }
 
-/// Years, dE/|E|, dL/L, phase error (rad), position error (AU): the document's start, h = 0.25 days, against the exact
+/// Years, dE/|E|, dL/L, phase error (rad), position error (AU): the orbit exercise's start, h = 0.25 days, against the exact
 /// Kepler motion; drifts and distances by 40-digit arithmetic, the angle in the plane of the start by 50-digit arithmetic
 /// from the positions of `tests/interop/orbit_euler.py`.
 const TABLE: [(u64, [f64; 4]); 3] = [
@@ -137,7 +139,9 @@ fn drifts_and_errors_are_those_of_40_digit_arithmetic() {
         advance(&mut orbit, years * 1461);
         let seen = look(&orbit);
         assert!((seen.energy.drift_ppm / 1e6 - energy_drift).abs() < 1e-10);
-        assert!((seen.orbit.angular_momentum_drift_ppm / 1e6 - momentum_drift).abs() < 1e-10);
+        assert!(
+            (seen.orbit.specific_angular_momentum_drift_ppm / 1e6 - momentum_drift).abs() < 1e-10
+        );
         assert!(
             (seen.orbit.phase_error_rad - phase).abs() < 1e-10,
             "{}",

@@ -1,9 +1,9 @@
-//! Law: explicit Euler as the orbit document prints it, r(n+1) = r(n) + v(n) h and v(n+1) = v(n) + a(r(n)) h, gives the
+//! Law: explicit Euler as the orbit exercise prints it, r(n+1) = r(n) + v(n) h and v(n+1) = v(n) + a(r(n)) h, gives the
 //! same numbers in another program.
 //!
 //! Source: equations (14) to (16) of exercise 14to4. The numbers are those of `tests/interop/orbit_euler.py` (plain
 //! Python 3, written apart from this program), printed with 17 digits.
-//! Setup: the document's start, N = floor(T / h + 1e-9) steps.
+//! Setup: the orbit exercise's start, N = floor(T / h + 1e-9) steps.
 //! Tolerance: none. Both do the same additions, products, quotients and square roots in the same order, each of which
 //! IEEE 754 rounds in one way only.
 //! Control: the semi-implicit method, which differs in nothing but which position the kick sees, is rejected, and so is
@@ -12,7 +12,7 @@
 use crate::run::{JULIAN_YEAR, document, finished, look};
 use kinetoscope_manifest::model::OrbitIntegrator;
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2;
-use kinetoscope_physics::orbit::DOCUMENT_START;
+use kinetoscope_physics::orbit::BARYCENTRIC_START;
 use std::process::Command;
 
 /// (step in days, position in AU after 365.25 days): `python3 tests/interop/orbit_euler.py`.
@@ -59,7 +59,7 @@ fn control_another_method_and_another_order_of_products_are_told_apart() {
     let other = position_after(OrbitIntegrator::SemiImplicitEuler, step, JULIAN_YEAR);
     assert_ne!(bits(other), bits(expected));
 
-    let [mut r, mut v] = [DOCUMENT_START.position, DOCUMENT_START.velocity];
+    let [mut r, mut v] = [BARYCENTRIC_START.position, BARYCENTRIC_START.velocity];
     for _ in 0..1461 {
         let squared = r[0] * r[0] + (r[1] * r[1] + r[2] * r[2]);
         let k = -GM_SUN_AU3_PER_DAY2 / (squared * squared.sqrt());

@@ -2,7 +2,7 @@
 //! classical Runge–Kutta method, whose energy after whole revolutions even has 5.
 //!
 //! Source: the methods' definitions (Hairer, Lubich, Wanner: Geometric Numerical Integration, chapters I, II and V).
-//! Setup: the orbit document's start; the error is the distance from the exact Kepler motion after 100 days, over a quarter
+//! Setup: the orbit exercise's start; the error is the distance from the exact Kepler motion after 100 days, over a quarter
 //! of a revolution so that no return to the start hides it; p by a least-squares line in logarithms over four steps.
 //! Tolerance: 0.05 of p: the next term of the error's series, at these steps. Explicit Euler over a whole revolution: 0.01.
 //! Control: each method's errors are rejected as those of the next order, and of the order below.
@@ -15,7 +15,7 @@
 use crate::run::{JULIAN_YEAR, document, finished, look};
 use kinetoscope_manifest::model::OrbitIntegrator;
 
-/// Period of the document's start, days (50-digit arithmetic).
+/// Period of the orbit exercise's start, days (50-digit arithmetic).
 const PERIOD: f64 = 362.073_107_968_315_865_9;
 
 /// Slope of log(error) over log(step), by least squares.

@@ -3,7 +3,7 @@
 //!
 //! Source: elements and positions by 50-digit arithmetic from Kepler's equation in the eccentric anomaly, M = E - e sin E,
 //! or its hyperbolic counterpart, solved by halving: another way than the program's universal variables.
-//! Setup: the orbit document's start, the heliocentric one, a comet, a near-parabola, a hyperbola inbound, a fall that
+//! Setup: the orbit exercise's start, the heliocentric one, a comet, a near-parabola, a hyperbola inbound, a fall that
 //! misses the Sun by 1.7e-7 AU.
 //! Tolerance: at each test.
 //! Control: the same judges reject a start whose velocity is changed in its ninth digit, a period changed likewise, and
@@ -17,7 +17,7 @@ use kinetoscope_manifest::model::OrbitIntegrator;
 use kinetoscope_physics::orbit::elements::Elements;
 use kinetoscope_physics::orbit::kepler::Kepler;
 use kinetoscope_physics::orbit::motion::{State, angular_momentum, cross, energy, length};
-use kinetoscope_physics::orbit::{DOCUMENT_START, HELIOCENTRIC_START};
+use kinetoscope_physics::orbit::{BARYCENTRIC_START, HELIOCENTRIC_START};
 
 fn close(value: f64, expected: f64, relative: f64) -> bool {
     (value - expected).abs() <= relative * expected.abs()
@@ -27,7 +27,7 @@ fn close(value: f64, expected: f64, relative: f64) -> bool {
 /// of numbers near one, that much of one.
 #[test]
 fn elements_of_the_documents_start() {
-    let elements = Elements::of(DOCUMENT_START);
+    let elements = Elements::of(BARYCENTRIC_START);
     let bound = elements.bound.unwrap();
     assert!(close(elements.semi_major_axis, 0.994_180_472_778_547_646_0, 2e-15));
     assert!((elements.eccentricity - 0.013_193_509_473_117_573_577_84).abs() < 1e-15);
@@ -45,12 +45,12 @@ fn elements_of_the_documents_start() {
 }
 
 /// Ascending node, argument of the perihelion and true anomaly by 50-digit arithmetic, from r x v and the eccentricity vector.
-/// Tolerance: some ten roundings of 2e-16, e and i magnify them as 1/e and 1/sin i: 76 and 14000 of the document's orbit.
+/// Tolerance: some ten roundings of 2e-16, e and i magnify them as 1/e and 1/sin i: 76 and 14000 of the orbit exercise's orbit.
 #[test]
 fn angles_of_osculating_orbits() {
     let references = [
         (
-            DOCUMENT_START,
+            BARYCENTRIC_START,
             [-2.962_442_301_566_341, -1.656_022_888_431_26, 0.091_940_716_183_333_51],
             1e-11,
         ),
@@ -118,8 +118,10 @@ fn earth_after_one_and_a_hundred_years() {
         assert!(seen.orbit.phase_error_rad.abs() < 2e-15);
         assert!(seen.energy.drift_ppm.abs() < 1e-8);
     }
-    let hurried =
-        State { velocity: DOCUMENT_START.velocity.map(|v| v * (1.0 + 1e-9)), ..DOCUMENT_START };
+    let hurried = State {
+        velocity: BARYCENTRIC_START.velocity.map(|v| v * (1.0 + 1e-9)),
+        ..BARYCENTRIC_START
+    };
     let control = apart(Kepler::from_start(hurried).at(36_525.0).state.position, references[1].1);
     assert!(control > 1e-12, "a velocity changed in its ninth digit: {control:e}");
 }
@@ -326,7 +328,7 @@ fn equal_areas_in_equal_times_and_one_plane() {
 /// P^2 GM = 4 pi^2 a^3 with P taken from the motion itself: after P the body is back, a hundred times over.
 #[test]
 fn the_period_is_keplers_third_law() {
-    for start in [DOCUMENT_START, HELIOCENTRIC_START, COMET.start] {
+    for start in [BARYCENTRIC_START, HELIOCENTRIC_START, COMET.start] {
         let elements = Elements::of(start);
         let a = elements.semi_major_axis;
         let gm = kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2;

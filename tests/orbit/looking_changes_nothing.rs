@@ -20,7 +20,7 @@ const ALL: [OrbitIntegrator; 7] = [
     OrbitIntegrator::VelocityVerlet,
     OrbitIntegrator::Rk4,
     OrbitIntegrator::Yoshida4,
-    OrbitIntegrator::DormandPrince8,
+    OrbitIntegrator::Dop853,
     OrbitIntegrator::Kepler,
 ];
 

@@ -12,10 +12,10 @@ use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{OrbitElements, OrbitEnergy};
 use kinetoscope_recording::frame::Frame;
 
-/// A year of the orbit document's checks, days.
+/// A year of the orbit exercise's checks, days.
 pub(crate) const JULIAN_YEAR: f64 = 365.25;
 
-/// The document's start with this method, step and duration (days).
+/// The orbit exercise's start with this method, step and duration (days).
 pub(crate) fn document(integrator: OrbitIntegrator, step: f64, duration: f64) -> OrbitConfig {
     OrbitConfig {
         integrator,

@@ -5,7 +5,7 @@
 //! v, so r x v does not change. To first order the semi-implicit method keeps E - (h/2) v . a, which is E with an error of
 //! (h/2) GM (r . v) / r^3. The largest errors of the energy: an f64 program of the same operations, checked against
 //! 40-digit arithmetic.
-//! Setup: the orbit document's start, h = 0.25 days, 100 years (146100 steps).
+//! Setup: the orbit exercise's start, h = 0.25 days, 100 years (146100 steps).
 //! Tolerance: at each test.
 //! Control: explicit Euler and, for the momentum, the classical Runge–Kutta method are rejected by the same judges.
 
@@ -14,7 +14,7 @@
 
 use crate::run::{apart, document, finished, given, look};
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
-use kinetoscope_physics::orbit::DOCUMENT_START;
+use kinetoscope_physics::orbit::BARYCENTRIC_START;
 use kinetoscope_physics::orbit::integrators::{
     EXPLICIT_EULER, RUNGE_KUTTA_4, SEMI_IMPLICIT_EULER, VELOCITY_VERLET, YOSHIDA_4,
 };
@@ -34,7 +34,7 @@ fn course(method: &impl Method) -> Course {
 
 /// 100 years of quarter days.
 fn course_with_sums<const COMPENSATED: bool>(method: &impl Method) -> Course {
-    let state = DOCUMENT_START;
+    let state = BARYCENTRIC_START;
     let [energy_start, momentum_start] = [energy(state), length(angular_momentum(state))];
     let mut course = Course { energy: [0.0; 2], momentum: 0.0 };
     let zeros = State { position: [0.0; 3], velocity: [0.0; 3] };
@@ -125,7 +125,7 @@ fn miss_after_reversal(integrator: OrbitIntegrator) -> f64 {
     let turned = there.velocity.map(|component| -component);
     let config =
         OrbitConfig { start: given(there.position, turned), ..document(integrator, 0.25, 3652.5) };
-    apart(look(&finished(&config)).state.position, DOCUMENT_START.position)
+    apart(look(&finished(&config)).state.position, BARYCENTRIC_START.position)
 }
 
 /// Tolerance: 1e-11 AU: roundings of 29220 steps grow linearly into phase.

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)] // A test that can't build its own start is broken.
 
 use kinetoscope_manifest::model::{GivenState, PackingConfig, PackingPlacement, RunLength};
-use kinetoscope_manifest::quantity::{BoxSide, Finite, NonNegative, Positive, Share};
+use kinetoscope_manifest::quantity::{BoxSide, Finite, Fraction, NonNegative, Positive};
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_physics::packing::Packing;
 use kinetoscope_physics::random::Seed;
@@ -52,7 +52,7 @@ pub(crate) fn without_noise(config: PackingConfig) -> PackingConfig {
 }
 
 pub(crate) fn with_restitution(config: PackingConfig, restitution: f64) -> PackingConfig {
-    PackingConfig { restitution: Share::new(restitution).unwrap(), ..config }
+    PackingConfig { restitution: Fraction::new(restitution).unwrap(), ..config }
 }
 
 pub(crate) fn with_events_per_disc(config: PackingConfig, events: u32) -> PackingConfig {

@@ -1,10 +1,10 @@
 //! Law: elastic discs keep their energy, sum of v^2 / 2 = constant, through pair collisions and through walls that turn
 //! the outgoing direction at random.
 //! Source: packing document, equation 2 (the rotation is an isometry) and `colisiona` with alpha = 1.
-//! Setup: 100 discs at fraction 0.3, the document's wall noise, 1,000,000 collisions, 200 frames.
+//! Setup: 100 discs at fraction 0.3, the packing exercise's wall noise, 1,000,000 collisions, 200 frames.
 //! Tolerance: 1e-12 relative. A collision rounds a disc's energy by some 1e-16; 20,000 collisions a disc at random sign
 //! give 1e-14, at one sign 2e-12 of that disc.
-//! Control: restitution 1 - 1e-9, and the document's own wall rule, which reuses the updated vx.
+//! Control: restitution 1 - 1e-9, and the packing exercise's own wall rule, which reuses the updated vx.
 
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods)]
@@ -46,7 +46,7 @@ fn the_judge_rejects_a_trace_of_inelasticity() {
     assert!(largest_relative_change(&energies(&config, 10_000, 10)) > TOLERANCE);
 }
 
-/// The document's `pcolisiona` rotates vy with the vx that it has just rotated.
+/// The packing exercise's `pcolisiona` rotates vy with the vx that it has just rotated.
 #[test]
 fn the_judge_rejects_the_wall_rule_of_the_document() {
     let mut velocity = [0.6, 0.8];

@@ -59,7 +59,7 @@ impl Mixture {
 fn pressure_and_rate_of_a_mixture_are_those_of_its_contact_values() {
     for fraction in [0.1, 0.3] {
         let mixed = PackingConfig {
-            polydispersity: NonNegative::literal(0.8),
+            radius_half_width: NonNegative::literal(0.8),
             ..periodic(at_fraction(500, fraction))
         };
         let radii: Vec<f64> =

@@ -64,7 +64,7 @@ fn the_outcome_is_the_closed_form() {
             assert_eq!(message::<PackingCollisions>(&packing).pair, 1);
 
             // What the pressure counts: the diameter times the normal impulse (1 + alpha) |g| / 2.
-            let virial = message::<PackingPressure>(&packing).collision_virial;
+            let virial = message::<PackingPressure>(&packing).collision_virial_sum;
             let expected = 2.0 * 0.5 * (1.0 + restitution) * before.normal.abs();
             assert!((virial - expected).abs() < TOLERANCE);
         }

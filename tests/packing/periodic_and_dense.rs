@@ -61,7 +61,7 @@ fn the_crystal_stays_above_coexistence_and_melts_below() {
 fn compression_reaches_a_dense_state_without_overlap() {
     let dense = |fraction| placed(at_fraction(300, fraction), PackingPlacement::Compressed);
     let mixed = PackingConfig {
-        polydispersity: NonNegative::literal(0.2),
+        radius_half_width: NonNegative::literal(0.2),
         compression_rate: Positive::literal(0.003),
         ..dense(0.8)
     };
@@ -96,7 +96,7 @@ fn compression_reaches_a_dense_state_without_overlap() {
 #[test]
 fn compression_ends_at_the_pressure_that_was_asked_for() {
     let config = PackingConfig {
-        compression_pressure: Some(Positive::literal(8.0)),
+        target_reduced_pressure: Some(Positive::literal(8.0)),
         ..periodic(placed(at_fraction(500, 0.8), PackingPlacement::Compressed))
     };
     let radius = look(&prepare(&config, 2, 0))[0].radius;

@@ -38,7 +38,7 @@ impl Sums {
             time: packing.time(),
             pairs: message::<PackingCollisions>(packing).pair as f64,
             energy_integral: pressure.kinetic_energy_time_integral,
-            virial: pressure.collision_virial,
+            virial: pressure.collision_virial_sum,
             wall_impulse: pressure.wall_impulse,
         }
     }
@@ -84,7 +84,7 @@ fn the_collision_rate_is_enskogs() {
 
 /// 400 discs at 0.2 and 0.45, 200,000 events. |g| at collision has the density g exp(-g^2 / 4kT): its mean over C
 /// collisions scatters by sqrt(4/pi - 1) / sqrt(C) = 0.13 % for 160,000. Constant energy lowers it by 1/(8n). Tolerance on
-/// Z - 1: 0.6 %. Control: the physical temperature replaced by the document's (twice as large) is rejected.
+/// Z - 1: 0.6 %. Control: the physical temperature replaced by the packing exercise's (twice as large) is rejected.
 #[test]
 fn the_virial_and_the_rate_give_one_compressibility_factor() {
     for fraction in [0.2, 0.45] {
@@ -92,7 +92,7 @@ fn the_virial_and_the_rate_give_one_compressibility_factor() {
         let mut packing = prepare(&at_fraction(discs, fraction), 3, 0);
         advance_to_count(&mut packing, 200_000);
         let excess = message::<PackingPressure>(&packing).compressibility_factor - 1.0;
-        let rate = message::<PackingCollisions>(&packing).pair_rate_per_disc;
+        let rate = message::<PackingCollisions>(&packing).pair_collision_rate_per_disc;
         let temperature = message::<PackingTemperature>(&packing);
         let by_rate =
             |kinetic_temperature: f64| PI.sqrt() / 4.0 * 2.0 * rate / kinetic_temperature.sqrt();

@@ -127,7 +127,7 @@ fn starts_repeat_with_their_seed_and_differ_between_replicates() {
 #[test]
 fn many_discs_are_numbered_by_their_places() {
     let unequal =
-        PackingConfig { polydispersity: NonNegative::literal(0.3), ..at_fraction(20_000, 0.3) };
+        PackingConfig { radius_half_width: NonNegative::literal(0.3), ..at_fraction(20_000, 0.3) };
     for config in [at_fraction(20_000, 0.3), unequal] {
         let seen = look(&prepare(&config, 1, 0));
         let apart = seen.windows(2).map(|two| distance(two[0].position, two[1].position));

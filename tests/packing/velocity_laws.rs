@@ -14,7 +14,7 @@ use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
 
 fn modified(config: &PackingConfig) -> PackingConfig {
-    PackingConfig { initial_velocities: InitialVelocities::Modified, ..config.clone() }
+    PackingConfig { initial_velocities: InitialVelocities::VarianceOneOverN, ..config.clone() }
 }
 
 #[test]

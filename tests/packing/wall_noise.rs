@@ -55,7 +55,7 @@ fn the_angle_is_normal_with_the_variance_of_the_document() {
     assert!(!is_normal_with_variance(&angles, (PI / 1000.0) * (PI / 1000.0)));
 }
 
-/// The document's rule would send a grazing disc through the wall.
+/// The packing exercise's rule would send a grazing disc through the wall.
 #[test]
 fn a_grazing_disc_leaves_the_wall_and_keeps_its_speed() {
     let variances = [PI / 1000.0, 1.0, 100.0];
@@ -79,7 +79,7 @@ fn a_grazing_disc_leaves_the_wall_and_keeps_its_speed() {
     }
 }
 
-/// The document's rule also turned discs that were elsewhere.
+/// The packing exercise's rule also turned discs that were elsewhere.
 #[test]
 fn a_wall_changes_one_disc_only() {
     let mut packing = prepare(&at_fraction(50, 0.1), 5, 0);

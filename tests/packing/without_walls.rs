@@ -57,7 +57,7 @@ pub(crate) fn excess_and_rate(config: &PackingConfig, blocks: u64) -> ([f64; 2],
     for number in 1..=blocks {
         advance_to_count(&mut packing, (30 + number) * block);
         let now = (message::<PackingPressure>(&packing), packing.time(), packing.count());
-        let virial = now.0.collision_virial - before.0.collision_virial;
+        let virial = now.0.collision_virial_sum - before.0.collision_virial_sum;
         let energy = now.0.kinetic_energy_time_integral - before.0.kinetic_energy_time_integral;
         virials.push(0.5 * virial / energy);
         let elapsed = now.1 - before.1;

@@ -112,7 +112,7 @@ fn a_late_viewer_sees_what_was_drawn_once_and_the_last_frame() {
     assert_eq!(info["dataEndTime"], serde_json::json!({ "sec": 0, "nsec": FRAMES * FRAME_NS }));
     first.ask(true, 1.0, 5 * FRAME_NS, "step");
     first.subscribe_to_all();
-    let fifth = |heard: &Heard| matches!(heard, Heard::Data((topic, time, _)) if topic == "/contacts" && *time == 5 * FRAME_NS);
+    let fifth = |heard: &Heard| matches!(heard, Heard::Data((topic, time, _)) if topic == "/force_chains" && *time == 5 * FRAME_NS);
     first.hear_until(fifth);
     let mut late = Viewer::connect(&address);
     late.hear_the_announcement();
@@ -123,7 +123,7 @@ fn a_late_viewer_sees_what_was_drawn_once_and_the_last_frame() {
         data(&seen).into_iter().map(|(topic, time, _)| (topic, time)).collect();
     assert_eq!(seen["/walls"], 0);
     assert_eq!(seen["/legend"], 0);
-    for topic in ["/frame", "/state", "/discs", "/energy", "/contacts"] {
+    for topic in ["/frame", "/state", "/discs", "/energy", "/force_chains"] {
         assert_eq!(seen[topic], 5 * FRAME_NS, "{topic}");
     }
     // A viewer that goes while it holds the run lets it go, once no other one is there.

@@ -39,9 +39,9 @@ fn bound(plan: &str) -> f64 {
 #[test]
 fn discs_that_fall_in_are_counted() {
     let scene = "[model.dem]\ndiscs = 1\nduration_s = 0.5\n[record]\nframes = 100\n";
-    let rain = "[model.dem.rain]\ndiscs = 200\ndiscs_per_s = 1e3\nfrom_m = [0.005, 0.035]\nto_m = [0.035, 0.035]\n\
+    let insertion = "[model.dem.insertion]\ndiscs = 200\ndiscs_per_s = 1e3\nfrom_m = [0.005, 0.035]\nto_m = [0.035, 0.035]\n\
         velocity_m_per_s = [0.0, -0.5]\n";
-    let (plan, bytes) = planned_and_recorded(&format!("{scene}{rain}"));
+    let (plan, bytes) = planned_and_recorded(&format!("{scene}{insertion}"));
     assert!(plan.contains("201 particles, 101 frames, at most"), "{plan}");
     assert!(bytes as f64 <= bound(&plan), "{bytes} bytes, and {plan}");
     let (dry, _) = planned_and_recorded(scene);

@@ -76,7 +76,7 @@ pub fn thumbnail(
     recording: &Recording,
     options: ThumbnailOptions,
 ) -> Result<Vec<u8>, ThumbnailError> {
-    let playback_rate = recording.provenance().playback_rate;
+    let playback_fps = recording.provenance().playback_fps;
     let mut frames = 0;
     for frame in recording.frames()? {
         frame?;
@@ -99,7 +99,7 @@ pub fn thumbnail(
         ThumbnailFormat::Png { .. } => {
             let rasters: Vec<Raster> =
                 drawings.iter().map(|drawing| Raster::of(&sheet, drawing)).collect();
-            let seconds = frames as f64 / playback_rate / rasters.len() as f64;
+            let seconds = frames as f64 / playback_fps / rasters.len() as f64;
             png_file::file(&rasters, seconds).map_err(ThumbnailError::NotDrawn)
         }
     }

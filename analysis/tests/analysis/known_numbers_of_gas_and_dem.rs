@@ -6,7 +6,7 @@ use crate::synthetic::{Folder, Frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
 use kinetoscope_recording::channels::{
-    DemContacts, DemEnergy, DemTemperature, GasCollisions, GasInvariants, GasPressure,
+    DemContactStatistics, DemEnergy, DemTemperature, GasCollisions, GasInvariants, GasPressure,
 };
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
@@ -51,7 +51,7 @@ fn gas_frames(run: &RunManifest) -> Frames {
             });
             frame.push(&GasInvariants {
                 kinetic_j: 5.0 * (1.0 + 1e-3 * time),
-                largest_speed_change_relative: 1e-12 * (2.0 - time),
+                max_speed_change_relative: 1e-12 * (2.0 - time),
                 particles_outside: 1 - index as u64,
                 ..GasInvariants::default()
             });
@@ -101,11 +101,11 @@ fn gas_numbers_of_a_point_and_a_run() {
     metrics.assert_near("mean_velocity", 10.0_f64.hypot(30.0) / 2.0, 1e-14);
     metrics.assert_near("temperature.mean_square", 1e-26 * square / (2.0 * 1.380_658e-23), 1e-12);
     metrics.assert_near("temperature.mean_speed", 1e-26 * 400.0 / (2.0 * 1.380_658e-23), 1e-12);
-    metrics.assert_near("hit_rate", 3.5, 1e-14);
-    let theory = metrics.theory("hit_rate").unwrap();
+    metrics.assert_near("wall_collision_rate", 3.5, 1e-14);
+    let theory = metrics.theory("wall_collision_rate").unwrap();
     assert!((theory / (2.0 * 2.0 * 20.0 / PI) - 1.0).abs() < 1e-13);
     metrics.assert_near("energy.drift_relative", 2e-3, 1e-12);
-    metrics.assert_near("largest_speed_change_relative", 2e-12, 1e-15);
+    metrics.assert_near("max_speed_change_relative", 2e-12, 1e-15);
     metrics.assert_near("particles_outside", 1.0, 0.0);
 }
 
@@ -161,7 +161,7 @@ placement = { positions_m = [[0.005, 0.1005]], velocities_m_per_s = [[0, 0]] }
 duration_s = 0.6
 [record]
 frames = 300
-channels = ["state", "energy", "contact_count", "temperature"]
+channels = ["state", "energy", "contact_statistics", "temperature"]
 "#;
 
 /// A point-like rebound with e = 0.8 from a gap of 0.1 m, without time for the contact.
@@ -190,10 +190,10 @@ fn drop_frames(_: &RunManifest) -> Frames {
                 dissipated_j: energy_at(0) - energy_at(flight) + 1e-6 * time,
                 ..DemEnergy::default()
             });
-            frame.push(&DemContacts {
-                largest_overlap_over_radius: if flight == 1 { 0.2 } else { 0.1 },
+            frame.push(&DemContactStatistics {
+                max_overlap_over_radius: if flight == 1 { 0.2 } else { 0.1 },
                 coordination_number: 0.5,
-                ..DemContacts::default()
+                ..DemContactStatistics::default()
             });
             frame.push(&DemTemperature {
                 granular_temperature_m2_per_s2: time,
@@ -212,11 +212,11 @@ fn dem_drop_has_its_restitution_and_ledger() {
     let start = 1e-3 * 9.81 * 0.1005;
     // Planted: the dissipated energy grows by 1e-6 J a second too much.
     metrics.assert_near("energy.residual_relative", 0.6e-6 / start, 1e-8);
-    metrics.assert_near("energy.largest_residual_relative", 0.6e-6 / start, 1e-8);
+    metrics.assert_near("energy.max_residual_relative", 0.6e-6 / start, 1e-8);
     let dissipated = metrics.value("energy.dissipated") - 0.6e-6;
     metrics.assert_near("energy.total_change_relative", -dissipated / start, 1e-10);
     metrics.assert_near("energy.kinetic_disagreement_relative", 0.0, 1e-12);
-    metrics.assert_near("largest_overlap_over_radius", 0.2, 0.0);
+    metrics.assert_near("max_overlap_over_radius", 0.2, 0.0);
     metrics.assert_near("coordination_number", 0.5, 0.0);
     metrics.assert_near("granular_temperature", 0.6, 0.0);
     metrics.assert_near("packing_fraction", PI * 25e-8 / 3e-3, 1e-12);
@@ -230,7 +230,7 @@ fn dem_state_that_contradicts_the_ledger_is_seen() {
         for (_, frame) in &mut frames {
             let state = [frame.state()[0], frame.state()[1], 1.0, frame.state()[3]];
             let (energy, contacts) =
-                (frame.get::<DemEnergy>().unwrap(), frame.get::<DemContacts>());
+                (frame.get::<DemEnergy>().unwrap(), frame.get::<DemContactStatistics>());
             let temperature = frame.get::<DemTemperature>().unwrap();
             frame.clear();
             frame.push_state(&state);

@@ -83,10 +83,10 @@ fn a_column_presses_with_what_is_above() {
     assert!((metrics.theory("stress.vertical_at_floor").unwrap() / at(0.0) - 1.0).abs() < 1e-12);
     // Of six discs, 2.5 lie above the middle of the fourth layer.
     metrics.assert_near("stress.vertical_at_mid_height", at(3.0), 1e-12);
-    metrics.assert_near("stress.distance_from_weight", 0.0, 1e-12);
+    metrics.assert_near("stress.overburden_deviation", 0.0, 1e-12);
     // Six layers of h/(2 r) over the sum of (n - i - 1/2), 18 weights over the width.
     let ratio = 6.0 * PRESSED / (2.0 * RADIUS) / (18.0 * WEIGHT / WIDTH);
-    metrics.assert_near("stress.horizontal_over_vertical", ratio, 1e-12);
+    metrics.assert_near("stress.lateral_ratio", ratio, 1e-12);
 }
 
 /// Control: the floor's contact told with half of the 6 weights that it carries takes 1.5 of 5.5 from the lowest layer.
@@ -96,7 +96,7 @@ fn a_force_that_is_missing_is_seen() {
     metrics.assert_near("stress.vertical_at_floor", 4.0 * WEIGHT / WIDTH, 1e-12);
     let theory = metrics.theory("stress.vertical_at_floor").unwrap();
     assert!((theory - 5.5 * WEIGHT / WIDTH).abs() < 1e-9, "{theory}");
-    metrics.assert_near("stress.distance_from_weight", 1.5 / 6.0, 1e-12);
+    metrics.assert_near("stress.overburden_deviation", 1.5 / 6.0, 1e-12);
 }
 
 /// A layer's own flow presses on nothing: each layer of one disc has no velocity against its mean. Of two discs of a layer that part with

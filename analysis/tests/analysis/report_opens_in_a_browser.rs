@@ -4,7 +4,7 @@
 
 use crate::synthetic::{Folder, Frames, analyze};
 use kinetoscope_manifest::RunManifest;
-use kinetoscope_recording::channels::{DemContacts, DemEnergy, DemTemperature};
+use kinetoscope_recording::channels::{DemContactStatistics, DemEnergy, DemTemperature};
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
 use std::fs;
@@ -19,7 +19,7 @@ discs = 3
 duration_s = 1.0
 [record]
 frames = 20
-channels = ["state", "energy", "contact_count", "temperature"]
+channels = ["state", "energy", "contact_statistics", "temperature"]
 [sweep]
 "model.dem.restitution" = [0.5, 0.8]
 [[checks]]
@@ -48,7 +48,10 @@ fn frames(_: &RunManifest) -> Frames {
                 gravitational_j: 1e-4 * (1.0 - time),
                 ..DemEnergy::default()
             });
-            frame.push(&DemContacts { coordination_number: 2.0, ..DemContacts::default() });
+            frame.push(&DemContactStatistics {
+                coordination_number: 2.0,
+                ..DemContactStatistics::default()
+            });
             frame.push(&DemTemperature::default());
             (Clock { count: index as u64, time }, frame)
         })

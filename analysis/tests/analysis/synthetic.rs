@@ -3,7 +3,7 @@
 
 use kinetoscope_manifest::{ExperimentRecord, Run, RunManifest, parse, run_key};
 use kinetoscope_recording::channels::{
-    self, ChannelDeclaration, DemContactForces, DemContacts, DemEnergy, DemTemperature,
+    self, ChannelDeclaration, DemContactForces, DemContactStatistics, DemEnergy, DemTemperature,
     GasCollisions, GasInvariants, GasPressure, GasSpeeds, GasTemperature, OrbitElements,
     OrbitEnergy, PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
 };
@@ -123,8 +123,8 @@ pub(crate) fn write_run(path: &Path, run: &Run, frames: &Frames, outcome: &Outco
             force_range_top: None,
             trail: false,
         },
-        playback_rate: 25.0,
-        drawn_particles: NonZeroU32::new(10_000).unwrap(),
+        playback_fps: 25.0,
+        max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression: Compression::Zstd,
         frames_expected: None,
         model_time: None,
@@ -154,7 +154,7 @@ const SPACE: &[StateColumn] = &[
 
 const DEM: &[ChannelDeclaration] = &[
     ChannelDeclaration::of::<DemEnergy>(),
-    ChannelDeclaration::of::<DemContacts>(),
+    ChannelDeclaration::of::<DemContactStatistics>(),
     ChannelDeclaration::of::<DemTemperature>(),
     ChannelDeclaration::opt_in::<DemContactForces>(),
 ];

@@ -1,14 +1,14 @@
 //! `[model.dem]`: discs with spring–dashpot contacts in a box.
 
 use super::contract::{Model, at_least_one_step};
+use super::dem_insertion::DemInsertion;
 use super::dem_materials::{DemContactPair, DemMaterial};
 use super::dem_radius::DiscRadius;
-use super::dem_rain::DemRain;
 use super::dem_walls::DemWall;
 use super::placement::Placement;
 use crate::diagnostics::Diagnostic;
 use crate::keys::{HasKeys, Keys, Reader};
-use crate::quantity::{Finite, NonNegative, Positive, Share};
+use crate::quantity::{Finite, Fraction, NonNegative, Positive};
 use crate::table::{choice, table};
 use crate::tree::{Node, Value};
 use crate::value::{TomlValue, count, quoted, refuse, words};
@@ -16,15 +16,15 @@ use serde_json::{Value as Json, json};
 use std::num::NonZeroU32;
 
 table! {
-    /// All physics of a DEM run. The box is `[0, width] x [0, height]`. The defaults are the source document's values where
+    /// All physics of a DEM run. The box is `[0, width] x [0, height]`. The defaults are the dem exercise's values where
     /// they can be integrated: e = 0.5 instead of eta = 1.5e3, and the listing's radius.
     pub struct DemConfig {
         /// Number of discs; with a given placement it follows from that.
         discs: NonZeroU32 ["1"] = count(20),
         /// Mass of a disc of the mean radius; the areal density is the same for all discs.
         mass_kg: Positive ["kg"] = Positive::literal(1e-3),
-        /// Radius of the discs; or { min, max }: uniform between the two; or { mean, deviation }: normal, drawn again
-        /// beyond three deviations; or { small, large, small_share }: two sizes. At most 1 : 10.
+        /// Radius of the discs; or { min, max }: uniform between the two; or { mean, std }: normal, drawn again
+        /// beyond three standard deviations; or { small, large, small_fraction }: two sizes. At most 1 : 10.
         radius_m: DiscRadius ["m"] = DiscRadius::Equal(Positive::literal(5e-4)),
         /// Width of the box [0, width] x [0, height].
         width_m: Positive ["m"] = Positive::literal(0.04),
@@ -35,19 +35,20 @@ table! {
         /// Stiffness k of the contact spring.
         stiffness_n_per_m: Positive ["N/m"] = Positive::literal(5e4),
         /// The dashpot of a contact.
-        dissipation: Dissipation [group] = Dissipation::Restitution(Share::literal(0.5)),
-        /// What the force does where the dashpot would pull: attractive lets it, clamped makes it zero.
-        force_tail: ForceTail [""] = ForceTail::Attractive,
+        dissipation: Dissipation [group] = Dissipation::Restitution(Fraction::literal(0.5)),
+        /// Whether the normal force is limited to repulsion: true sets it to zero where the dashpot would pull the discs together at the
+        /// end of a contact.
+        limit_damping: bool [""] = false,
         /// Coefficient of friction mu: a contact slides where its tangential spring would pull harder than mu times the
         /// normal force.
         friction: NonNegative ["1"] = NonNegative::literal(0.0),
         /// Coefficient of rolling friction: a spring and slider against the relative spin, its lever the reduced radius.
         rolling_friction: NonNegative ["1"] = NonNegative::literal(0.0),
         /// Stiffness of the tangential and rolling springs over that of the normal one.
-        tangential_stiffness_share: Positive ["1"] = Positive::literal(2.0 / 7.0),
+        tangential_to_normal_stiffness: Positive ["1"] = Positive::literal(2.0 / 7.0),
         /// Damping of the tangential spring over that of the normal one, while the contact sticks.
-        tangential_damping_share: NonNegative ["1"] = NonNegative::literal(0.5),
-        /// What the discs are made of, drawn by share: { name, share, density_ratio, restitution, friction,
+        tangential_to_normal_damping: NonNegative ["1"] = NonNegative::literal(0.5),
+        /// What the discs are made of, drawn by fraction: { name, fraction, density_ratio, restitution, friction,
         /// rolling_friction }; what is left out is as for all. The stiffness is one for all.
         materials: Vec<DemMaterial> ["", sparse] = Vec::new(),
         /// Constants of contacts between two materials ("disc" where none is named), or of one with a "wall":
@@ -61,23 +62,23 @@ table! {
         /// within moves_s = [from, to] only, where it is given.
         walls: Vec<DemWall> [""] = Vec::new(),
         /// Discs whose center sinks below this height are removed.
-        outlet_below_m: Option<Finite> ["m", optional],
+        remove_below_m: Option<Finite> ["m", optional],
         /// The part of the box that discs are placed in, [[x, y], [x, y]]: lower left and upper right corner.
-        region_m: Option<[[Finite; 2]; 2]> ["m", optional],
+        placement_region_m: Option<[[Finite; 2]; 2]> ["m", optional],
         /// Discs that fall in during the run: { discs, discs_per_s, from_m, to_m, velocity_m_per_s, starts_s }: one after
         /// the other, at random on the line between the two points, later where there is no room.
-        rain: Option<DemRain> ["", optional],
+        insertion: Option<DemInsertion> ["", optional],
         /// Standard deviation of each component of normal velocities at the start, with no mean; without it, discs that
         /// are not given are at rest.
-        velocity_deviation_m_per_s: Option<Positive> ["m/s", optional],
+        velocity_std_m_per_s: Option<Positive> ["m/s", optional],
         /// How the equation of motion is discretized. implicit-dashpot solves the dashpots over all contacts together
         /// (projected Gauss-Seidel) and is stable for any damping, in beds, too; it supports neither friction nor moving
         /// walls.
         integrator: DemIntegrator [""] = DemIntegrator::SemiImplicitEuler,
         /// The time step, per contact or in seconds.
         time_step: TimeStep [group] = TimeStep::PerContact(Positive::literal(20.0)),
-        /// What an unstable time step leads to: the run is rejected, or continues with a warning.
-        stability: Stability [""] = Stability::Refuse,
+        /// What an unstable time step leads to: the run is rejected (error), or continues with a warning (warn).
+        on_unstable_time_step: UnstableTimeStep [""] = UnstableTimeStep::Error,
         /// How discs are placed at the start; given velocities count, all others are at rest.
         placement: Placement [start Placement] = Placement::Random,
         /// Simulated time.
@@ -103,26 +104,16 @@ choice! {
     /// The dashpot of a contact.
     pub enum Dissipation {
         /// Coefficient of restitution e wanted; the damping follows for each pair from its effective mass.
-        restitution: Restitution(Share) ["1"],
+        restitution: Restitution(Fraction) ["1"],
         /// Damping eta itself, the same for every contact, in place of `restitution`.
         damping_n_s_per_m: Damping(NonNegative) ["N s/m"],
     }
 }
 
 words! {
-    /// What the contact force does at the end of a contact, where the dashpot outweighs the spring.
-    pub enum ForceTail {
-        /// It pulls until the discs part.
-        Attractive = "attractive",
-        /// It is zero: a contact only pushes.
-        Clamped = "clamped",
-    }
-}
-
-words! {
     /// Time-stepping scheme of the DEM.
     pub enum DemIntegrator {
-        /// The source document's equation (3).
+        /// The dem exercise's equation (3).
         SemiImplicitEuler = "semi-implicit-euler",
         /// Half kick, drift, half kick.
         VelocityVerlet = "velocity-verlet",
@@ -134,9 +125,9 @@ words! {
 
 words! {
     /// What a time step beyond the stability bounds leads to.
-    pub enum Stability {
+    pub enum UnstableTimeStep {
         /// The run is rejected before its first step.
-        Refuse = "refuse",
+        Error = "error",
         /// The run continues, with a warning in its log.
         Warn = "warn",
     }
@@ -145,7 +136,7 @@ words! {
 /// The time step of the DEM.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeStep {
-    /// The source document's N_t: dt = pi sqrt(m/k) / N_t, m the smallest disc's mass (equation 2).
+    /// The dem exercise's N_t: dt = pi sqrt(m/k) / N_t, m the smallest disc's mass (equation 2).
     PerContact(Positive),
     /// In seconds.
     Fixed(Positive),
@@ -155,10 +146,10 @@ pub enum TimeStep {
 
 table! {
     /// The keys of a [`TimeStep`].
-    struct TimeStepKeys at most one of [steps_per_contact, time_step_s] {
+    struct TimeStepKeys at most one of [steps_per_wall_contact, time_step_s] {
         /// N_t of dt = pi sqrt(m/k) / N_t, m the smallest disc's mass.
-        steps_per_contact: Option<Positive> ["1", optional],
-        /// Time step, in place of `steps_per_contact`; or automatic: the longest that the stability bounds allow with a
+        steps_per_wall_contact: Option<Positive> ["1", optional],
+        /// Time step, in place of `steps_per_wall_contact`; or automatic: the longest that the stability bounds allow with a
         /// margin.
         time_step_s: Option<StepLength> ["s", optional],
     }
@@ -168,12 +159,12 @@ impl HasKeys for TimeStep {
     fn keys(&mut self, keys: &mut impl Keys) {
         let mut own = TimeStepKeys::default();
         match *self {
-            Self::PerContact(steps) => own.steps_per_contact = Some(steps),
+            Self::PerContact(steps) => own.steps_per_wall_contact = Some(steps),
             Self::Fixed(step) => own.time_step_s = Some(StepLength::Seconds(step)),
             Self::Automatic => own.time_step_s = Some(StepLength::Automatic),
         }
         own.keys(keys);
-        *self = match (own.steps_per_contact, own.time_step_s) {
+        *self = match (own.steps_per_wall_contact, own.time_step_s) {
             (_, Some(StepLength::Seconds(step))) => Self::Fixed(step),
             (_, Some(StepLength::Automatic)) => Self::Automatic,
             (Some(steps), None) => Self::PerContact(steps),
@@ -223,10 +214,10 @@ impl Model for DemConfig {
         "walls",
         "legend",
         "velocity",
-        "contacts",
+        "force_chains",
         "energy",
-        "energy_share",
-        "contact_count",
+        "energy_percent",
+        "contact_statistics",
         "wall_forces",
         "temperature",
         "contact_forces",

@@ -2,15 +2,15 @@
 
 use crate::inline::inline_table;
 use crate::keys::Reader;
-use crate::quantity::{NonNegative, Positive, Share};
+use crate::quantity::{Fraction, NonNegative, Positive};
 
 inline_table! {
     /// What some of the discs are made of. Constants that are left out are those of `[model.dem]`.
-    pub struct DemMaterial = "a table { name, share, density_ratio, restitution, … }" with DemMaterial::rules {
+    pub struct DemMaterial = "a table { name, fraction, density_ratio, restitution, … }" with DemMaterial::rules {
         /// Its name, for `contact_pairs`; neither `wall` nor empty.
         name: String [required],
-        /// Its share of the discs, over the sum of all shares: each disc's material is drawn.
-        share: Positive [or Positive::literal(1.0)],
+        /// Its fraction of the discs, relative to the sum of all fractions: each disc's material is drawn.
+        fraction: Positive [or Positive::literal(1.0)],
         /// Its areal density over that of a disc of the mean radius with the manifest's mass.
         density_ratio: Positive [or Positive::literal(1.0)],
         /// Constants of contacts between two discs of it.
@@ -33,7 +33,7 @@ inline_table! {
     #[derive(Copy, Default)]
     pub struct DemContactConstants = "a table { restitution, friction, rolling_friction }" {
         /// Coefficient of restitution e.
-        restitution: Option<Share> [optional],
+        restitution: Option<Fraction> [optional],
         /// Coefficient of friction mu.
         friction: Option<NonNegative> [optional],
         /// Coefficient of rolling friction mu_r.

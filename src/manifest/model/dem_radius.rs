@@ -3,7 +3,7 @@
 use crate::diagnostics::Diagnostic;
 use crate::inline::{self, inline_enum};
 use crate::keys::Reader;
-use crate::quantity::{Positive, Share};
+use crate::quantity::{Fraction, Positive};
 use crate::tree::Node;
 use crate::value::{TomlValue, number};
 use serde_json::Value as Json;
@@ -23,7 +23,7 @@ inline_enum! {
             /// Mean radius, m.
             mean: Positive [required],
             /// Standard deviation, m; below a third of the mean.
-            deviation: Positive [required],
+            std: Positive [required],
         }
         /// Two sizes.
         TwoSizes {
@@ -32,7 +32,7 @@ inline_enum! {
             /// The larger radius, m.
             large: Positive [required],
             /// Probability of the smaller.
-            small_share: Share [required],
+            small_fraction: Fraction [required],
         }
         |
         /// All equal.
@@ -50,8 +50,8 @@ impl DiscRadius {
         match self {
             Self::Equal(radius) => (radius.get(), radius.get()),
             Self::Uniform { min, max } => (min.get(), max.get()),
-            Self::Normal { mean, deviation } => {
-                (mean.get() - 3.0 * deviation.get(), mean.get() + 3.0 * deviation.get())
+            Self::Normal { mean, std } => {
+                (mean.get() - 3.0 * std.get(), mean.get() + 3.0 * std.get())
             }
             Self::TwoSizes { small, large, .. } => (small.get(), large.get()),
         }
@@ -73,10 +73,10 @@ impl DiscRadius {
                 let title = format!("`{name}` has `min` above `max`");
                 reader.refuse(&["min", "max"], &title, "min must be <= max");
             }
-            Self::Normal { mean, deviation } if 3.0 * deviation.get() >= mean.get() => {
-                let title = format!("mean - 3 deviation is {:?}; must be > 0", self.range().0);
-                let label = "deviation must be below a third of mean";
-                reader.refuse(&["mean", "deviation"], &title, label);
+            Self::Normal { mean, std } if 3.0 * std.get() >= mean.get() => {
+                let title = format!("mean - 3 std is {:?}; must be > 0", self.range().0);
+                let label = "std must be below a third of mean";
+                reader.refuse(&["mean", "std"], &title, label);
             }
             Self::TwoSizes { small, large, .. } if small > large => {
                 let title = "`small` is above `large`";

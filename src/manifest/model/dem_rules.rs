@@ -1,4 +1,4 @@
-//! The rules between the keys of a DEM scene: sizes, walls, regions, materials, rain.
+//! The rules between the keys of a DEM scene: sizes, walls, regions, materials, insertion.
 
 use super::dem::{DemConfig, DemIntegrator, Dissipation, PeriodicSides};
 use super::dem_materials::{DISC, MOST_MATERIALS, WALL};
@@ -41,12 +41,12 @@ impl DemConfig {
             self.check_wall(wall, table);
         }
         self.check_materials(table);
-        self.check_rain(table);
+        self.check_insertion(table);
         let is_drawn = matches!(self.placement, Placement::Random | Placement::Lattice);
-        if !is_drawn && self.velocity_deviation_m_per_s.is_some() {
+        if !is_drawn && self.velocity_std_m_per_s.is_some() {
             table.refuse(
-                &["velocity_deviation_m_per_s", "placement"],
-                "`velocity_deviation_m_per_s` cannot be used with a given or recorded start",
+                &["velocity_std_m_per_s", "placement"],
+                "`velocity_std_m_per_s` cannot be used with a given or recorded start",
                 "remove one of them",
             );
         }
@@ -91,14 +91,14 @@ impl DemConfig {
 
     fn check_region(&self, table: &mut Reader<'_>) {
         let (width, height) = (self.width_m.get(), self.height_m.get());
-        if let Some([low, high]) = self.region_m {
+        if let Some([low, high]) = self.placement_region_m {
             let is_inside = |at: [Finite; 2]| {
                 (0.0..=width).contains(&at[0].get()) && (0.0..=height).contains(&at[1].get())
             };
             if !is_inside(low) || !is_inside(high) || low[0] >= high[0] || low[1] >= high[1] {
                 table.refuse(
-                    &["region_m", "width_m", "height_m"],
-                    "`region_m` is not a rectangle within the box",
+                    &["placement_region_m", "width_m", "height_m"],
+                    "`placement_region_m` is not a rectangle within the box",
                     "its corners, lower left first, must lie within the box",
                 );
             }
@@ -156,8 +156,8 @@ impl DemConfig {
         }
     }
 
-    fn check_rain(&self, table: &mut Reader<'_>) {
-        let Some(rain) = &self.rain else { return };
+    fn check_insertion(&self, table: &mut Reader<'_>) {
+        let Some(insertion) = &self.insertion else { return };
         let largest_radius = self.radius_m.range().1;
         let sides = [self.width_m.get(), self.height_m.get()];
         let has_room = |end: [Finite; 2]| {
@@ -167,16 +167,16 @@ impl DemConfig {
             };
             fits(0) && fits(1)
         };
-        if !has_room(rain.from_m) || !has_room(rain.to_m) {
+        if !has_room(insertion.from_m) || !has_room(insertion.to_m) {
             table.refuse(
-                &["rain", "width_m", "height_m", "radius_m"],
+                &["insertion", "width_m", "height_m", "radius_m"],
                 "discs would enter outside the box",
                 "the line from from_m to to_m must keep the largest radius off the box's sides",
             );
         }
-        if self.discs.checked_add(rain.discs.get()).is_none() {
+        if self.discs.checked_add(insertion.discs.get()).is_none() {
             table.refuse(
-                &["rain", "discs"],
+                &["insertion", "discs"],
                 "there are too many discs",
                 "must be at most 2^32 - 1 in total",
             );

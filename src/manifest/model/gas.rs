@@ -2,7 +2,7 @@
 
 use super::contract::{Model, at_least_one_step};
 use super::gas_start::{
-    BoltzmannConstant, GasPlacement, PlaceDistribution, SpeedDistribution, SpeedScale,
+    BoltzmannConstant, GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale,
     TemperatureDefinition,
 };
 use super::gas_walls::ThermalWall;
@@ -14,7 +14,7 @@ use crate::value::{count, words};
 use std::num::NonZeroU32;
 
 table! {
-    /// All physics of a gas run. By default, a thousand of the source document's particles at 300 K by its own definition
+    /// All physics of a gas run. By default, a thousand of the gas exercise's particles at 300 K by its own definition
     /// of temperature.
     pub struct GasConfig {
         /// Number of particles N; with a given placement it follows from that.
@@ -40,9 +40,9 @@ table! {
         /// `temperature_k` is given as well.
         placement: Placement [start GasPlacement] = Placement::Random,
         /// Additional masses: particle i has the (i mod n)-th of `mass_kg` and these.
-        further_masses_kg: Vec<Positive> ["kg", sparse] = Vec::new(),
-        /// area: uniform over the area (default). radius: distance from the center uniform, which is not stationary.
-        place_distribution: PlaceDistribution ["", sparse] = PlaceDistribution::Area,
+        additional_masses_kg: Vec<Positive> ["kg", sparse] = Vec::new(),
+        /// uniform-in-area: stationary (default). uniform-in-radius: the distance from the center is uniform, which is not stationary.
+        position_distribution: PositionDistribution ["", sparse] = PositionDistribution::UniformInArea,
         /// Pairs [time, temperature] in rising order: at each time all velocities are rescaled to the temperature.
         temperature_schedule: Vec<[NonNegative; 2]> ["s, K", sparse] = Vec::new(),
         /// Speed at which the radius grows (above 0) or shrinks (below): a piston. Needs exact propagation.
@@ -50,7 +50,7 @@ table! {
         /// A wall that re-emits particles with its own temperature.
         thermal_wall: Option<ThermalWall> [group],
         /// Arc of an opening in the wall about the direction of x, at the start. Needs exact propagation.
-        opening_width_m: Option<Positive> ["m", optional],
+        orifice_width_m: Option<Positive> ["m", optional],
         /// Radius of particles that are discs and collide elastically with one another; points, which do not, where it is
         /// left out. Needs exact propagation and a plain wall.
         disc_radius_m: Option<Positive> ["m", optional],
@@ -67,13 +67,13 @@ table! {
 pub enum Propagation {
     /// Closed form: exact at any time.
     Exact,
-    /// The source document's steps with its defects corrected.
-    Stepped {
+    /// The gas exercise's steps with its defects corrected.
+    TimeStepped {
         /// Time step, s.
         time_step_s: Positive,
     },
-    /// The source document's steps as printed, losses included.
-    Literal {
+    /// The gas exercise's steps as printed, losses included.
+    AsPrinted {
         /// Time step, s.
         time_step_s: Positive,
     },
@@ -83,18 +83,18 @@ words! {
     /// The words for [`Propagation`], whose time step is a key of its own.
     enum Scheme {
         Exact = "exact",
-        Stepped = "stepped",
-        Literal = "literal",
+        TimeStepped = "time-stepped",
+        AsPrinted = "as-printed",
     }
 }
 
 table! {
     /// The keys of [`Propagation`].
     struct PropagationKeys {
-        /// How particles are moved: exact is the closed form, stepped the source document's steps corrected, literal the
-        /// same as printed.
+        /// How particles are moved: exact is the closed form, time-stepped the gas exercise's steps corrected, as-printed the
+        /// same steps as printed.
         propagation: Scheme [""] = Scheme::Exact,
-        /// Time step of `stepped` and `literal`.
+        /// Time step of `time-stepped` and `as-printed`.
         time_step_s: Option<Positive> ["s", optional],
     }
 }
@@ -103,14 +103,14 @@ impl HasKeys for Propagation {
     fn keys(&mut self, keys: &mut impl Keys) {
         let propagation = match self {
             Self::Exact => Scheme::Exact,
-            Self::Stepped { .. } => Scheme::Stepped,
-            Self::Literal { .. } => Scheme::Literal,
+            Self::TimeStepped { .. } => Scheme::TimeStepped,
+            Self::AsPrinted { .. } => Scheme::AsPrinted,
         };
         let mut own = PropagationKeys { propagation, time_step_s: self.time_step_s() };
         own.keys(keys);
         *self = match (own.propagation, own.time_step_s) {
-            (Scheme::Stepped, Some(time_step_s)) => Self::Stepped { time_step_s },
-            (Scheme::Literal, Some(time_step_s)) => Self::Literal { time_step_s },
+            (Scheme::TimeStepped, Some(time_step_s)) => Self::TimeStepped { time_step_s },
+            (Scheme::AsPrinted, Some(time_step_s)) => Self::AsPrinted { time_step_s },
             // `check`, which sees the keys, reports a scheme without its time step.
             (Scheme::Exact, _) | (_, None) => Self::Exact,
         };
@@ -123,7 +123,9 @@ impl Propagation {
     pub fn time_step_s(self) -> Option<Positive> {
         match self {
             Self::Exact => None,
-            Self::Stepped { time_step_s } | Self::Literal { time_step_s } => Some(time_step_s),
+            Self::TimeStepped { time_step_s } | Self::AsPrinted { time_step_s } => {
+                Some(time_step_s)
+            }
         }
     }
 }
@@ -146,13 +148,14 @@ impl GasConfig {
     fn check_time_step(&self, table: &mut Reader<'_>) {
         let exact = Scheme::Exact.word();
         let scheme = table.text("propagation").unwrap_or(exact);
-        let is_stepped = [Scheme::Stepped, Scheme::Literal].map(Scheme::word).contains(&scheme);
+        let is_stepped =
+            [Scheme::TimeStepped, Scheme::AsPrinted].map(Scheme::word).contains(&scheme);
         let has_step = table.has("time_step_s");
         if scheme == exact && has_step {
             table.refuse(
                 &["propagation", "time_step_s"],
                 "`time_step_s` cannot be used with exact propagation",
-                "remove it, or set propagation to \"stepped\" or \"literal\"",
+                "remove it, or set propagation to \"time-stepped\" or \"as-printed\"",
             );
         } else if is_stepped && !has_step {
             let title = format!("propagation \"{scheme}\" needs a time step");
@@ -174,7 +177,7 @@ impl Model for GasConfig {
         "pressure",
         "temperature",
         "energy",
-        "ledger",
+        "energy_balance",
         "collisions",
         "speeds",
         "log",

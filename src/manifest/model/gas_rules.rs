@@ -1,11 +1,11 @@
 //! The rules between the keys of `[model.gas]`: start, speeds, wall, collisions.
 
 use super::gas::{GasConfig, Propagation};
-use super::gas_start::{PlaceDistribution, SpeedDistribution, SpeedScale};
+use super::gas_start::{PositionDistribution, SpeedDistribution, SpeedScale};
 use super::placement::Placement;
 use crate::keys::Reader;
 
-/// Share of the container that discs placed at random can cover: random sequential addition jams at 0.547 (Feder, J. Theor. Biol.
+/// Fraction of the container that discs placed at random can cover: random sequential addition jams at 0.547 (Feder, J. Theor. Biol.
 /// 87, 237 (1980)), and comes near it ever more slowly.
 const MOST_COVERED: f64 = 0.5;
 
@@ -63,26 +63,26 @@ impl GasConfig {
 
     pub(super) fn check_wall(&self, table: &mut Reader<'_>) {
         let exact = self.propagation == Propagation::Exact;
-        for key in ["wall_speed_m_per_s", "wall_temperature_k", "opening_width_m"] {
+        for key in ["wall_speed_m_per_s", "wall_temperature_k", "orifice_width_m"] {
             if table.has(key) && !exact {
                 let title = format!("`{key}` needs exact propagation");
                 table.refuse(&["propagation", key], &title, "set propagation to \"exact\"");
             }
         }
         if table.has("temperature_schedule")
-            && matches!(self.propagation, Propagation::Literal { .. })
+            && matches!(self.propagation, Propagation::AsPrinted { .. })
         {
-            let title = "`temperature_schedule` cannot be used with literal propagation";
+            let title = "`temperature_schedule` cannot be used with as-printed propagation";
             table.refuse(
                 &["propagation", "temperature_schedule"],
                 title,
-                "set propagation to \"exact\" or \"stepped\"",
+                "set propagation to \"exact\" or \"time-stepped\"",
             );
         }
-        if table.has("wall_accommodation") && !table.has("wall_temperature_k") {
+        if table.has("accommodation_coefficient") && !table.has("wall_temperature_k") {
             table.refuse(
-                &["wall_accommodation"],
-                "`wall_accommodation` needs `wall_temperature_k`",
+                &["accommodation_coefficient"],
+                "`accommodation_coefficient` needs `wall_temperature_k`",
                 "add `wall_temperature_k`",
             );
         }
@@ -104,10 +104,10 @@ impl GasConfig {
             );
         }
         let perimeter = std::f64::consts::TAU * self.radius_m.get();
-        if self.opening_width_m.is_some_and(|width| width.get() > perimeter) {
+        if self.orifice_width_m.is_some_and(|width| width.get() > perimeter) {
             table.refuse(
-                &["opening_width_m", "radius_m"],
-                "`opening_width_m` is longer than the wall",
+                &["orifice_width_m", "radius_m"],
+                "`orifice_width_m` is longer than the wall",
                 "must be at most 2 pi radius_m",
             );
         }
@@ -119,11 +119,11 @@ impl GasConfig {
             ("propagation", self.propagation == Propagation::Exact, "set propagation to \"exact\""),
             ("wall_speed_m_per_s", self.wall_speed_m_per_s.get() == 0.0, "remove the wall's speed"),
             ("wall_temperature_k", self.thermal_wall.is_none(), "remove the wall's temperature"),
-            ("opening_width_m", self.opening_width_m.is_none(), "remove the opening"),
+            ("orifice_width_m", self.orifice_width_m.is_none(), "remove the opening"),
             (
-                "place_distribution",
-                self.place_distribution == PlaceDistribution::Area,
-                "set place_distribution to \"area\"",
+                "position_distribution",
+                self.position_distribution == PositionDistribution::UniformInArea,
+                "set position_distribution to \"area\"",
             ),
         ];
         for (key, is_plain, label) in beside {

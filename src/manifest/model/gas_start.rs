@@ -7,18 +7,18 @@ use crate::value::words;
 
 words! {
     /// The distribution of the positions at the start.
-    pub enum PlaceDistribution {
+    pub enum PositionDistribution {
         /// Uniform over the area: stationary.
-        Area = "area",
+        UniformInArea = "uniform-in-area",
         /// Distance from the center uniform in [0, r]: too many in the middle, and not stationary.
-        Radius = "radius",
+        UniformInRadius = "uniform-in-radius",
     }
 }
 
 words! {
     /// The distribution of the speeds at the start; directions are uniform.
     pub enum SpeedDistribution {
-        /// Uniform in `[0, v_max)`, as the source document asks.
+        /// Uniform in `[0, v_max)`, as the gas exercise asks.
         Uniform = "uniform",
         /// Maxwell's in two dimensions.
         Maxwell = "maxwell",
@@ -45,7 +45,7 @@ words! {
     /// The mean of the speeds that defines the temperature.
     #[derive(serde::Serialize, serde::Deserialize)]
     pub enum TemperatureDefinition {
-        /// `N k_B T = N m <v>^2 / 2`: the source document's equation (13).
+        /// `N k_B T = N m <v>^2 / 2`: the gas exercise's equation (13).
         MeanSpeed = "mean-speed",
         /// `N k_B T = N m <v^2> / 2`: equipartition in two dimensions.
         MeanSquare = "mean-square",
@@ -55,7 +55,7 @@ words! {
 words! {
     /// Boltzmann's constant.
     pub enum BoltzmannConstant {
-        /// 1.380658e-23 J/K (CODATA 1986), the source document's.
+        /// 1.380658e-23 J/K (CODATA 1986), the gas exercise's.
         Codata1986 = "codata-1986",
         /// 1.380649e-23 J/K, exact in the SI since 2019.
         Si2019 = "si-2019",

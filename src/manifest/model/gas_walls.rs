@@ -1,7 +1,7 @@
 //! `[model.gas]`: a wall with a temperature.
 
 use crate::keys::{HasKeys, Keys};
-use crate::quantity::{Positive, Share};
+use crate::quantity::{Fraction, Positive};
 use crate::table::table;
 
 /// A wall with a temperature.
@@ -11,7 +11,7 @@ pub struct ThermalWall {
     pub temperature_k: Positive,
     /// Fraction of the wall collisions after which a particle leaves with the wall's temperature; in the others it is
     /// specularly reflected.
-    pub accommodation: Share,
+    pub accommodation: Fraction,
 }
 
 table! {
@@ -21,7 +21,7 @@ table! {
         wall_temperature_k: Option<Positive> ["K", optional],
         /// Fraction of the wall collisions after which a particle leaves with the wall's temperature, the others being
         /// specular reflections; 1 where it is left out. Needs `wall_temperature_k`.
-        wall_accommodation: Option<Share> ["1", optional],
+        accommodation_coefficient: Option<Fraction> ["1", optional],
     }
 }
 
@@ -29,12 +29,14 @@ impl HasKeys for Option<ThermalWall> {
     fn keys(&mut self, keys: &mut impl Keys) {
         let mut own = ThermalWallKeys {
             wall_temperature_k: self.map(|wall| wall.temperature_k),
-            wall_accommodation: self.map(|wall| wall.accommodation),
+            accommodation_coefficient: self.map(|wall| wall.accommodation),
         };
         own.keys(keys);
         *self = own.wall_temperature_k.map(|temperature_k| ThermalWall {
             temperature_k,
-            accommodation: own.wall_accommodation.unwrap_or(const { Share::literal(1.0) }),
+            accommodation: own
+                .accommodation_coefficient
+                .unwrap_or(const { Fraction::literal(1.0) }),
         });
     }
 }

@@ -6,9 +6,9 @@
 mod config;
 mod contract;
 mod dem;
+mod dem_insertion;
 mod dem_materials;
 mod dem_radius;
-mod dem_rain;
 mod dem_rules;
 mod dem_walls;
 mod gas;
@@ -22,16 +22,14 @@ mod start_from;
 
 pub(crate) use config::no_model;
 pub use config::{CHANNELS, ModelConfig};
-pub use dem::{
-    DemConfig, DemIntegrator, Dissipation, ForceTail, PeriodicSides, Stability, TimeStep,
-};
+pub use dem::{DemConfig, DemIntegrator, Dissipation, PeriodicSides, TimeStep, UnstableTimeStep};
+pub use dem_insertion::DemInsertion;
 pub use dem_materials::{DISC, DemContactConstants, DemContactPair, DemMaterial, WALL};
 pub use dem_radius::DiscRadius;
-pub use dem_rain::DemRain;
 pub use dem_walls::{DemWall, DemWallShape};
 pub use gas::{GasConfig, Propagation};
 pub use gas_start::{
-    BoltzmannConstant, PlaceDistribution, SpeedDistribution, SpeedScale, TemperatureDefinition,
+    BoltzmannConstant, PositionDistribution, SpeedDistribution, SpeedScale, TemperatureDefinition,
 };
 pub use gas_walls::ThermalWall;
 pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitSummation};

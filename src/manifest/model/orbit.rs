@@ -13,22 +13,22 @@ use serde_json::{Value as Json, json};
 
 table! {
     /// All physics of an orbit run. The Sun is fixed at the origin, unless several bodies attract each other. By default,
-    /// the source document's start and method, a quarter of a day per step, one Julian year.
+    /// the orbit exercise's start and method, a quarter of a day per step, one Julian year.
     pub struct OrbitConfig {
         /// State at the start: document is the barycentric one as printed, heliocentric the same day relative to the Sun,
         /// or { position_au, velocity_au_per_day }.
-        start: OrbitStart [start OrbitStart, unless bodies] = OrbitStart::Document,
+        start: OrbitStart [start OrbitStart, unless bodies] = OrbitStart::Barycentric,
         /// In place of start: two bodies or more that attract each other, each
         /// { gm_au3_per_day2, position_au, velocity_au_per_day }. Their center of mass is put at rest in the origin.
         bodies: Option<Vec<OrbitBody>> ["", optional],
-        /// How the equation of motion is discretized; dormand-prince8 chooses its own steps, kepler is the exact solution.
+        /// How the equation of motion is discretized; dop853 chooses its own steps, kepler is the exact solution.
         integrator: OrbitIntegrator [""] = OrbitIntegrator::ExplicitEuler,
         /// Whether each addition to positions and velocities is rounded (plain), or what it rounds off is kept and added
         /// with the next one (compensated).
         summation: OrbitSummation [""] = OrbitSummation::Plain,
-        /// Largest error of a step of dormand-prince8, of position and velocity relative to their lengths.
+        /// Largest error of a step of dop853, of position and velocity relative to their lengths.
         tolerance: StepTolerance ["1"] = StepTolerance::literal(1e-13),
-        /// Time step, below one day by the source document. For dormand-prince8, the first step to try.
+        /// Time step, below one day by the orbit exercise. For dop853, the first step to try.
         time_step_days: Positive ["d", through StepBelowOneDay] = Positive::literal(0.25),
         /// Simulated time.
         duration_days: Positive ["d"] = Positive::literal(365.25),
@@ -38,8 +38,8 @@ table! {
 /// State at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OrbitStart {
-    /// As printed in the source document: relative to the solar system's barycenter, 2013-01-01.
-    Document,
+    /// The orbit exercise's: relative to the solar system's barycenter, 2013-01-01.
+    Barycentric,
     /// The same day relative to the Sun.
     Heliocentric,
     /// Written out; the position is not zero.
@@ -59,7 +59,7 @@ words! {
     /// Time-stepping scheme of the orbit.
     #[derive(PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
     pub enum OrbitIntegrator {
-        /// The source document's equations (15) and (16).
+        /// The orbit exercise's equations (15) and (16).
         ExplicitEuler = "explicit-euler",
         /// Kick, then drift.
         SemiImplicitEuler = "semi-implicit-euler",
@@ -70,7 +70,7 @@ words! {
         /// Yoshida's fourth-order symplectic composition.
         Yoshida4 = "yoshida4",
         /// Dormand and Prince's method of order 8 with adaptive steps.
-        DormandPrince8 = "dormand-prince8",
+        Dop853 = "dop853",
         /// The exact solution of the two-body problem.
         Kepler = "kepler",
     }
@@ -80,7 +80,7 @@ words! {
     /// How sums of positions and velocities are rounded.
     #[derive(PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
     pub enum OrbitSummation {
-        /// At every addition, as the source document's equations read.
+        /// At every addition, as the orbit exercise's equations read.
         Plain = "plain",
         /// What an addition rounds off is added with the next one.
         Compensated = "compensated",
@@ -118,7 +118,7 @@ impl OrbitState {
 
 impl OrbitStart {
     const WORDS: [(&'static str, Self); 2] =
-        [("document", Self::Document), ("heliocentric", Self::Heliocentric)];
+        [("barycentric", Self::Barycentric), ("heliocentric", Self::Heliocentric)];
 }
 
 impl TomlValue for OrbitStart {

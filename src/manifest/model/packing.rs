@@ -3,14 +3,14 @@
 use super::contract::Model;
 use super::placement::{GivenNames, placements};
 use crate::keys::Reader;
-use crate::quantity::{BoxSide, NonNegative, Positive, Share};
+use crate::quantity::{BoxSide, Fraction, NonNegative, Positive};
 use crate::table::{choice, table};
 use crate::value::{count, words};
 use std::num::NonZeroU32;
 
 table! {
     /// All physics of a packing run. The box is centered on the origin. By default, fifty elastic discs in a box of 40 x 40
-    /// with the source document's wall noise.
+    /// with the packing exercise's wall noise.
     pub struct PackingConfig {
         /// Number of discs n; with a given placement it follows from that.
         discs: NonZeroU32 ["1"] = count(50),
@@ -23,15 +23,15 @@ table! {
         /// Mean radius r of the discs; the largest is below half of the shorter side.
         radius: Positive ["1"] = Positive::literal(1.0),
         /// Radii are uniform within this share of the mean to both sides, below 1; 0 for equal discs. All have mass 1.
-        polydispersity: NonNegative ["1"] = NonNegative::literal(0.0),
+        radius_half_width: NonNegative ["1"] = NonNegative::literal(0.0),
         /// Coefficient of restitution alpha of a pair collision.
-        restitution: Share ["1"] = Share::literal(1.0),
+        restitution: Fraction ["1"] = Fraction::literal(1.0),
         /// Which pair collisions are elastic all the same.
         collapse_guard: CollapseGuard [group] = CollapseGuard::Off,
         /// Variance of the angle by which a wall turns the outgoing direction.
         wall_noise_variance_rad2: NonNegative ["rad^2"] = NonNegative::literal(std::f64::consts::PI / 1000.0),
-        /// Velocity components are normal with variance 1 (unmodified) or 1/n (modified).
-        initial_velocities: InitialVelocities [""] = InitialVelocities::Unmodified,
+        /// Velocity components are normal with variance 1 (unit-variance) or 1/n (variance-1-over-n).
+        initial_velocities: InitialVelocities [""] = InitialVelocities::UnitVariance,
         /// When the run ends.
         length: RunLength [group] = RunLength::EventsPerDisc(count(100)),
         /// How discs are placed at the start; random needs a packing fraction below 0.5, compressed reaches any.
@@ -39,7 +39,7 @@ table! {
         /// For placement = "compressed": growth of a diameter over the distance that a disc of thermal speed flies meanwhile.
         compression_rate: Positive ["1"] = Positive::literal(0.01),
         /// For placement = "compressed": growth ends where P A / (N kT) reaches this, if before the full radius.
-        compression_pressure: Option<Positive> ["1", optional],
+        target_reduced_pressure: Option<Positive> ["1", optional],
     }
 }
 
@@ -70,9 +70,9 @@ words! {
     /// Distribution of the velocity components at the start.
     pub enum InitialVelocities {
         /// Normal, variance 1.
-        Unmodified = "unmodified",
+        UnitVariance = "unit-variance",
         /// Normal, variance 1/n.
-        Modified = "modified",
+        VarianceOneOverN = "variance-1-over-n",
     }
 }
 
@@ -101,7 +101,7 @@ placements! {
     }
 }
 
-/// Packing fraction from which random placement is rejected, by the input limits of the source document.
+/// Packing fraction from which random placement is rejected, by the input limits of the packing exercise.
 const RANDOM_PLACEMENT_LIMIT: f64 = 0.5;
 
 /// Minimum width of a periodic box in largest diameters, so that no disc meets another one across both sides.
@@ -111,7 +111,7 @@ impl PackingConfig {
     /// Radius of the largest disc that there can be.
     #[must_use]
     pub fn largest_radius(&self) -> f64 {
-        self.radius.get() * (1.0 + self.polydispersity.get())
+        self.radius.get() * (1.0 + self.radius_half_width.get())
     }
 }
 
@@ -148,10 +148,10 @@ impl Model for PackingConfig {
             }
         }
         let (width, height) = (self.width.get(), self.height.get());
-        let (radius, spread) = (self.radius.get(), self.polydispersity.get());
+        let (radius, spread) = (self.radius.get(), self.radius_half_width.get());
         if spread >= 1.0 {
-            let title = format!("`polydispersity` is {spread:?}; must be in [0, 1)");
-            table.refuse(&["polydispersity"], &title, "the smallest disc would have no radius");
+            let title = format!("`radius_half_width` is {spread:?}; must be in [0, 1)");
+            table.refuse(&["radius_half_width"], &title, "the smallest disc would have no radius");
             return;
         }
         let largest = radius * (1.0 + spread);
@@ -162,7 +162,7 @@ impl Model for PackingConfig {
             );
             let label =
                 format!("the radius must be below half of the shorter side, {:?}", shorter / 2.0);
-            table.refuse(&["radius", "polydispersity", "width", "height"], &title, &label);
+            table.refuse(&["radius", "radius_half_width", "width", "height"], &title, &label);
             return;
         }
         if self.boundary == Boundary::Periodic && shorter < PERIODIC_DIAMETERS * 2.0 * largest {

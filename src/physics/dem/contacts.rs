@@ -22,7 +22,7 @@ pub(super) struct ContactLaw {
     /// Stiffness k_t of the tangential and the rolling spring, N/m.
     pub(super) tangential_stiffness: f64,
     /// eta_t over eta.
-    pub(super) tangential_damping_share: f64,
+    pub(super) tangential_to_normal_damping: f64,
 }
 
 /// Two discs, or a disc and a wall, that overlap.
@@ -279,7 +279,7 @@ mod tests {
     use super::super::parameters::Parameters;
     use super::*;
     use kinetoscope_manifest::model::{DemConfig, Dissipation};
-    use kinetoscope_manifest::quantity::{NonNegative, Share};
+    use kinetoscope_manifest::quantity::{Fraction, NonNegative};
 
     #[test]
     fn dampings_found_together_are_those_of_single_pairs() {
@@ -292,7 +292,7 @@ mod tests {
         let first: Vec<u32> = (0..19).collect();
         let second: Vec<u32> = (0..19).map(|number| number * number % 31).collect();
         for dissipation in [
-            Dissipation::Restitution(Share::new(0.5).unwrap()),
+            Dissipation::Restitution(Fraction::new(0.5).unwrap()),
             Dissipation::Damping(NonNegative::new(0.3).unwrap()),
         ] {
             let law = Parameters::new(&DemConfig { dissipation, ..DemConfig::default() }).law;

@@ -221,7 +221,7 @@ impl Materials {
 fn contact_constants(config: &DemConfig, surface: Surface) -> ContactConstants {
     let dashpot = match config.dissipation {
         Dissipation::Restitution(_) => {
-            Dashpot::Ratio(restitution::damping_ratio(surface.restitution, config.force_tail))
+            Dashpot::Ratio(restitution::damping_ratio(surface.restitution, config.limit_damping))
         }
         Dissipation::Damping(damping) => Dashpot::Damping(damping.get()),
     };
@@ -233,7 +233,7 @@ fn contact_constants(config: &DemConfig, surface: Surface) -> ContactConstants {
 }
 
 fn summed_shares(config: &DemConfig) -> Vec<f64> {
-    let shares = || config.materials.iter().map(|material| material.share.get());
+    let shares = || config.materials.iter().map(|material| material.fraction.get());
     let total: f64 = shares().sum();
     shares()
         .scan(0.0, |sum, share| {

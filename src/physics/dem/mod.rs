@@ -18,6 +18,7 @@ mod forces;
 mod found;
 mod fours;
 mod implicit;
+mod insertion;
 mod lanes;
 mod materials;
 mod near;
@@ -27,7 +28,6 @@ mod observe;
 mod pairs_are_all_there;
 mod parameters;
 mod places;
-mod rain;
 mod recorded;
 mod registers;
 mod remedies;
@@ -55,16 +55,16 @@ use contacts::Contact;
 use discs::Discs;
 use energy::{Energies, Ledger};
 use forces::Scene;
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement, Stability};
+use insertion::Rain;
+use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement, UnstableTimeStep};
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, DemContactForces, DemContacts, DemEnergy, DemEnergyShare, DemTemperature,
-    DemWalls,
+    ChannelDeclaration, DemContactForces, DemContactStatistics, DemEnergy, DemEnergyPercent,
+    DemTemperature, DemWalls,
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
 use neighbors::{Neighbors, Scope, Surroundings};
 use parameters::Parameters;
-use rain::Rain;
 use serde::{Deserialize, Serialize};
 use stability::Diagnosis;
 use start::Kinds;
@@ -84,7 +84,7 @@ pub struct Dem {
     /// Discs removed since the start.
     removed: u64,
     /// Discs that are still to come.
-    rain: Option<Rain>,
+    insertion: Option<Rain>,
     /// Speed of the fastest disc at the start, m/s.
     initial_top_speed: f64,
     /// c = eta dt/m_eff of the lightest pair, for the words of a fault.
@@ -141,8 +141,8 @@ const KIND: ModelKind = ModelKind {
     ],
     channels: &[
         ChannelDeclaration::of::<DemEnergy>(),
-        ChannelDeclaration::of::<DemEnergyShare>(),
-        ChannelDeclaration::of::<DemContacts>(),
+        ChannelDeclaration::of::<DemEnergyPercent>(),
+        ChannelDeclaration::of::<DemContactStatistics>(),
         ChannelDeclaration::of::<DemWalls>(),
         ChannelDeclaration::of::<DemTemperature>(),
         ChannelDeclaration::opt_in::<DemContactForces>(),
@@ -162,7 +162,8 @@ impl Model for Dem {
         let mut warnings = Vec::new();
         if diagnosis.is_refused() {
             let text = report::refusal(config, &diagnosis);
-            if config.stability == Stability::Refuse || !diagnosis.is_countable() {
+            if config.on_unstable_time_step == UnstableTimeStep::Error || !diagnosis.is_countable()
+            {
                 return Err(SetupError(text));
             }
             warnings.push(text);
@@ -172,7 +173,7 @@ impl Model for Dem {
             Parameters { tells_contact_forces: contact_forces, ..Parameters::new(config) };
         let kinds = Kinds::drawn(config, &parameters, seed);
         let mut discs = start::discs(config, &parameters, seed, &kinds)?;
-        let rain = Rain::new(config, &parameters, seed, kinds.rain(config, &parameters));
+        let insertion = Rain::new(config, &parameters, seed, kinds.insertion(config, &parameters));
         let facts = report::facts(config, &parameters, &diagnosis, &discs);
         let initial_top_speed = discs.velocities.iter().fold(0.0, |top, [vx, vy]| {
             let speed = (vx * vx + vy * vy).sqrt();
@@ -190,7 +191,7 @@ impl Model for Dem {
             count: 0,
             ledger: Ledger::default(),
             removed: 0,
-            rain,
+            insertion,
             initial_top_speed,
             damping_step: diagnosis.damping_step,
             window: Window { is_closed: true, ..Window::default() },
@@ -213,7 +214,7 @@ impl Model for Dem {
     }
 
     fn particles_to_come(&self) -> u64 {
-        self.rain.as_ref().map_or(0, Rain::to_come)
+        self.insertion.as_ref().map_or(0, Rain::to_come)
     }
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
@@ -318,14 +319,16 @@ impl Dem {
         self.removed += leaving as u64;
     }
 
-    /// Lets discs of the rain in, with their energy.
+    /// Lets discs of the insertion in, with their energy.
     fn let_discs_in(&mut self) {
         let time = self.time();
-        let Some(rain) = self.rain.as_mut().filter(|rain| rain.opens_at(self.count)) else {
+        let Some(insertion) =
+            self.insertion.as_mut().filter(|insertion| insertion.opens_at(self.count))
+        else {
             return;
         };
         let walls = self.parameters.walls_at(self.count);
-        let entering = rain.entering(time, &self.discs, &walls, &self.parameters);
+        let entering = insertion.entering(time, &self.discs, &walls, &self.parameters);
         if entering.is_empty() {
             return;
         }

@@ -1,6 +1,6 @@
 //! The equations of motion of discs with spring–dashpot contacts, and nothing else.
 //!
-//! Cundall and Strack, Géotechnique 29 (1979) 47; the source document's equation (1). Friction and rolling: Luding,
+//! Cundall and Strack, Géotechnique 29 (1979) 47; the dem exercise's equation (1). Friction and rolling: Luding,
 //! Granular Matter 10 (2008) 235, sections 3.2 and 3.3.
 
 /// The equation of motion, m a = m g + sum of f_c, solved for a in m/s^2.
@@ -41,7 +41,7 @@ pub fn contact_force(stiffness: f64, damping: f64, overlap: f64, separating_spee
 pub struct SpringSlider {
     /// Force on the disc along the tangent, N.
     pub force: f64,
-    /// Share of the force that is the dashpot's, N; 0 while it slides.
+    /// Fraction of the force that is the dashpot's, N; 0 while it slides.
     pub dashpot_force: f64,
     /// Stretch of the spring afterward, m.
     pub stretch: f64,

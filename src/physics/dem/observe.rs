@@ -7,7 +7,7 @@ use super::step::{Evaluation, Touching};
 use super::walls::Shape;
 use crate::model::Model as _;
 use kinetoscope_recording::channels::{
-    DemContactForces, DemContacts, DemEnergy, DemEnergyShare, DemTemperature, DemWalls,
+    DemContactForces, DemContactStatistics, DemEnergy, DemEnergyPercent, DemTemperature, DemWalls,
 };
 use kinetoscope_recording::frame::{ContactLine, Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
@@ -91,7 +91,7 @@ impl Dem {
         });
         let scale = (self.ledger.initial + self.ledger.entered.value()).abs();
         let share = |energy: f64| if scale > 0.0 { energy / scale } else { 0.0 };
-        frame.push(&DemEnergyShare {
+        frame.push(&DemEnergyPercent {
             kinetic_percent: 100.0 * share(energies.kinetic),
             gravitational_percent: 100.0 * share(energies.gravitational),
             elastic_percent: 100.0 * share(elastic),
@@ -112,18 +112,18 @@ impl Dem {
             mean_force_y_n: if has_begun { mean(1) } else { nothing() },
             work_j: balance.walls,
             discs_removed: self.removed,
-            discs_entered: self.rain.as_ref().map_or(0, |rain| rain.entered),
+            discs_entered: self.insertion.as_ref().map_or(0, |insertion| insertion.entered),
         });
     }
 
     fn push_contacts(&self, frame: &mut Frame, evaluation: &Evaluation) {
         let Touching { pairs, walls, largest_overlap: now, .. } = evaluation.touching;
         let before = self.window.largest_overlap;
-        frame.push(&DemContacts {
+        frame.push(&DemContactStatistics {
             pair_contacts: pairs,
             wall_contacts: walls,
             coordination_number: (2 * pairs + walls) as f64 / Ord::max(self.discs.len(), 1) as f64,
-            largest_overlap_over_radius: if now > before { now } else { before },
+            max_overlap_over_radius: if now > before { now } else { before },
         });
     }
 

@@ -4,7 +4,7 @@ use super::contacts::ContactLaw;
 use super::materials::Materials;
 use super::walls::{Motion, PlacedWall, Shape, Wall};
 use kinetoscope_manifest::model::{
-    DemConfig, DemIntegrator, DemWall, DemWallShape, ForceTail, PeriodicSides, TimeStep,
+    DemConfig, DemIntegrator, DemWall, DemWallShape, PeriodicSides, TimeStep,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -53,10 +53,10 @@ impl Parameters {
         let law = ContactLaw {
             stiffness,
             materials: Materials::new(config),
-            only_pushes: config.force_tail == ForceTail::Clamped,
+            only_pushes: config.limit_damping == true,
             is_implicit: config.integrator == DemIntegrator::ImplicitDashpot,
-            tangential_stiffness: stiffness * config.tangential_stiffness_share.get(),
-            tangential_damping_share: config.tangential_damping_share.get(),
+            tangential_stiffness: stiffness * config.tangential_to_normal_stiffness.get(),
+            tangential_to_normal_damping: config.tangential_to_normal_damping.get(),
         };
         let smallest_mass = law.materials.density_range().0 * mass_of(radius_range.0, radius, mass);
         let per_contact = |steps: f64| PI * (smallest_mass / stiffness).sqrt() / steps;
@@ -93,7 +93,7 @@ impl Parameters {
             radius_range,
             periodic,
             walls,
-            outlet_below: config.outlet_below_m.map(|height| height.get()),
+            outlet_below: config.remove_below_m.map(|height| height.get()),
             tells_contact_forces: false,
         }
     }

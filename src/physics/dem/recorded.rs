@@ -10,7 +10,7 @@ use crate::model::SetupError;
 use crate::restart_state;
 use kinetoscope_manifest::model::{DemConfig, StartFrom};
 
-/// Share of its radius by which a disc may stand in a wall at the start. A resting bed stands in its floor by far less; a
+/// Fraction of its radius by which a disc may stand in a wall at the start. A resting bed stands in its floor by far less; a
 /// wall of the new run must not cut through discs.
 const DEEPEST_IN_WALL: f64 = 0.5;
 

@@ -7,7 +7,7 @@ use super::parameters::Parameters;
 use super::restitution;
 use super::stability::Diagnosis;
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, Dissipation, Placement, TimeStep};
-use kinetoscope_manifest::quantity::{NonNegative, Positive, Share};
+use kinetoscope_manifest::quantity::{Fraction, NonNegative, Positive};
 use std::f64::consts::PI;
 
 /// One key that may be changed.
@@ -33,8 +33,10 @@ fn keys(config: &DemConfig) -> Vec<Key> {
     let parameters = Parameters::new(config);
     let (mass, stiffness) = (parameters.smallest_mass, parameters.law.stiffness);
     let pair_mass = parameters.lightest_pair_mass();
-    let present =
-        restitution::restitution(parameters.strongest_damping_ratio(pair_mass), config.force_tail);
+    let present = restitution::restitution(
+        parameters.strongest_damping_ratio(pair_mass),
+        config.limit_damping,
+    );
     // An overdamped dashpot has no restitution to start from.
     let restitution = if present > 1e-3 { present } else { 1e-3 };
     vec![
@@ -47,7 +49,7 @@ fn keys(config: &DemConfig) -> Vec<Key> {
             },
         },
         Key {
-            name: "steps_per_contact",
+            name: "steps_per_wall_contact",
             current: PI * (mass / stiffness).sqrt() / parameters.time_step,
             change: |config, value| {
                 let time_step = TimeStep::PerContact(Positive::new(value)?);
@@ -66,7 +68,7 @@ fn keys(config: &DemConfig) -> Vec<Key> {
             name: "restitution",
             current: restitution,
             change: |config, value| {
-                let dissipation = Dissipation::Restitution(Share::new(value)?);
+                let dissipation = Dissipation::Restitution(Fraction::new(value)?);
                 Some(DemConfig { dissipation, ..config.clone() })
             },
         },

@@ -8,7 +8,7 @@ use super::parameters::Parameters;
 use super::stability::{Diagnosis, figure};
 use super::{remedies, restitution, start, step};
 use crate::model::{Model, SimulationFault};
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail, Placement, Stability};
+use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement, UnstableTimeStep};
 
 /// Why a start is refused and which values would do; the same words warn where it runs all the same.
 pub(super) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
@@ -27,7 +27,7 @@ pub(super) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
             "integrator = \"implicit-dashpot\" is stable at any damping, in beds, too; far above critical damping it takes more than a true dashpot.".to_owned(),
         );
     }
-    if config.stability == Stability::Refuse {
+    if config.on_unstable_time_step == UnstableTimeStep::Error {
         sentences.push("stability = \"warn\" runs it all the same.".to_owned());
     }
     sentences.join(" ")
@@ -64,13 +64,13 @@ pub(super) fn facts(
     ]
 }
 
-/// The true number of steps of a contact: the document's formula counts m where two discs have m/2.
+/// The true number of steps of a contact: the dem exercise's formula counts m where two discs have m/2.
 fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
     let steps = |effective_mass: f64| {
         let law = &parameters.law;
         let natural_frequency = (law.stiffness / effective_mass).sqrt();
         let ratio = parameters.strongest_damping_ratio(effective_mass);
-        restitution::contact_duration(ratio, natural_frequency, config.force_tail)
+        restitution::contact_duration(ratio, natural_frequency, config.limit_damping)
             .map(|duration| duration / parameters.time_step)
     };
     match (steps(parameters.lightest_pair_mass()), steps(parameters.smallest_mass)) {
@@ -84,9 +84,9 @@ fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
 fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -> String {
     let mass = parameters.lightest_pair_mass();
     let ratio = parameters.strongest_damping_ratio(mass);
-    let tail = match config.force_tail {
-        ForceTail::Attractive => "with the attractive tail",
-        ForceTail::Clamped => "clamped at zero",
+    let tail = match config.limit_damping {
+        false => "with the attractive tail",
+        true => "clamped at zero",
     };
     let given = match parameters.law.materials.strongest_dashpot().dashpot {
         Dashpot::Ratio(_) => "from the restitution wanted",
@@ -102,7 +102,7 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
         "Lightest pair: eta = {:.6e} N s/m {given}, zeta = {ratio:.6}, restitution {:.6} {tail}, \
          c = eta dt/m_eff = {}.{implicit}",
         parameters.strongest_damping(),
-        restitution::restitution(ratio, config.force_tail),
+        restitution::restitution(ratio, config.limit_damping),
         figure(diagnosis.damping_step)
     )
 }
@@ -134,11 +134,11 @@ pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> SimulationFault {
         ),
     };
     let advice = if model.damping_step >= 0.3 && !model.parameters.law.is_implicit {
-        "The dashpot is too strong for the time step: take more steps_per_contact (or a shorter time_step_s), less \
+        "The dashpot is too strong for the time step: take more steps_per_wall_contact (or a shorter time_step_s), less \
          damping_n_s_per_m (or a higher restitution), or integrator = \"implicit-dashpot\"."
     } else {
         "The contacts are too soft for the speed or the load: take a higher stiffness_n_per_m or a larger radius_m; or \
-         the time step is too long: take more steps_per_contact."
+         the time step is too long: take more steps_per_wall_contact."
     };
     SimulationFault(format!(
         "Blow-up at step {} (t = {:e} s): {what}. c = eta dt/m_eff = {}. {advice}",

@@ -4,7 +4,6 @@
 //! w = sqrt(w0^2 - b^2). Schwager and Pöschel, Granular Matter 9 (2007) 465; Schäfer, Dippel and Wolf,
 //! J. Phys. I France 6 (1996) 5.
 
-use kinetoscope_manifest::model::ForceTail;
 use std::f64::consts::PI;
 
 /// Coefficient of restitution e of a collision with damping ratio zeta >= 0.
@@ -14,11 +13,11 @@ use std::f64::consts::PI;
 ///   exp{-(b/w) [pi - atan(2 b w / (w^2 - b^2))]} below zeta = 1/sqrt 2 and exp{-(b/w) atan(2 b w / (b^2 - w^2))} above,
 ///   for (b + i w)^2 = b^2 - w^2 + 2 i b w has the angle 2 acos(zeta); e^-2 at zeta = 1, 1/(4 zeta^2) far above.
 #[must_use]
-pub fn restitution(damping_ratio: f64, tail: ForceTail) -> f64 {
+pub fn restitution(damping_ratio: f64, tail: bool) -> f64 {
     match tail {
-        ForceTail::Attractive if damping_ratio >= 1.0 => 0.0,
-        ForceTail::Attractive => libm::exp(-PI * damping_ratio / damped_share(damping_ratio)),
-        ForceTail::Clamped => libm::exp(-2.0 * damping_ratio * phase_at_turn(damping_ratio)),
+        false if damping_ratio >= 1.0 => 0.0,
+        false => libm::exp(-PI * damping_ratio / damped_share(damping_ratio)),
+        true => libm::exp(-2.0 * damping_ratio * phase_at_turn(damping_ratio)),
     }
 }
 
@@ -26,13 +25,13 @@ pub fn restitution(damping_ratio: f64, tail: ForceTail) -> f64 {
 ///
 /// With the attractive tail zeta = -ln e / sqrt(pi^2 + ln^2 e); clamped by bisection, to the last bit.
 #[must_use]
-pub fn damping_ratio(wanted: f64, tail: ForceTail) -> f64 {
+pub fn damping_ratio(wanted: f64, tail: bool) -> f64 {
     match tail {
-        ForceTail::Attractive => {
+        false => {
             let logarithm = libm::log(wanted);
             (0.0 - logarithm) / (PI * PI + logarithm * logarithm).sqrt()
         }
-        ForceTail::Clamped => bisect_clamped(wanted),
+        true => bisect_clamped(wanted),
     }
 }
 
@@ -42,7 +41,7 @@ fn bisect_clamped(wanted: f64) -> f64 {
         return 0.0;
     }
     let (mut low, mut high) = (0.0, 1.0);
-    while restitution(high, ForceTail::Clamped) > wanted {
+    while restitution(high, true) > wanted {
         (low, high) = (high, 2.0 * high);
     }
     loop {
@@ -50,7 +49,7 @@ fn bisect_clamped(wanted: f64) -> f64 {
         if middle <= low || middle >= high {
             return middle;
         }
-        if restitution(middle, ForceTail::Clamped) > wanted {
+        if restitution(middle, true) > wanted {
             low = middle;
         } else {
             high = middle;
@@ -68,15 +67,11 @@ pub fn damping(damping_ratio: f64, stiffness: f64, effective_mass: f64) -> f64 {
 /// How long a collision takes, in s: pi/w with the attractive tail (`None` from zeta = 1 on: it lasts for ever),
 /// 2 acos(zeta)/w until a clamped force ends. `natural_frequency` is w0 in rad/s.
 #[must_use]
-pub fn contact_duration(
-    damping_ratio: f64,
-    natural_frequency: f64,
-    tail: ForceTail,
-) -> Option<f64> {
+pub fn contact_duration(damping_ratio: f64, natural_frequency: f64, tail: bool) -> Option<f64> {
     match tail {
-        ForceTail::Attractive if damping_ratio >= 1.0 => None,
-        ForceTail::Attractive => Some(PI / (natural_frequency * damped_share(damping_ratio))),
-        ForceTail::Clamped => Some(2.0 * phase_at_turn(damping_ratio) / natural_frequency),
+        false if damping_ratio >= 1.0 => None,
+        false => Some(PI / (natural_frequency * damped_share(damping_ratio))),
+        true => Some(2.0 * phase_at_turn(damping_ratio) / natural_frequency),
     }
 }
 

@@ -41,7 +41,7 @@ struct Constants<L> {
     tangential_stiffness: L,
     half_tangential_stiffness: L,
     tangential_compliance: L,
-    tangential_damping_share: L,
+    tangential_to_normal_damping: L,
     time_step: L,
     /// Friction and rolling friction, where all discs are of one material.
     friction: [L; 2],
@@ -84,7 +84,7 @@ impl<L> Constants<L> {
             tangential_stiffness: machine.all(law.tangential_stiffness),
             half_tangential_stiffness: machine.all(0.5 * law.tangential_stiffness),
             tangential_compliance: machine.all(1.0 / law.tangential_stiffness),
-            tangential_damping_share: machine.all(law.tangential_damping_share),
+            tangential_to_normal_damping: machine.all(law.tangential_to_normal_damping),
             time_step: machine.all(sight.time_step),
             friction: [machine.all(friction[0]), machine.all(friction[1])],
         }
@@ -296,7 +296,7 @@ fn rub<const ROLLS: bool, const DIFFER: bool, const N: usize, M: Machine<N>>(
     let ([nx, ny], [vx, vy]) = (pair.normal, pair.velocity);
     let speed = vy * nx - vx * ny - rims;
     let before = machine.load(&groups.stretch[group]);
-    let dashpot = -(law.tangential_damping_share * damping) * speed;
+    let dashpot = -(law.tangential_to_normal_damping * damping) * speed;
     let slid = law.slide(before, speed * law.time_step, dashpot, friction * pressing);
     slid.stretch.only(touch).store(&mut groups.stretch[group]);
     let part = group % (SUM_LANES / N);

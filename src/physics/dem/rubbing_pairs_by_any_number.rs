@@ -11,8 +11,8 @@ use super::neighbors::Pairs;
 use super::parameters::Parameters;
 use super::rubbing::{self, LaneSums, Sight, Totals};
 use crate::random::{Generator, Seed, Stream};
-use kinetoscope_manifest::model::{DemConfig, DemContactConstants, DemMaterial, ForceTail};
-use kinetoscope_manifest::quantity::{NonNegative, Positive, Share};
+use kinetoscope_manifest::model::{DemConfig, DemContactConstants, DemMaterial};
+use kinetoscope_manifest::quantity::{Fraction, NonNegative, Positive};
 
 const DISCS: u32 = 60;
 const PAIRS: usize = 1003;
@@ -37,14 +37,14 @@ struct Outcome {
     deepest: u64,
 }
 
-fn law(rolls: bool, differ: bool, force_tail: ForceTail) -> ContactLaw {
+fn law(rolls: bool, differ: bool, limit_damping: bool) -> ContactLaw {
     let coefficient = |value: f64| NonNegative::new(value).expect("not negative");
     let material = |name: &str, friction: f64| DemMaterial {
         name: name.to_owned(),
-        share: Positive::new(1.0).expect("above zero"),
+        fraction: Positive::new(1.0).expect("above zero"),
         density_ratio: Positive::new(1.0).expect("above zero"),
         constants: DemContactConstants {
-            restitution: Share::new(0.8),
+            restitution: Fraction::new(0.8),
             friction: Some(coefficient(friction)),
             rolling_friction: None,
         },
@@ -53,7 +53,7 @@ fn law(rolls: bool, differ: bool, force_tail: ForceTail) -> ContactLaw {
         friction: coefficient(0.5),
         rolling_friction: coefficient(if rolls { 0.1 } else { 0.0 }),
         materials: if differ { vec![material("a", 0.3), material("b", 0.0)] } else { vec![] },
-        force_tail,
+        limit_damping,
         ..DemConfig::default()
     };
     Parameters::new(&config).law
@@ -129,7 +129,7 @@ impl Crowd {
 fn the_number_taken_at_a_time_changes_no_bit() {
     let mut generator = Seed { seed: 11, replicate: 0 }.stream(Stream::Positions);
     for (rolls, differ) in [(false, false), (false, true), (true, false), (true, true)] {
-        for tail in [ForceTail::Clamped, ForceTail::Attractive] {
+        for tail in [true, false] {
             let mut crowd = Crowd::new(law(rolls, differ, tail), &mut generator);
             let one_by_one = crowd.by(1);
             let LaneSums { elastic, friction, rolling } = one_by_one.energies;

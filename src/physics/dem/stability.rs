@@ -32,8 +32,8 @@ pub(super) struct Diagnosis {
     pub(super) damping_step: f64,
     /// 6 k dt^2/m + 12 eta dt/m of the lightest discs, the dashpot's part only where it is explicit.
     bed: f64,
-    /// The document's N_t: pi sqrt(m/k) / dt, m the smallest mass.
-    steps_per_contact: f64,
+    /// The dem exercise's N_t: pi sqrt(m/k) / dt, m the smallest mass.
+    steps_per_wall_contact: f64,
     /// Largest overlap to be expected at a wall, over the radius.
     pub(super) overlap_over_radius: f64,
     /// Whether the dashpot is solved implicitly, and knows no bound.
@@ -53,7 +53,7 @@ impl Diagnosis {
         Self {
             damping_step: damping * step / parameters.lightest_pair_mass(),
             bed: 6.0 * stiffness * step * step / mass + dashpot_part,
-            steps_per_contact: std::f64::consts::PI * (mass / stiffness).sqrt() / step,
+            steps_per_wall_contact: std::f64::consts::PI * (mass / stiffness).sqrt() / step,
             overlap_over_radius: expected_overlap(config, &parameters) / parameters.radius,
             is_implicit,
             is_countable: step > 0.0 && (1..=MOST_STEPS).contains(&parameters.total_steps),
@@ -127,10 +127,10 @@ impl Diagnosis {
                 figure(self.damping_step)
             ));
         }
-        if self.steps_per_contact < DOUBTFUL_STEPS_PER_CONTACT {
+        if self.steps_per_wall_contact < DOUBTFUL_STEPS_PER_CONTACT {
             doubts.push(format!(
                 "Only {} steps in pi sqrt(m/k): beds chatter below 10.",
-                figure(self.steps_per_contact)
+                figure(self.steps_per_wall_contact)
             ));
         }
         if self.overlap_over_radius >= DOUBTFUL_OVERLAP && !self.passes_walls() {
@@ -155,8 +155,8 @@ fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
         parameters.weakest_damping_ratio(mass),
         natural_frequency,
     );
-    let rain = config.rain.map_or(0, |rain| rain.discs.get());
-    let discs = f64::from(config.discs.get()) + f64::from(rain);
+    let insertion = config.insertion.map_or(0, |insertion| insertion.discs.get());
+    let discs = f64::from(config.discs.get()) + f64::from(insertion);
     let layers = |side: f64| 1.0 + (discs - 1.0) * 2.0 * parameters.radius / side;
     let weight = mass
         * (parameters.gravity[0].abs() * layers(parameters.sides[1])
@@ -177,13 +177,13 @@ fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
         if height > 0.0 { 2.0 * gravity.abs() * height } else { 0.0 }
     };
     let whole_fall = fall(0, None) + fall(1, None);
-    let mut fastest = config.rain.map_or(0.0, |rain| {
-        let [vx, vy] = rain.velocity_m_per_s.map(|v| v.get());
+    let mut fastest = config.insertion.map_or(0.0, |insertion| {
+        let [vx, vy] = insertion.velocity_m_per_s.map(|v| v.get());
         vx * vx + vy * vy + whole_fall
     });
     let motions: Vec<[f64; 4]> = match &config.placement {
         Placement::Random | Placement::Lattice => {
-            let deviation = config.velocity_deviation_m_per_s.map_or(0.0, |v| v.get());
+            let deviation = config.velocity_std_m_per_s.map_or(0.0, |v| v.get());
             let squared =
                 DRAWN_DEVIATIONS * deviation * (DRAWN_DEVIATIONS * deviation) + whole_fall;
             return if squared > fastest { squared } else { fastest }.sqrt();

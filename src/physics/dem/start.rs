@@ -33,7 +33,7 @@ pub(super) fn discs(
             parameters.sides[0], parameters.sides[1]
         )));
     }
-    let rectangle = match config.region_m {
+    let rectangle = match config.placement_region_m {
         Some([low, high]) => {
             Rectangle { min: low.map(|at| at.get()), max: high.map(|at| at.get()) }
         }
@@ -59,7 +59,7 @@ pub(super) fn discs(
         if let Some(wall) = overlapped_wall(&walls, center, radius) {
             return Err(SetupError(format!(
                 "Disc {disc} (counted from 0) at [{:e}, {:e}] m with radius {radius:e} m overlaps wall {wall} at the \
-                 start (the box's own are counted first): move it in positions_m, choose another region_m, or \
+                 start (the box's own are counted first): move it in positions_m, choose another placement_region_m, or \
                  placement = \"random\", which leaves walls free.",
                 center[0], center[1]
             )));
@@ -88,8 +88,8 @@ pub(super) struct Kinds {
 
 impl Kinds {
     pub(super) fn drawn(config: &DemConfig, parameters: &Parameters, seed: Seed) -> Self {
-        let rain = config.rain.map_or(0, |rain| rain.discs.get());
-        let count = config.discs.get() as usize + rain as usize;
+        let insertion = config.insertion.map_or(0, |insertion| insertion.discs.get());
+        let count = config.discs.get() as usize + insertion as usize;
         Self {
             radii: radii(config, seed, count),
             materials: parameters.law.materials.drawn(count, seed),
@@ -111,7 +111,7 @@ impl Kinds {
     }
 
     /// The discs that fall in later.
-    pub(super) fn rain(
+    pub(super) fn insertion(
         &self,
         config: &DemConfig,
         parameters: &Parameters,
@@ -123,7 +123,7 @@ impl Kinds {
 
 /// Normal velocities without a mean, or discs at rest.
 fn drawn_velocities(config: &DemConfig, seed: Seed, count: usize) -> Vec<[f64; 2]> {
-    let Some(deviation) = config.velocity_deviation_m_per_s else {
+    let Some(deviation) = config.velocity_std_m_per_s else {
         return vec![[0.0, 0.0]; count];
     };
     let mut generator = seed.stream(Stream::Velocities);
@@ -152,7 +152,7 @@ pub(super) fn overlapped_wall(
     })
 }
 
-/// Share of the box that the discs cover.
+/// Fraction of the box that the discs cover.
 pub(super) fn packing_fraction(radii: &[f64], sides: [f64; 2]) -> f64 {
     let squares: f64 = radii.iter().map(|radius| radius * radius).sum();
     std::f64::consts::PI * squares / (sides[0] * sides[1])
@@ -165,13 +165,13 @@ fn radii(config: &DemConfig, seed: Seed, count: usize) -> Vec<f64> {
             let mut generator = seed.stream(Stream::Radii);
             (0..count).map(|_| generator.uniform_in(min.get(), max.get())).collect()
         }
-        DiscRadius::Normal { mean, deviation } => {
+        DiscRadius::Normal { mean, std } => {
             let mut generator = seed.stream(Stream::Radii);
-            (0..count).map(|_| normal_radius(mean.get(), deviation.get(), &mut generator)).collect()
+            (0..count).map(|_| normal_radius(mean.get(), std.get(), &mut generator)).collect()
         }
-        DiscRadius::TwoSizes { small, large, small_share } => {
+        DiscRadius::TwoSizes { small, large, small_fraction } => {
             let mut generator = seed.stream(Stream::Radii);
-            let mut draw = || generator.uniform() < small_share.get();
+            let mut draw = || generator.uniform() < small_fraction.get();
             (0..count).map(|_| if draw() { small.get() } else { large.get() }).collect()
         }
     }

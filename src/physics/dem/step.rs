@@ -1,6 +1,6 @@
 //! How the equation of motion is discretised.
 //!
-//! Semi-implicit Euler is the source document's equation (3):
+//! Semi-implicit Euler is the dem exercise's equation (3):
 //!
 //! v' = v + a dt, x' = x + v' dt, with a from x and v at the step's start alone.
 //!

@@ -106,7 +106,7 @@ impl Touch {
         stretch: &mut Stretch,
     ) -> Rub {
         let pressing = if push.force > 0.0 { push.force } else { 0.0 };
-        let damping = law.tangential_damping_share * push.damping;
+        let damping = law.tangential_to_normal_damping * push.damping;
         let stiffness = law.tangential_stiffness;
         let slide = |before: f64, speed: f64, limit: f64| {
             let travel = speed * time_step;

@@ -35,7 +35,7 @@ impl Propagator for AsPrinted {
         _seed: Seed,
         state: &GasState,
     ) -> Option<Result<Self, SetupError>> {
-        let Propagation::Literal { time_step_s } = config.propagation else { return None };
+        let Propagation::AsPrinted { time_step_s } = config.propagation else { return None };
         let mut tallies = vec![ParticleTally::default(); state.particles.len()];
         ParticleTally::start_paths(&mut tallies, state.particles.iter());
         let clock = StepClock::new(config.duration_s, time_step_s);

@@ -74,7 +74,7 @@ impl Propagator for EventDriven {
         seed: Seed,
         state: &GasState,
     ) -> Option<Result<Self, SetupError>> {
-        let has_special_wall = config.thermal_wall.is_some() || config.opening_width_m.is_some();
+        let has_special_wall = config.thermal_wall.is_some() || config.orifice_width_m.is_some();
         (config.propagation == Propagation::Exact && has_special_wall).then(|| {
             let wall = Wall::new(config, seed, &state.substance, &state.container);
             let masses = &state.substance.mass_ratios;

@@ -9,7 +9,7 @@ use crate::placement::{Rectangle, random_sequential_addition_where};
 use crate::random::{Seed, Stream};
 use crate::restart_state;
 use kinetoscope_manifest::model::{
-    GasConfig, GivenState, PlaceDistribution, Placement, SpeedDistribution, SpeedScale,
+    GasConfig, GivenState, Placement, PositionDistribution, SpeedDistribution, SpeedScale,
 };
 use std::f64::consts::TAU;
 
@@ -156,9 +156,9 @@ fn draw_positions(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Setup
                 // The area inside a radius grows as its square, so the root of a uniform number is uniform over the area.
                 let fraction = draws.uniform();
                 let distance = radius
-                    * match config.place_distribution {
-                        PlaceDistribution::Area => fraction.sqrt(),
-                        PlaceDistribution::Radius => fraction,
+                    * match config.position_distribution {
+                        PositionDistribution::UniformInArea => fraction.sqrt(),
+                        PositionDistribution::UniformInRadius => fraction,
                     };
                 from_polar(distance, TAU * draws.uniform())
             })

@@ -44,7 +44,7 @@ use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFau
 use crate::random::Seed;
 use kinetoscope_manifest::model::GasConfig;
 use kinetoscope_recording::channels::{
-    ChannelDeclaration, GasCollisions, GasInvariants, GasLedger, GasPressure, GasSpeeds,
+    ChannelDeclaration, GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds,
     GasTemperature,
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
@@ -84,7 +84,7 @@ const KIND: ModelKind = ModelKind {
         ChannelDeclaration::of::<GasPressure>(),
         ChannelDeclaration::of::<GasTemperature>(),
         ChannelDeclaration::of::<GasInvariants>(),
-        ChannelDeclaration::of::<GasLedger>(),
+        ChannelDeclaration::of::<GasEnergyBalance>(),
         ChannelDeclaration::of::<GasCollisions>(),
         ChannelDeclaration::of::<GasSpeeds>(),
     ],

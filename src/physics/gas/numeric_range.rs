@@ -75,7 +75,7 @@ fn check_collisions(config: &GasConfig, fastest: f64) -> Result<(), SetupError> 
 
 /// Rejects a duration without a step, or with more steps than can be counted.
 fn check_steps(config: &GasConfig) -> Result<(), SetupError> {
-    let (Propagation::Stepped { time_step_s } | Propagation::Literal { time_step_s }) =
+    let (Propagation::TimeStepped { time_step_s } | Propagation::AsPrinted { time_step_s }) =
         config.propagation
     else {
         return Ok(());

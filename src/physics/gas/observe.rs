@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::sum::CompensatedSum;
 use kinetoscope_manifest::model::TemperatureDefinition;
 use kinetoscope_recording::channels::{
-    GasCollisions, GasInvariants, GasLedger, GasPressure, GasSpeeds, GasTemperature,
+    GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
 };
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
@@ -113,10 +113,10 @@ impl Gas {
             mean_speed_formula_n_per_m: by_formula(TemperatureDefinition::MeanSpeed),
             mean_square_formula_n_per_m: by_mean_square,
             ideal_gas_n_per_m: ideal_gas_pressure(count, boltzmann_j_per_k, temperature_k, radius),
-            pressure_over_ideal: over_formula(since_start),
+            pressure_over_mean_square_formula: over_formula(since_start),
             wall_impulse_n_s: window_impulse,
             window_s,
-            window_pressure_over_ideal: over_formula(in_window),
+            window_pressure_over_mean_square_formula: over_formula(in_window),
         }
     }
 
@@ -124,10 +124,10 @@ impl Gas {
         let (wall, pairs) = (&self.state.wall, self.scheme.pair_tally());
         GasCollisions {
             wall: wall.total.collisions,
-            wall_since_last_frame: wall.window.collisions,
+            wall_collisions_since_last_frame: wall.window.collisions,
             pair: pairs.collisions,
-            pair_since_last_frame: pairs.window_collisions,
-            pair_virial_j_s: self.state.substance.mass_kg * pairs.virial.value(),
+            pair_collisions_since_last_frame: pairs.window_collisions,
+            pair_virial_sum_j_s: self.state.substance.mass_kg * pairs.virial.value(),
         }
     }
 
@@ -166,8 +166,8 @@ impl Gas {
         GasInvariants {
             kinetic_j: mass * squares.value() / 2.0,
             angular_momentum_j_s: mass * angular_momentum.value(),
-            largest_speed_change_relative: speed_change,
-            largest_angular_momentum_change_relative: angular_momentum_change,
+            max_speed_change_relative: speed_change,
+            max_angular_momentum_change_relative: angular_momentum_change,
             particles_outside: self.particles_outside(),
         }
     }
@@ -206,7 +206,7 @@ impl Gas {
         outside.count() as u64
     }
 
-    fn energy_balance(&self, speeds: &GasSpeeds) -> GasLedger {
+    fn energy_balance(&self, speeds: &GasSpeeds) -> GasEnergyBalance {
         let (mass, circle) = (self.state.substance.mass_kg, self.state.container.circle);
         let moments = self.moments();
         let energy = moments.reduced_mean_square * moments.count / 2.0;
@@ -219,7 +219,7 @@ impl Gas {
         let radius_m = self.current_radius();
         let growth = radius_m / circle.radius;
         let over_start = |value: f64| if at_start > 0.0 { value / at_start } else { 0.0 };
-        GasLedger {
+        GasEnergyBalance {
             wall_work_j: mass * work,
             wall_heat_j: mass * heat,
             rescaling_j: mass * rescaling,
@@ -228,7 +228,7 @@ impl Gas {
             radius_m,
             particles_escaped: escaped,
             energy_times_area_over_initial: over_start(energy * growth * growth),
-            excess_h: relative_entropy(speeds),
+            relative_entropy: relative_entropy(speeds),
         }
     }
 }

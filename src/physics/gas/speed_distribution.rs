@@ -96,17 +96,17 @@ pub fn histogram(
     let centers: Vec<f64> = (0..BINS).map(|bin| (bin as f64 + 0.5) * width).collect();
     let density: Vec<f64> =
         counts.iter().map(|&count| count as f64 / (particles * width)).collect();
-    let initial_law: Vec<f64> = centers.iter().map(|&speed| law.density(speed)).collect();
+    let initial_distribution: Vec<f64> = centers.iter().map(|&speed| law.density(speed)).collect();
     let maxwell: Vec<f64> =
         centers.iter().map(|&speed| maxwell_density(speed, mean_square)).collect();
     GasSpeeds {
         speed_over_rms: scaled(&centers, per_rms),
         density_times_rms: scaled(&density, rms),
-        initial_law_times_rms: scaled(&initial_law, rms),
+        initial_distribution_times_rms: scaled(&initial_distribution, rms),
         maxwell_times_rms: scaled(&maxwell, rms),
         speed_m_per_s: centers,
         density,
-        initial_law,
+        initial_distribution,
         maxwell,
     }
 }

@@ -46,7 +46,7 @@ impl Container {
         Self {
             center_m: config.center_m.map(|axis| axis.get()),
             circle: Circle { radius, wall_speed: config.wall_speed_m_per_s.get() },
-            half_opening_rad: config.opening_width_m.map(|width| width.get() / radius / 2.0),
+            half_opening_rad: config.orifice_width_m.map(|width| width.get() / radius / 2.0),
         }
     }
 }
@@ -55,7 +55,7 @@ impl Substance {
     /// The substance that the manifest describes.
     pub(super) fn new(config: &GasConfig) -> Self {
         let mut masses = vec![config.mass_kg.get()];
-        masses.extend(config.further_masses_kg.iter().map(|mass| mass.get()));
+        masses.extend(config.additional_masses_kg.iter().map(|mass| mass.get()));
         let ratios = masses.iter().map(|mass| mass / masses[0]).cycle();
         Self {
             mass_kg: masses[0],

@@ -30,7 +30,7 @@ impl Propagator for TimeStepped {
         _seed: Seed,
         state: &GasState,
     ) -> Option<Result<Self, SetupError>> {
-        let Propagation::Stepped { time_step_s } = config.propagation else { return None };
+        let Propagation::TimeStepped { time_step_s } = config.propagation else { return None };
         let mut tallies = vec![ParticleTally::default(); state.particles.groups.len() * LANES];
         ParticleTally::start_paths(&mut tallies, state.particles.iter());
         Some(Ok(Self { clock: StepClock::new(config.duration_s, time_step_s), tallies }))

@@ -145,21 +145,21 @@ impl Bodies {
         }
         let now = Conserved::of(&self.force.gravitational_parameters, &self.trajectory.phase);
         frame.push(&OrbitEnergy {
-            kinetic_au2_per_day2: now.kinetic,
-            potential_au2_per_day2: now.potential,
-            total_au2_per_day2: now.energy(),
+            specific_kinetic_energy_au2_per_day2: now.kinetic,
+            specific_potential_energy_au2_per_day2: now.potential,
+            specific_total_energy_au2_per_day2: now.energy(),
             drift_ppm: (now.energy() - self.start.energy()) / self.start.energy().abs() * 1e6,
         });
         let change = add_scaled(now.angular_momentum, self.start.angular_momentum, -1.0);
         let [x, y, z] = now.angular_momentum;
         frame.push(&OrbitConserved {
-            angular_momentum_x_au2_per_day: x,
-            angular_momentum_y_au2_per_day: y,
-            angular_momentum_z_au2_per_day: z,
-            angular_momentum_change_ppm: length(change) / self.start.angular_scale * 1e6,
-            momentum_au_per_day: length(now.momentum),
+            specific_angular_momentum_x_au2_per_day: x,
+            specific_angular_momentum_y_au2_per_day: y,
+            specific_angular_momentum_z_au2_per_day: z,
+            specific_angular_momentum_change_ppm: length(change) / self.start.angular_scale * 1e6,
+            specific_momentum_au_per_day: length(now.momentum),
             center_of_mass_au: length(now.center),
-            closest_au: now.min_separation,
+            min_separation_au: now.min_separation,
             force_evaluations: self.trajectory.evaluations,
         });
     }

@@ -35,7 +35,7 @@ fixed_step_integrators! {
     VelocityVerlet: VELOCITY_VERLET,
     Rk4: RUNGE_KUTTA_4,
     Yoshida4: YOSHIDA_4,
-    => not DormandPrince8, Kepler
+    => not Dop853, Kepler
 }
 
 /// Explicit Euler, order 1 (orbit exercise, equations 15 and 16): r(n+1) = r(n) + v(n) h, v(n+1) = v(n) + a(r(n)) h.

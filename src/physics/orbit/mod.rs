@@ -18,7 +18,7 @@ pub mod single_step;
 mod starts;
 mod trajectory;
 
-pub use self::starts::{DOCUMENT_START, HELIOCENTRIC_START};
+pub use self::starts::{BARYCENTRIC_START, HELIOCENTRIC_START};
 
 use self::bodies::Bodies;
 use self::motion::State;
@@ -191,10 +191,10 @@ impl Orbit {
         };
         let remedy = match (&self.system, self.discretization.integrator) {
             (System::Planet(_), _) => "reduce time_step_days, or set integrator = \"kepler\"",
-            (_, OrbitIntegrator::DormandPrince8) => {
+            (_, OrbitIntegrator::Dop853) => {
                 "colliding points have no further motion; reduce duration_days"
             }
-            _ => "reduce time_step_days, or set integrator = \"dormand-prince8\"",
+            _ => "reduce time_step_days, or set integrator = \"dop853\"",
         };
         SimulationFault(format!(
             "the step after {} d gives no finite position: {cause} for steps of {} d; {remedy}",
@@ -211,7 +211,7 @@ impl Orbit {
             OrbitSummation::Plain => "",
         };
         let adaptive = match integrator {
-            OrbitIntegrator::DormandPrince8 => {
+            OrbitIntegrator::Dop853 => {
                 format!(" with adaptive steps, tolerance {tolerance:e}")
             }
             _ => String::new(),

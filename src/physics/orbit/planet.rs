@@ -5,7 +5,7 @@ use super::estimates;
 use super::kepler::Kepler;
 use super::motion::{self, FixedSun, State, energy, kinetic_energy, length, potential_energy};
 use super::orbital_plane::OrbitalPlane;
-use super::starts::{DOCUMENT_START, HELIOCENTRIC_START};
+use super::starts::{BARYCENTRIC_START, HELIOCENTRIC_START};
 use super::trajectory::{Discretization, NotFinite, Trajectory, TurnCounter};
 use crate::model::SetupError;
 use crate::restart_state;
@@ -51,11 +51,11 @@ impl Planet {
         discretization: &Discretization,
     ) -> Result<Self, SetupError> {
         let (description, state) = match start {
-            OrbitStart::Document => (
+            OrbitStart::Barycentric => (
                 "\"document\": as printed in exercise 14to4. These numbers are relative to the barycenter of the solar system \
                  (2013-01-01), not to the Sun, so the period is not a year; start = \"heliocentric\" gives the same day relative \
                  to the Sun (a = 0.99935 AU, period 364.898 d)",
-                DOCUMENT_START,
+                BARYCENTRIC_START,
             ),
             OrbitStart::Heliocentric => {
                 ("\"heliocentric\": the Earth relative to the Sun, 2013-01-01", HELIOCENTRIC_START)
@@ -145,9 +145,11 @@ impl Planet {
         let start = energy(self.exact.start());
         let total = energy(self.trajectory.phase);
         OrbitEnergy {
-            kinetic_au2_per_day2: kinetic_energy(self.trajectory.phase.velocity),
-            potential_au2_per_day2: potential_energy(self.trajectory.phase.position),
-            total_au2_per_day2: total,
+            specific_kinetic_energy_au2_per_day2: kinetic_energy(self.trajectory.phase.velocity),
+            specific_potential_energy_au2_per_day2: potential_energy(
+                self.trajectory.phase.position,
+            ),
+            specific_total_energy_au2_per_day2: total,
             drift_ppm: (total - start) / start.abs() * 1e6,
         }
     }
@@ -164,8 +166,8 @@ impl Planet {
             radius_au: length(state.position),
             semi_major_axis_au: now.semi_major_axis,
             eccentricity: now.eccentricity,
-            angular_momentum_au2_per_day: now.angular_momentum,
-            angular_momentum_drift_ppm: (now.angular_momentum - start.angular_momentum)
+            specific_angular_momentum_au2_per_day: now.angular_momentum,
+            specific_angular_momentum_drift_ppm: (now.angular_momentum - start.angular_momentum)
                 / start.angular_momentum
                 * 1e6,
             position_error_au: length(error),
@@ -174,12 +176,12 @@ impl Planet {
                 + (angle - exact.angle),
             revolutions: self.trajectory.turns as f64 + angle / TAU,
             inclination_rad: now.inclination,
-            ascending_node_rad: now.ascending_node,
+            longitude_of_ascending_node_rad: now.ascending_node,
             argument_of_perihelion_rad: now.argument_of_perihelion,
             true_anomaly_rad: now.true_anomaly,
             mean_anomaly_rad: bound.map_or(f64::NAN, |bound| bound.mean_anomaly),
-            perihelion_au: now.perihelion,
-            aphelion_au: bound.map_or(f64::NAN, |bound| bound.aphelion),
+            perihelion_distance_au: now.perihelion,
+            aphelion_distance_au: bound.map_or(f64::NAN, |bound| bound.aphelion),
             period_days: bound.map_or(f64::NAN, |bound| bound.period),
             force_evaluations: self.trajectory.evaluations,
         }

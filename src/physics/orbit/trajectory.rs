@@ -66,7 +66,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
         let mut compensation = phase.clone();
         compensation.position.as_mut().fill(0.0);
         compensation.velocity.as_mut().fill(0.0);
-        let is_adaptive = discretization.integrator == OrbitIntegrator::DormandPrince8;
+        let is_adaptive = discretization.integrator == OrbitIntegrator::Dop853;
         let last_step = is_adaptive.then(|| AdaptiveStep {
             time: 0.0,
             next_length: discretization.step,
@@ -102,7 +102,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
         steps: u64,
         counter: &T,
     ) -> Result<(), NotFinite> {
-        if discretization.integrator == OrbitIntegrator::DormandPrince8 {
+        if discretization.integrator == OrbitIntegrator::Dop853 {
             let before = self.clone();
             let take = |trajectory: &mut Self, steps| {
                 trajectory.take_adaptive_steps::<F, COMPENSATED>(

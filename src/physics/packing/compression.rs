@@ -47,11 +47,11 @@ pub(super) fn compress(
     seed: Seed,
 ) -> Result<CompressedStart, SetupError> {
     let fraction = packing_fraction(config, radii);
-    let is_equal = config.polydispersity.get() == 0.0;
-    if is_equal && fraction >= HEXAGONAL_FRACTION && config.compression_pressure.is_none() {
+    let is_equal = config.radius_half_width.get() == 0.0;
+    if is_equal && fraction >= HEXAGONAL_FRACTION && config.target_reduced_pressure.is_none() {
         return Err(SetupError(format!(
             "packing fraction {fraction:.4}: equal discs reach {HEXAGONAL_FRACTION} at most; use fewer discs, a smaller \
-             radius, a larger box, or a compression_pressure"
+             radius, a larger box, or a target_reduced_pressure"
         )));
     }
     let initial = if fraction > 2.0 * INITIAL_FRACTION { INITIAL_FRACTION } else { 0.5 * fraction };
@@ -60,7 +60,7 @@ pub(super) fn compress(
     let positions = random_positions(config, &small, seed)?;
     // A thermal speed of 1, whatever the initial velocities of the run.
     let unmodified =
-        PackingConfig { initial_velocities: InitialVelocities::Unmodified, ..config.clone() };
+        PackingConfig { initial_velocities: InitialVelocities::UnitVariance, ..config.clone() };
     let velocities = random_velocities(&unmodified, seed.stream(Stream::Compression));
     let domain = Domain {
         sides: [config.width.get(), config.height.get()],
@@ -128,7 +128,7 @@ fn grow(
             let elapsed = engine.time() - window_start;
             let pressure = 1.0 + 0.5 * virial / (kinetic_energy * elapsed);
             result.reduced_pressure = pressure;
-            if config.compression_pressure.is_some_and(|target| pressure >= target.get()) {
+            if config.target_reduced_pressure.is_some_and(|target| pressure >= target.get()) {
                 result.scale = engine.scale();
                 return Ok(result);
             }
@@ -147,7 +147,7 @@ fn grow(
 fn jammed(config: &PackingConfig, scale: f64, reason: &str) -> SetupError {
     SetupError(format!(
         "compression came to a packing fraction of {:.4} only: {reason}; use fewer discs, a smaller radius, a smaller \
-         compression_rate, a compression_pressure, or placement = \"lattice\"",
+         compression_rate, a target_reduced_pressure, or placement = \"lattice\"",
         packing_fraction(config, &[config.radius.get()])
             * f64::from(config.discs.get())
             * scale

@@ -145,8 +145,8 @@ impl CollisionStatistics {
         PackingCollisions {
             pair: self.pairs,
             wall: self.walls,
-            pair_rate_per_disc: rate(2.0 * self.pairs as f64),
-            wall_rate_per_disc: rate(self.walls as f64),
+            pair_collision_rate_per_disc: rate(2.0 * self.pairs as f64),
+            wall_collision_rate_per_disc: rate(self.walls as f64),
         }
     }
 
@@ -176,7 +176,7 @@ impl CollisionStatistics {
             wall: over_time(wall_impulse / (2.0 * (width + height))),
             compressibility_factor: if kinetic > 0.0 { 1.0 + 0.5 * virial / kinetic } else { 0.0 },
             kinetic_energy_time_integral: kinetic,
-            collision_virial: virial,
+            collision_virial_sum: virial,
             wall_impulse,
         }
     }

@@ -24,12 +24,12 @@ pub(super) fn rectangle(config: &PackingConfig) -> Rectangle {
 
 /// Whether all discs have the same radius.
 pub(super) fn is_equal(config: &PackingConfig) -> bool {
-    config.polydispersity.get() == 0.0
+    config.radius_half_width.get() == 0.0
 }
 
 /// The radius of each disc, uniformly distributed about the mean, from a random stream of their own.
 pub(super) fn random_radii(config: &PackingConfig, seed: Seed) -> Vec<f64> {
-    let (radius, half_width) = (config.radius.get(), config.polydispersity.get());
+    let (radius, half_width) = (config.radius.get(), config.radius_half_width.get());
     let mut generator = seed.stream(Stream::Radii);
     (0..config.discs.get())
         .map(|_| {
@@ -105,8 +105,8 @@ pub(super) fn random_positions(
 /// Standard deviation of a velocity component before the mean is subtracted: 1, or n^(-1/2).
 pub(super) fn velocity_std(config: &PackingConfig) -> f64 {
     match config.initial_velocities {
-        InitialVelocities::Unmodified => 1.0,
-        InitialVelocities::Modified => 1.0 / f64::from(config.discs.get()).sqrt(),
+        InitialVelocities::UnitVariance => 1.0,
+        InitialVelocities::VarianceOneOverN => 1.0 / f64::from(config.discs.get()).sqrt(),
     }
 }
 

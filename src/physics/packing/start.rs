@@ -190,12 +190,12 @@ fn recorded_start(config: &PackingConfig, start: &StartFrom) -> Result<PackingSt
     };
     let smallest = fold(f64::INFINITY, |next, least| next < least);
     let largest = fold(0.0, |next, most| next > most);
-    let half_width = config.polydispersity.get();
+    let half_width = config.radius_half_width.get();
     let lower_limit = config.radius.get() * (1.0 - half_width) * (1.0 - ROUNDING);
     if smallest < lower_limit || largest > config.largest_radius() * (1.0 + ROUNDING) {
         return Err(SetupError(format!(
             "the discs of the recording in start_from have radii between {smallest} and {largest}: set radius = {} and \
-             polydispersity = {}",
+             radius_half_width = {}",
             0.5 * (smallest + largest),
             (largest - smallest) / (largest + smallest)
         )));

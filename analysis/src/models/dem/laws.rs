@@ -2,7 +2,7 @@
 
 use crate::metric::Law;
 use kinetoscope_manifest::model::{
-    DISC, DemConfig, DemContactPair, DiscRadius, Dissipation, ForceTail, Placement, WALL,
+    DISC, DemConfig, DemContactPair, DiscRadius, Dissipation, Placement, WALL,
 };
 use kinetoscope_manifest::quantity::{Finite, NonNegative};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
@@ -106,12 +106,12 @@ pub fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<f64> {
 
 /// Velocity of a row's last disc, divided by that of its first disc, if every gap is longer than v pi/w.
 #[must_use]
-pub fn transmitted_velocity(config: &DemConfig) -> Option<f64> {
+pub fn velocity_transmission(config: &DemConfig) -> Option<f64> {
     let Placement::Given(state) = &config.placement else { return None };
     let DiscRadius::Equal(radius) = config.radius_m else { return None };
     let Dissipation::Restitution(restitution) = config.dissipation else { return None };
     let e = restitution.get();
-    let zeta = damping_ratio(e, config.force_tail);
+    let zeta = damping_ratio(e, config.limit_damping);
     let frequency = (2.0 * config.stiffness_n_per_m.get() / config.mass_kg.get()).sqrt();
     let way = state.velocities.first()?[0].get() * PI / (frequency * (1.0 - zeta * zeta).sqrt());
     let gap = |pair: &[[Finite; 2]]| pair[1][0].get() - pair[0][0].get() - 2.0 * radius.get();
@@ -122,7 +122,7 @@ pub fn transmitted_velocity(config: &DemConfig) -> Option<f64> {
 
 /// Damping ratio eta / (2 sqrt(k m_eff)) of a restitution, in [0, 1]; found by bisection, because the restitution
 /// decreases with the damping ratio.
-fn damping_ratio(wanted: f64, tail: ForceTail) -> f64 {
+fn damping_ratio(wanted: f64, tail: bool) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..100 {
         let middle = (low + high) / 2.0;
@@ -137,7 +137,7 @@ pub fn wall_contact_duration_s(config: &DemConfig) -> Option<f64> {
     let (stiffness, mass) = (config.stiffness_n_per_m.get(), config.mass_kg.get());
     let frequency = (stiffness / mass).sqrt();
     let zeta = match config.dissipation {
-        Dissipation::Restitution(wanted) => damping_ratio(wanted.get(), config.force_tail),
+        Dissipation::Restitution(wanted) => damping_ratio(wanted.get(), config.limit_damping),
         Dissipation::Damping(damping) => damping.get() / (2.0 * (stiffness * mass).sqrt()),
     };
     let root = (1.0 - zeta * zeta).sqrt();
@@ -145,10 +145,10 @@ pub fn wall_contact_duration_s(config: &DemConfig) -> Option<f64> {
         return None;
     }
     let w = frequency * root;
-    Some(match config.force_tail {
-        ForceTail::Attractive => PI / w,
+    Some(match config.limit_damping {
+        false => PI / w,
         // The force ends when k delta = eta v; the surfaces separate delta / v = eta / k later.
-        ForceTail::Clamped => clamped_phase(zeta) / w + 2.0 * zeta / frequency,
+        true => clamped_phase(zeta) / w + 2.0 * zeta / frequency,
     })
 }
 
@@ -166,7 +166,7 @@ pub fn wall_restitution(config: &DemConfig) -> f64 {
         Dissipation::Restitution(wanted) => wanted.get(),
         Dissipation::Damping(damping) => {
             let critical = 2.0 * (config.stiffness_n_per_m.get() * config.mass_kg.get()).sqrt();
-            restitution(damping.get() / critical, config.force_tail)
+            restitution(damping.get() / critical, config.limit_damping)
         }
     }
 }
@@ -174,15 +174,15 @@ pub fn wall_restitution(config: &DemConfig) -> f64 {
 /// Coefficient of restitution of a linear spring and dashpot as a function of the damping ratio (Schwager and Pöschel
 /// 2007, equations 17 to 21 for the clamped force).
 #[must_use]
-pub fn restitution(damping_ratio: f64, tail: ForceTail) -> f64 {
+pub fn restitution(damping_ratio: f64, tail: bool) -> f64 {
     let zeta = damping_ratio;
     let root = (1.0 - zeta * zeta).abs().sqrt();
     match tail {
-        ForceTail::Attractive if zeta < 1.0 => (-PI * zeta / root).exp(),
-        ForceTail::Attractive => 0.0,
-        ForceTail::Clamped if zeta < 1.0 => (-zeta / root * clamped_phase(zeta)).exp(),
-        ForceTail::Clamped if zeta == 1.0 => (-2.0_f64).exp(),
-        ForceTail::Clamped => {
+        false if zeta < 1.0 => (-PI * zeta / root).exp(),
+        false => 0.0,
+        true if zeta < 1.0 => (-zeta / root * clamped_phase(zeta)).exp(),
+        true if zeta == 1.0 => (-2.0_f64).exp(),
+        true => {
             let ratio = (zeta + root) / (zeta - root);
             (-zeta / root * ratio.ln()).exp()
         }
@@ -203,14 +203,14 @@ mod tests {
             (0.2, 0.455_949_81, 0.731_246_93),
         ];
         for (wanted, attractive, clamped) in table {
-            assert!((restitution(attractive, ForceTail::Attractive) - wanted).abs() < 1e-7);
-            assert!((restitution(clamped, ForceTail::Clamped) - wanted).abs() < 1e-7);
+            assert!((restitution(attractive, false) - wanted).abs() < 1e-7);
+            assert!((restitution(clamped, true) - wanted).abs() < 1e-7);
         }
         // Far above critical damping, the clamped restitution approaches 1 / (4 zeta^2).
-        assert!((restitution(1e3, ForceTail::Clamped) * 4e6 - 1.0).abs() < 1e-4);
+        assert!((restitution(1e3, true) * 4e6 - 1.0).abs() < 1e-4);
         let critical = (-2.0_f64).exp();
         for zeta in [1.0 - 1e-6, 1.0, 1.0 + 1e-6] {
-            assert!((restitution(zeta, ForceTail::Clamped) - critical).abs() < 1e-5);
+            assert!((restitution(zeta, true) - critical).abs() < 1e-5);
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::models::series::Series;
 use crate::models::snapshots::Snapshots;
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, PeriodicSides};
 use kinetoscope_recording::channels::{
-    DemContactForces, DemContacts, DemEnergy, DemTemperature, DemWalls,
+    DemContactForces, DemContactStatistics, DemEnergy, DemTemperature, DemWalls,
 };
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
@@ -74,9 +74,9 @@ pub struct DemRun {
     reach_at_start_m: Option<f64>,
     /// `None` if the box does not support the bed.
     pub(crate) stress: Option<StressProfile>,
-    contacts: Option<DemContacts>,
+    contacts: Option<DemContactStatistics>,
     discs_removed: Option<u64>,
-    largest_overlap_over_radius: f64,
+    max_overlap_over_radius: f64,
     granular_temperature: Option<f64>,
     max_kinetic_disagreement_j: Option<f64>,
 }
@@ -89,7 +89,7 @@ impl DemRun {
     #[must_use]
     pub fn new(config: DemConfig, snapshots: Snapshots) -> Self {
         let [across, along] = config.gravity_m_per_s2.map(|component| component.get());
-        let is_alone = config.discs.get() == 1 && config.rain.is_none();
+        let is_alone = config.discs.get() == 1 && config.insertion.is_none();
         let drop = is_alone && across == 0.0 && along < 0.0;
         let sag = config.mass_kg.get() * -along / config.stiffness_n_per_m.get();
         Self {
@@ -106,7 +106,7 @@ impl DemRun {
             last_motion_s: 0.0,
             contacts: None,
             discs_removed: None,
-            largest_overlap_over_radius: 0.0,
+            max_overlap_over_radius: 0.0,
             granular_temperature: None,
             max_kinetic_disagreement_j: None,
         }
@@ -286,7 +286,7 @@ impl DemRun {
                 Measurement::new(definition, layer.vertical).against(theory)
             }));
         }
-        let ratio = stress.horizontal_over_vertical();
+        let ratio = stress.lateral_ratio();
         found.extend(ratio.map(|ratio| Measurement::new(metric::STRESS_RATIO, ratio)));
         let distances =
             layers.iter().map(|layer| (layer.vertical.value - layer.weight_above).abs() / whole);
@@ -303,7 +303,7 @@ impl DemRun {
 
     /// Metrics of special setups: outlets, free cooling, rows of discs, pistons, heaps, columns.
     fn scene_measurements(&self, found: &mut Vec<Measurement>) {
-        if let Some(width) = special_walls::opening_width_m(&self.config) {
+        if let Some(width) = special_walls::orifice_width_m(&self.config) {
             found.push(Measurement::new(metric::OPENING_WIDTH, width));
             let free = width - law::EMPTY_ANNULUS * 2.0 * self.config.radius_m.mean();
             found.push(Measurement::new(metric::FREE_OPENING_WIDTH, free));
@@ -320,9 +320,9 @@ impl DemRun {
         }
         let last = self.snapshots.last();
         if let Some(passed) =
-            last.and_then(|end| special_walls::transmitted_velocity(&self.config, end))
+            last.and_then(|end| special_walls::velocity_transmission(&self.config, end))
         {
-            let theory = law::transmitted_velocity(&self.config);
+            let theory = law::velocity_transmission(&self.config);
             found.push(Measurement::new(metric::TRANSMITTED_VELOCITY, passed).against(theory));
         }
         if let Some(force) = special_walls::late_mean(&self.piston) {
@@ -387,9 +387,9 @@ impl Observer for DemRun {
             entered_j: energy.entered_j,
         });
         energy_balance.into_iter().for_each(|entry| self.add_energy_balance(entry));
-        if let Some(contacts) = frame.get::<DemContacts>()? {
-            self.largest_overlap_over_radius =
-                max_or_nan(self.largest_overlap_over_radius, contacts.largest_overlap_over_radius);
+        if let Some(contacts) = frame.get::<DemContactStatistics>()? {
+            self.max_overlap_over_radius =
+                max_or_nan(self.max_overlap_over_radius, contacts.max_overlap_over_radius);
             self.contacts = Some(contacts);
         }
         if let Some(walls) = frame.get::<DemWalls>()? {
@@ -439,7 +439,7 @@ impl Observer for DemRun {
             );
         }
         if let Some(contacts) = &self.contacts {
-            let overlap = self.largest_overlap_over_radius;
+            let overlap = self.max_overlap_over_radius;
             found.push(Measurement::new(metric::LARGEST_OVERLAP, overlap));
             found.push(Measurement::new(metric::COORDINATION, contacts.coordination_number));
         }

@@ -6,7 +6,7 @@ use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape, PeriodicSide
 use kinetoscope_recording::reader::StateTable;
 
 /// Width of the only opening between two horizontal walls at the same height, m.
-pub(crate) fn opening_width_m(config: &DemConfig) -> Option<f64> {
+pub(crate) fn orifice_width_m(config: &DemConfig) -> Option<f64> {
     let resting = config.walls.iter().filter(|wall| wall.is_at_rest());
     let mut level: Vec<(f64, [f64; 2])> = resting
         .filter_map(|wall| match wall.shape {
@@ -68,7 +68,7 @@ pub(crate) fn row_of(config: &DemConfig) -> Option<usize> {
 }
 
 /// Velocity of a row's last disc at the end, divided by that of its first disc at the start.
-pub(super) fn transmitted_velocity(config: &DemConfig, end: &StateTable) -> Option<f64> {
+pub(super) fn velocity_transmission(config: &DemConfig, end: &StateTable) -> Option<f64> {
     let count = row_of(config)?;
     let Placement::Given(state) = &config.placement else { return None };
     Some(end.value(count - 1, "vx")? / state.velocities[0][0].get())

@@ -50,7 +50,7 @@ pub(crate) struct StressProfile {
     gravity: f64,
     since_s: f64,
     layers: Vec<LayerMeans>,
-    horizontal_over_vertical: FrameMean,
+    lateral_ratio: FrameMean,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -112,7 +112,7 @@ impl StressProfile {
             gravity,
             since_s: COUNTS_FROM * config.duration_s.get(),
             layers: vec![LayerMeans::default(); count],
-            horizontal_over_vertical: FrameMean::default(),
+            lateral_ratio: FrameMean::default(),
         })
     }
 
@@ -199,7 +199,7 @@ impl StressProfile {
             whole = [whole[0] + stress[0], whole[1] + stress[1]];
         }
         if whole[1] > 0.0 {
-            self.horizontal_over_vertical.add(whole[0] / whole[1]);
+            self.lateral_ratio.add(whole[0] / whole[1]);
         }
     }
 
@@ -219,8 +219,8 @@ impl StressProfile {
     }
 
     /// Ratio of sigma_xx to sigma_yy of the whole bed.
-    pub(super) fn horizontal_over_vertical(&self) -> Option<Estimate> {
-        self.horizontal_over_vertical.estimate()
+    pub(super) fn lateral_ratio(&self) -> Option<Estimate> {
+        self.lateral_ratio.estimate()
     }
 }
 

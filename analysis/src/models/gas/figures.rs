@@ -17,7 +17,7 @@ impl PlottedObserver for GasRun {
         if let Some(histogram) = &run.histogram {
             figures.plots.push(speeds(histogram, run.config.particles.get()));
         }
-        if run.kinetics.excess_h.len() > 1 && !run.config.keeps_speeds() {
+        if run.kinetics.relative_entropy.len() > 1 && !run.config.keeps_speeds() {
             figures.plots.push(h_over_time(run));
         }
         figures.plots.extend(states(run));
@@ -27,7 +27,7 @@ impl PlottedObserver for GasRun {
 
 /// Relative entropy over time: Boltzmann's H above its minimum.
 fn h_over_time(run: &GasRun) -> Plot {
-    let series = &run.kinetics.excess_h;
+    let series = &run.kinetics.relative_entropy;
     let mut curves = vec![curve("measured", CurveStyle::Line, 0, series.iter().copied())];
     if run.config.keeps_energy() && run.config.disc_radius_m.is_some() {
         let scatter = run.kinetics.bins.saturating_sub(2) as f64
@@ -79,8 +79,8 @@ fn speeds(histogram: &GasSpeeds, particles: u32) -> Plot {
     }
     let mut curves = vec![measured];
     // Zeros stand for a single initial speed, which has no density to draw.
-    if histogram.initial_law.iter().any(|density| *density > 0.0) {
-        let law = against(&histogram.initial_law);
+    if histogram.initial_distribution.iter().any(|density| *density > 0.0) {
+        let law = against(&histogram.initial_distribution);
         curves.push(curve("law of the start", CurveStyle::Theory, 1, law));
     }
     curves.push(curve("Maxwell, same <v²>", CurveStyle::Theory, 2, against(&histogram.maxwell)));

@@ -22,7 +22,7 @@ pub struct Kinetics {
     /// Time, s, then the pair collisions and their virial, J s, since the start.
     pub(crate) pairs: Series<(f64, f64, f64)>,
     /// Time, s, and H above its minimum.
-    pub(crate) excess_h: Series<(f64, f64)>,
+    pub(crate) relative_entropy: Series<(f64, f64)>,
     /// Number of bins of the histogram that H is derived from.
     pub(crate) bins: usize,
     pub(crate) energy_j: Option<f64>,
@@ -66,7 +66,7 @@ impl Kinetics {
 
     fn maxwell(&self, inputs: &Inputs<'_>, found: &mut Vec<Measurement>) {
         let Some(squares) = inputs.state.and_then(squares_of) else { return };
-        if inputs.config.opening_width_m.is_some() || ideal::has_several_masses(inputs.config) {
+        if inputs.config.orifice_width_m.is_some() || ideal::has_several_masses(inputs.config) {
             return;
         }
         let speeds: Vec<f64> = squares.iter().map(|square| square.sqrt()).collect();
@@ -105,7 +105,8 @@ impl Kinetics {
     }
 
     fn least_h(&self, inputs: &Inputs<'_>, found: &mut Vec<Measurement>) {
-        let (Some((_, first)), Some((_, last))) = (self.excess_h.first(), self.excess_h.last())
+        let (Some((_, first)), Some((_, last))) =
+            (self.relative_entropy.first(), self.relative_entropy.last())
         else {
             return;
         };
@@ -163,7 +164,7 @@ impl Kinetics {
 
     /// Fraction of particles within half the radius. The theory is that of points, because discs exclude each other.
     fn places(&self, inputs: &Inputs<'_>, found: &mut Vec<Measurement>) {
-        let places = inputs.config.place_distribution;
+        let places = inputs.config.position_distribution;
         let points = inputs.config.disc_radius_m.is_none() && inputs.keeps_particles;
         let crossings = inputs.mean_square.map_or(0.0, f64::sqrt) * inputs.time_s
             / (2.0 * inputs.config.radius_m.get());
@@ -196,8 +197,8 @@ fn pressure_drift(inputs: &Inputs<'_>) -> Option<Measurement> {
     }
     let second = (since_start * time - first * middle) / (time - middle);
     let square = inputs.mean_square.filter(|square| inputs.keeps_particles && *square > 0.0);
-    let is_stationary = law::share_inside_later(inputs.config.place_distribution)
-        == law::share_inside_at_start(inputs.config.place_distribution);
+    let is_stationary = law::share_inside_later(inputs.config.position_distribution)
+        == law::share_inside_at_start(inputs.config.position_distribution);
     let error = square.map(|square| {
         3.0_f64.sqrt() * ideal::pressure_error_relative(inputs.config, square.sqrt(), time / 2.0)
     });
@@ -214,7 +215,7 @@ fn squares_of(state: &StateTable) -> Option<Vec<f64>> {
 /// Fraction of the particles within half the radius; `None` without positions, or if the container changes its size or
 /// loses particles.
 pub(crate) fn share_inside_half(state: &StateTable, config: &GasConfig) -> Option<f64> {
-    if config.wall_speed_m_per_s.get() != 0.0 || config.opening_width_m.is_some() {
+    if config.wall_speed_m_per_s.get() != 0.0 || config.orifice_width_m.is_some() {
         return None;
     }
     let [cx, cy] = config.center_m.map(|component| component.get());

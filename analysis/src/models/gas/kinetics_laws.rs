@@ -1,7 +1,7 @@
 //! Laws of a gas with collisions, and of stationary and non-stationary starts.
 
 use crate::metric::Law;
-use kinetoscope_manifest::model::{GasConfig, PlaceDistribution};
+use kinetoscope_manifest::model::{GasConfig, PositionDistribution};
 use std::f64::consts::PI;
 
 /// Relaxation to Maxwell's distribution, by the first moment.
@@ -49,19 +49,19 @@ const SHARE_OF_RADIUS_START: f64 = 0.328_072_88;
 
 /// Fraction of the particles within half the radius at the start.
 #[must_use]
-pub const fn share_inside_at_start(places: PlaceDistribution) -> f64 {
+pub const fn share_inside_at_start(places: PositionDistribution) -> f64 {
     match places {
-        PlaceDistribution::Area => 0.25,
-        PlaceDistribution::Radius => 0.5,
+        PositionDistribution::UniformInArea => 0.25,
+        PositionDistribution::UniformInRadius => 0.5,
     }
 }
 
 /// Fraction of the particles within half the radius after a long time.
 #[must_use]
-pub const fn share_inside_later(places: PlaceDistribution) -> f64 {
+pub const fn share_inside_later(places: PositionDistribution) -> f64 {
     match places {
-        PlaceDistribution::Area => 0.25,
-        PlaceDistribution::Radius => SHARE_OF_RADIUS_START,
+        PositionDistribution::UniformInArea => 0.25,
+        PositionDistribution::UniformInRadius => SHARE_OF_RADIUS_START,
     }
 }
 

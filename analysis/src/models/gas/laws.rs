@@ -116,13 +116,13 @@ fn moments_of_list(config: &GasConfig) -> (f64, f64) {
 /// Whether particles differ in mass. Means of the speed then do not determine the energy.
 #[must_use]
 pub fn has_several_masses(config: &GasConfig) -> bool {
-    !config.further_masses_kg.is_empty()
+    !config.additional_masses_kg.is_empty()
 }
 
 /// Initial effusion rate through an opening of width w, N <v> w / (pi A): a flux n <v> / pi per meter of wall.
 #[must_use]
 pub fn effusion_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> Option<f64> {
-    let width = config.opening_width_m?.get();
+    let width = config.orifice_width_m?.get();
     Some(f64::from(config.particles.get()) * mean_speed_m_per_s * width / (PI * area_m2(config)))
 }
 
@@ -140,7 +140,7 @@ pub struct SpeedMoments {
 #[must_use]
 pub fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
     let is_drawn = matches!(config.placement, Placement::Random);
-    let is_one_gas = !has_several_masses(config) && config.opening_width_m.is_none();
+    let is_one_gas = !has_several_masses(config) && config.orifice_width_m.is_none();
     if !(is_drawn && is_one_gas && config.keeps_speeds()) {
         return None;
     }

@@ -11,9 +11,9 @@ use crate::models::relative_change;
 use crate::models::series::Series;
 use crate::models::snapshots::Snapshots;
 use crate::statistics::{Estimate, mean, standard_deviation};
-use kinetoscope_manifest::model::{GasConfig, PlaceDistribution};
+use kinetoscope_manifest::model::{GasConfig, PositionDistribution};
 use kinetoscope_recording::channels::{
-    GasCollisions, GasInvariants, GasLedger, GasPressure, GasSpeeds, GasTemperature,
+    GasCollisions, GasEnergyBalance, GasInvariants, GasPressure, GasSpeeds, GasTemperature,
 };
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
@@ -47,7 +47,7 @@ pub struct GasRun {
     max_speed_change: f64,
     max_angular_momentum_change: f64,
     max_outside: u64,
-    energy_balance: Option<GasLedger>,
+    energy_balance: Option<GasEnergyBalance>,
     pub(crate) kinetics: Kinetics,
     first_mean_speed_m_per_s: Option<f64>,
 }
@@ -84,16 +84,16 @@ impl GasRun {
 
     /// Speed moments of the last frame: from the state if it was recorded and all particles are still inside.
     fn speeds(&self) -> Option<SpeedMeans> {
-        let seen = self.snapshots.last().filter(|_| self.config.opening_width_m.is_none());
+        let seen = self.snapshots.last().filter(|_| self.config.orifice_width_m.is_none());
         seen.and_then(speeds_of).or(self.recorded_speeds)
     }
 
     fn add_invariants(&mut self, invariants: GasInvariants) {
         self.max_speed_change =
-            max_or_nan(self.max_speed_change, invariants.largest_speed_change_relative);
+            max_or_nan(self.max_speed_change, invariants.max_speed_change_relative);
         self.max_angular_momentum_change = max_or_nan(
             self.max_angular_momentum_change,
-            invariants.largest_angular_momentum_change_relative,
+            invariants.max_angular_momentum_change_relative,
         );
         self.max_outside = self.max_outside.max(invariants.particles_outside);
         self.first_invariants.get_or_insert_with(|| invariants.clone());
@@ -102,12 +102,12 @@ impl GasRun {
 
     /// Whether no particle leaves or changes its speed.
     fn keeps_particles(&self) -> bool {
-        self.config.keeps_speeds() && self.config.opening_width_m.is_none()
+        self.config.keeps_speeds() && self.config.orifice_width_m.is_none()
     }
 
     /// Whether no particle leaves and the total energy is conserved.
     fn keeps_energy(&self) -> bool {
-        self.config.keeps_energy() && self.config.opening_width_m.is_none()
+        self.config.keeps_energy() && self.config.orifice_width_m.is_none()
     }
 
     /// Whether in addition all particles have the same mass.
@@ -189,8 +189,8 @@ impl GasRun {
         let wall_collisions = self.wall_collisions.filter(|_| self.time_s > 0.0)?;
         let value = wall_collisions as f64 / self.time_s;
         let standard_error = wall_collision_rate_error(&self.wall_collision_rates, self.time_s);
-        let stationary =
-            self.keeps_particles() && self.config.place_distribution == PlaceDistribution::Area;
+        let stationary = self.keeps_particles()
+            && self.config.position_distribution == PositionDistribution::UniformInArea;
         let theory = self
             .speeds()
             .filter(|_| stationary)
@@ -204,7 +204,7 @@ impl GasRun {
         let bins = &histogram.speed_m_per_s;
         let width = if bins.len() > 1 { bins[1] - bins[0] } else { return };
         let counted = f64::from(self.config.particles.get()) * width;
-        let pairs = histogram.density.iter().zip(&histogram.initial_law);
+        let pairs = histogram.density.iter().zip(&histogram.initial_distribution);
         let terms: Vec<f64> = pairs
             .map(|(density, law)| (counted * density, counted * law))
             .filter(|(_, expected)| *expected >= 5.0)
@@ -313,15 +313,15 @@ impl Observer for GasRun {
         }
         if let Some(collisions) = frame.get::<GasCollisions>()? {
             self.wall_collisions = Some(collisions.wall);
-            let GasCollisions { pair, pair_virial_j_s, .. } = collisions;
-            self.kinetics.pairs.add((self.time_s, pair as f64, pair_virial_j_s));
+            let GasCollisions { pair, pair_virial_sum_j_s, .. } = collisions;
+            self.kinetics.pairs.add((self.time_s, pair as f64, pair_virial_sum_j_s));
         }
         // Computed once, because the moments take longer than all else of a frame.
         if self.first_mean_speed_m_per_s.is_none() {
             self.first_mean_speed_m_per_s = self.speeds().map(|speeds| speeds.mean_m_per_s);
         }
-        if let Some(energy_balance) = frame.get::<GasLedger>()? {
-            self.kinetics.excess_h.add((self.time_s, energy_balance.excess_h));
+        if let Some(energy_balance) = frame.get::<GasEnergyBalance>()? {
+            self.kinetics.relative_entropy.add((self.time_s, energy_balance.relative_entropy));
             self.energy_balance = Some(energy_balance);
         }
         if let Some(invariants) = frame.get::<GasInvariants>()? {

@@ -58,7 +58,7 @@ pub const fn order(integrator: OrbitIntegrator) -> Option<f64> {
         OrbitIntegrator::ExplicitEuler | OrbitIntegrator::SemiImplicitEuler => Some(1.0),
         OrbitIntegrator::VelocityVerlet => Some(2.0),
         OrbitIntegrator::Rk4 | OrbitIntegrator::Yoshida4 => Some(4.0),
-        OrbitIntegrator::DormandPrince8 | OrbitIntegrator::Kepler => None,
+        OrbitIntegrator::Dop853 | OrbitIntegrator::Kepler => None,
     }
 }
 

@@ -6,7 +6,7 @@ use crate::models::contract::{Fit, FitShape, OrderInKey, Ordinate, TradeOff};
 
 definitions! {
     CONVERGENCE_ORDER: "convergence.order", "1", "least-squares line through the logarithms of position_error.final", [laws::CONVERGENCE], 1e-9;
-    ENERGY_CONVERGENCE_ORDER: "energy.convergence_order", "1", "least-squares line through the logarithms of energy.largest_error_relative", [laws::ENERGY_CONVERGENCE], 1e-9;
+    ENERGY_CONVERGENCE_ORDER: "energy.convergence_order", "1", "least-squares line through the logarithms of energy.max_error_relative", [laws::ENERGY_CONVERGENCE], 1e-9;
 }
 
 const TIME_STEP: &str = "model.orbit.time_step_days";
@@ -23,7 +23,7 @@ pub const FITS: &[Fit] = &[
         is_convergence_order: true,
         ..Fit::new(
             TIME_STEP,
-            "energy.largest_error_relative",
+            "energy.max_error_relative",
             FitShape::PowerLaw(ENERGY_CONVERGENCE_ORDER),
         )
     },
@@ -42,7 +42,7 @@ pub const ORDINATES: &[Ordinate] = &[
             key: TIME_STEP,
             order: |model| model_order(model, laws::energy_order),
         }),
-        ..Ordinate::new("energy.largest_error_relative", "largest |E − E₀| / |E₀|")
+        ..Ordinate::new("energy.max_error_relative", "largest |E − E₀| / |E₀|")
     },
 ];
 

@@ -99,7 +99,7 @@ pub struct Equilibrium {
     /// Pair collisions per disc and unit of time, over sqrt(kT/m).
     pub pair_rate: f64,
     /// Wall collisions per disc and unit of time, over sqrt(kT/m).
-    pub wall_rate: f64,
+    pub wall_collision_rate_per_disc: f64,
     /// Ratio of the mean approach speed of a pair to Maxwell's at the same mean square speed; rates are larger by this
     /// ratio.
     pub approach: f64,
@@ -188,7 +188,7 @@ pub fn periodic_equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Option<
     Some(Equilibrium {
         compressibility_factor: 1.0 + (1.0 + config.restitution.get()) / 2.0 * excess,
         pair_rate: excess * 4.0 / (PI.sqrt() * sizes.collision_diameter()) * approach,
-        wall_rate: 0.0,
+        wall_collision_rate_per_disc: 0.0,
         approach,
     })
 }
@@ -247,7 +247,9 @@ pub fn equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Equilibrium {
         compressibility_factor: 1.0 + (1.0 + config.restitution.get()) / 2.0 * excess,
         pair_rate: excess * 4.0 / (PI.sqrt() * bulk.collision_diameter()) * speed,
         approach: speed,
-        wall_rate: 2.0 * (force(width) + force(height)) / ((2.0 * PI).sqrt() * discs) * wall_speed,
+        wall_collision_rate_per_disc: 2.0 * (force(width) + force(height))
+            / ((2.0 * PI).sqrt() * discs)
+            * wall_speed,
     }
 }
 
@@ -376,8 +378,11 @@ mod tests {
             let mixed = DiscSizes { packing_fraction, mean_radius, squared_mean_over_mean_square };
             let agrees = |sizes: DiscSizes| {
                 let theory = equilibrium(&config, sizes);
-                let given =
-                    [theory.compressibility_factor - 1.0, theory.pair_rate, theory.wall_rate];
+                let given = [
+                    theory.compressibility_factor - 1.0,
+                    theory.pair_rate,
+                    theory.wall_collision_rate_per_disc,
+                ];
                 given
                     .iter()
                     .zip(simulated)
@@ -428,7 +433,10 @@ mod tests {
         };
         let theory = equilibrium(&config, DiscSizes::equal(&config));
         let exact = 4.0 / (2.0 * 39.0) * 2.0 / PI * 2.0_f64.sqrt();
-        assert!((theory.wall_rate / exact - 1.0).abs() < 2e-3, "{theory:?} {exact}");
+        assert!(
+            (theory.wall_collision_rate_per_disc / exact - 1.0).abs() < 2e-3,
+            "{theory:?} {exact}"
+        );
         assert!(theory.pair_rate.abs() < 1e-4, "{theory:?}");
     }
 }

@@ -11,12 +11,12 @@ definitions! {
     ENERGY_DRIFT: "energy.drift_relative", "1", "kinetic energy, last frame against the first", [law::ELASTIC_ENERGY], 1e-9;
     A2_FINAL: "a2.final", "1", "<v^4>/(2 <v^2>^2) - 1, last frame", [], 0.0;
     A2_MEAN: "a2.mean", "1", "mean over time (over events for alpha < 1) after 5 events a disc; error by blocking", [law::A2_FIXED_ENERGY, law::A2_FIXED_MOMENTUM, law::A2_COOLING], 0.0;
-    COLLISION_RATE: "collision_rate", "", "/collisions: pair collisions a disc and unit of time; error by blocking", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
-    MEAN_FREE_TIME: "mean_free_time", "", "1 over collision_rate: mean time of a disc between two collisions with others", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
-    CONTACT_VALUE: "contact_value.by_rate", "1", "collision_rate over 2 sqrt(pi) n <s> sqrt(kT/m) of discs without walls, s the diameter: g(r) at contact, of several sizes <s_ij g_ij>/<s>", [law::CONTACT_VALUE], 0.0;
-    WALL_RATE: "wall_rate", "", "/collisions: wall collisions a disc and unit of time; error by blocking", [law::WALL_RATE], 0.0;
+    COLLISION_RATE: "pair_collision_rate_per_disc", "", "/collisions: pair collisions a disc and unit of time; error by blocking", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
+    MEAN_FREE_TIME: "mean_free_time", "", "1 over pair_collision_rate_per_disc: mean time of a disc between two collisions with others", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
+    CONTACT_VALUE: "contact_value.from_collision_rate", "1", "pair_collision_rate_per_disc over 2 sqrt(pi) n <s> sqrt(kT/m) of discs without walls, s the diameter: g(r) at contact, of several sizes <s_ij g_ij>/<s>", [law::CONTACT_VALUE], 0.0;
+    WALL_RATE: "wall_collision_rate_per_disc", "", "/collisions: wall collisions a disc and unit of time; error by blocking", [law::WALL_RATE], 0.0;
     COMPRESSIBILITY: "compressibility_factor", "1", "/pressure: P A/(N kT) by the pair virial since the start; error by blocking", [law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES], 0.0;
-    COMPRESSIBILITY_BY_RATE: "compressibility_factor.by_rate", "1", "1 + (1 + alpha)/2 (sqrt(pi)/4) s w sqrt(m/kT) from the collision rate w; of several sizes s is the mean distance of centers in a collision by the contact values of the law", [law::VIRIAL_IDENTITY], 0.0;
+    COMPRESSIBILITY_BY_RATE: "compressibility_factor.from_collision_rate", "1", "1 + (1 + alpha)/2 (sqrt(pi)/4) s w sqrt(m/kT) from the collision rate w; of several sizes s is the mean distance of centers in a collision by the contact values of the law", [law::VIRIAL_IDENTITY], 0.0;
     PRESSURE_VIRIAL: "pressure.virial", "", "/pressure: by the pair virial since the start", [], 0.0;
     PRESSURE_WALL: "pressure.wall", "", "/pressure: impulse on the walls since the start", [], 0.0;
     PACKING_FRACTION: "packing_fraction", "1", "n pi r^2 / (lx ly)", [], 0.0;

@@ -186,8 +186,8 @@ impl PackingRun {
 
     /// The radius of equal discs; `None` if radii differ or result from a compression.
     pub(crate) fn equal_radius(&self) -> Option<f64> {
-        let is_given =
-            self.config.polydispersity.get() == 0.0 && self.config.compression_pressure.is_none();
+        let is_given = self.config.radius_half_width.get() == 0.0
+            && self.config.target_reduced_pressure.is_none();
         is_given.then(|| self.config.radius.get())
     }
 
@@ -208,7 +208,7 @@ impl PackingRun {
 
     /// Selects the law for equal discs or that for several sizes.
     fn law_of_sizes(&self, one: Law, several: Law) -> Law {
-        let is_one = self.config.polydispersity.get() == 0.0;
+        let is_one = self.config.radius_half_width.get() == 0.0;
         if is_one { one } else { several }
     }
 
@@ -301,7 +301,8 @@ impl PackingRun {
             }
         }
         if let Some(rate) = self.rate(&self.rates.wall) {
-            let theory = thermal_speed.and_then(|speed| Some(equilibrium?.wall_rate * speed));
+            let theory = thermal_speed
+                .and_then(|speed| Some(equilibrium?.wall_collision_rate_per_disc * speed));
             found.push(Measurement::new(metric::WALL_RATE, rate).against(theory));
         }
     }
@@ -417,7 +418,7 @@ impl Observer for PackingRun {
                 pair: count(|counts| counts.pair),
                 wall: count(|counts| counts.wall),
                 energy_integral: amount(|pressure| pressure.kinetic_energy_time_integral),
-                virial: amount(|pressure| pressure.collision_virial),
+                virial: amount(|pressure| pressure.collision_virial_sum),
             });
         }
         if let Some(counts) = counts {

@@ -6,7 +6,7 @@
 
 use kinetoscope_manifest::model::*;
 use kinetoscope_manifest::quantity::{
-    BoxSide, Finite, NonNegative, Positive, Share, StepTolerance,
+    BoxSide, Finite, Fraction, NonNegative, Positive, StepTolerance,
 };
 use kinetoscope_manifest::record::{Compression, RecordConfig, RecordInterval};
 use kinetoscope_manifest::{RunManifest, parse, parse_run, run_key};
@@ -25,24 +25,24 @@ height_m = 0.05
 gravity_m_per_s2 = [0.0, -9.81]
 stiffness_n_per_m = 1e16
 damping_n_s_per_m = 0.47402245
-force_tail = "clamped"
+limit_damping = true
 friction = 0.0
 rolling_friction = 0.0
-tangential_stiffness_share = 0.2857142857142857
-tangential_damping_share = 0.5
+tangential_to_normal_stiffness = 0.2857142857142857
+tangential_to_normal_damping = 0.5
 periodic = "none"
 walls = []
 integrator = "implicit-dashpot"
 time_step_s = 1e-6
-stability = "warn"
+on_unstable_time_step = "warn"
 placement = { positions_m = [[0.01, 0.02]], velocities_m_per_s = [[0.0, -1.5]] }
 duration_s = 0.30000000000000004
 
 [record]
 every_steps = 100
 channels = ["state", "energy"]
-playback_rate = 12.5
-drawn_particles = 500
+playback_fps = 12.5
+max_drawn_particles = 500
 compression = "none"
 "#;
 
@@ -64,8 +64,8 @@ duration_s = 0.1
 
 [record]
 frames = 200
-playback_rate = 25.0
-drawn_particles = 10000
+playback_fps = 25.0
+max_drawn_particles = 10000
 compression = "zstd"
 "#;
 
@@ -84,10 +84,10 @@ fn the_form_is_pinned() {
             height_m: Positive::literal(0.05),
             stiffness_n_per_m: Positive::literal(1e16),
             dissipation: Dissipation::Damping(NonNegative::literal(0.474_022_45)),
-            force_tail: ForceTail::Clamped,
+            limit_damping: true,
             integrator: DemIntegrator::ImplicitDashpot,
             time_step: TimeStep::Fixed(Positive::literal(1e-6)),
-            stability: Stability::Warn,
+            on_unstable_time_step: UnstableTimeStep::Warn,
             placement: Placement::Given(given(1, |_| [[0.01, 0.02], [-0.0, -1.5]])),
             duration_s: Positive::literal(0.1 + 0.2),
             ..DemConfig::default()
@@ -95,8 +95,8 @@ fn the_form_is_pinned() {
         record: RecordConfig {
             interval: RecordInterval::EverySteps(NonZeroU64::new(100).unwrap()),
             channels: Some(vec!["state".to_owned(), "energy".to_owned()]),
-            playback_rate: Positive::literal(12.5),
-            drawn_particles: NonZeroU32::new(500).unwrap(),
+            playback_fps: Positive::literal(12.5),
+            max_drawn_particles: NonZeroU32::new(500).unwrap(),
             compression: Compression::None,
         },
     };
@@ -125,7 +125,7 @@ fn a_dem_scene_reads_back() {
     let scene = "[model.dem]\nmaterials = [{ name = \"a \\\"b\\\"\", share = 2, friction = 0.5 }, { name = \"c\", density_ratio = 3 }]\n\
         contact_pairs = [{ between = [\"c\", \"wall\"], restitution = 0.9, rolling_friction = 0.1 }]\n\
         walls = [{ from_m = [0, 0.01], to_m = [0.01, 0.01], velocity_m_per_s = [1, 0], moves_s = [0.1, 0.2] }]\n\
-        velocity_deviation_m_per_s = 0.5\nrain = { discs = 7, discs_per_s = 10, from_m = [0.01, 0.01], to_m = [0.02, 0.01], \
+        velocity_std_m_per_s = 0.5\nrain = { discs = 7, discs_per_s = 10, from_m = [0.01, 0.01], to_m = [0.02, 0.01], \
         velocity_m_per_s = [0, -1] }\n";
     let manifest = parse_run(scene).unwrap();
     let text = manifest.canonical();
@@ -133,7 +133,7 @@ fn a_dem_scene_reads_back() {
     for line in [
         r#"materials = [{ name = "a \"b\"", share = 2.0, density_ratio = 1.0, friction = 0.5 }, { name = "c", share = 1.0, density_ratio = 3.0 }]"#,
         r#"contact_pairs = [{ between = ["c", "wall"], restitution = 0.9, rolling_friction = 0.1 }]"#,
-        "velocity_deviation_m_per_s = 0.5",
+        "velocity_std_m_per_s = 0.5",
     ] {
         assert!(text.contains(line), "{text}");
     }
@@ -213,8 +213,8 @@ impl Numbers {
         }
     }
 
-    fn share(&mut self) -> Share {
-        Share::new((1 + self.next()) as f64 / (1_u64 << 53) as f64).unwrap()
+    fn share(&mut self) -> Fraction {
+        Fraction::new((1 + self.next()) as f64 / (1_u64 << 53) as f64).unwrap()
     }
 
     fn count(&mut self) -> NonZeroU32 {
@@ -258,8 +258,8 @@ impl Numbers {
                 channels: [None, Some(vec![]), Some(vec!["state".to_owned(), "log".to_owned()])]
                     [self.below(3) as usize]
                     .clone(),
-                playback_rate: Positive::new(50.0 * self.share().get()).unwrap(),
-                drawn_particles: NonZeroU32::new(1 + self.below(20_000) as u32).unwrap(),
+                playback_fps: Positive::new(50.0 * self.share().get()).unwrap(),
+                max_drawn_particles: NonZeroU32::new(1 + self.below(20_000) as u32).unwrap(),
                 compression: [
                     Compression::Zstd,
                     Compression::Zstd3,
@@ -326,8 +326,8 @@ impl Numbers {
             speed_scale,
             propagation: [
                 Propagation::Exact,
-                Propagation::Stepped { time_step_s },
-                Propagation::Literal { time_step_s },
+                Propagation::TimeStepped { time_step_s },
+                Propagation::AsPrinted { time_step_s },
             ][self.below(3) as usize],
             boltzmann_constant: BoltzmannConstant::Si2019,
             temperature_definition: TemperatureDefinition::MeanSquare,
@@ -350,7 +350,7 @@ impl Numbers {
             },
             width: BoxSide::new(10.0 + 1e4 * self.share().get()).unwrap(),
             restitution: self.share(),
-            initial_velocities: InitialVelocities::Modified,
+            initial_velocities: InitialVelocities::VarianceOneOverN,
             length: if self.below(2) == 0 {
                 RunLength::EventsPerDisc(self.count())
             } else {
@@ -378,7 +378,7 @@ impl Numbers {
         }
         OrbitConfig {
             start: match self.below(3) {
-                0 => OrbitStart::Document,
+                0 => OrbitStart::Barycentric,
                 1 => OrbitStart::Heliocentric,
                 _ => OrbitStart::Given {
                     position_au: [self.finite(), self.finite(), Finite::literal(1.0)],
@@ -390,7 +390,7 @@ impl Numbers {
                 OrbitIntegrator::Yoshida4,
                 OrbitIntegrator::Kepler,
                 OrbitIntegrator::VelocityVerlet,
-                OrbitIntegrator::DormandPrince8,
+                OrbitIntegrator::Dop853,
             ][self.below(5) as usize],
             summation: [OrbitSummation::Plain, OrbitSummation::Compensated][self.below(2) as usize],
             tolerance: StepTolerance::new(1e-3 * self.share().get() + 1e-15).unwrap(),

@@ -118,7 +118,7 @@ fn exclusive_keys_are_both_named() {
     );
     refused(
         "[model.dem]\ntime_step_s = 1e-6\nsteps_per_contact = 20 # <-",
-        &dem("steps_per_contact", "time_step_s"),
+        &dem("steps_per_wall_contact", "time_step_s"),
     );
     refused(
         "[model.gas]\nmax_speed_m_per_s = 1\ntemperature_k = 1 # <-",
@@ -175,7 +175,7 @@ fn dem_scenes_make_sense() {
     refused("[model.dem]\nradius_m = { min = 1e-4, max = 1.1e-3 } # <-", "at most 10 times");
     refused("[model.dem]\nradius_m = { mean = 1e-4, deviation = 4e-5 } # <-", "below a third");
     refused(
-        "[model.dem]\nradius_m = { small = 2e-4, large = 1e-4, small_share = 0.5 } # <-",
+        "[model.dem]\nradius_m = { small = 2e-4, large = 1e-4, small_fraction = 0.5 } # <-",
         "<= large",
     );
     refused("[model.dem]\nstiffness_n_per_m = 0 # <-", "must be a number > 0");
@@ -240,15 +240,15 @@ fn dem_materials_have_names_and_pairs_know_them() {
 
 #[test]
 fn dem_rain_falls_into_the_box() {
-    let rain = |rest: &str| {
+    let insertion = |rest: &str| {
         format!(
             "[model.dem]\nrain = {{ discs = 5, discs_per_s = 10, from_m = [0.01, 0.03], to_m = [0.03, 0.03], {rest} }} # <-"
         )
     };
-    accepted(&rain("velocity_m_per_s = [0, -1]"));
-    refused(&rain("velocity_m_per_s = [0, 0]"), "must not be [0, 0]");
-    refused(&rain("velocity_m_per_s = [0, -1], starts_s = -1"), "must be a number >= 0");
-    refused(&rain("starts_s = 1"), "needs `velocity_m_per_s`");
+    accepted(&insertion("velocity_m_per_s = [0, -1]"));
+    refused(&insertion("velocity_m_per_s = [0, 0]"), "must not be [0, 0]");
+    refused(&insertion("velocity_m_per_s = [0, -1], starts_s = -1"), "must be a number >= 0");
+    refused(&insertion("starts_s = 1"), "needs `velocity_m_per_s`");
     refused(
         "[model.dem]\nrain = { discs = 5, discs_per_s = 10, from_m = [0, 0.03], to_m = [0.03, 0.03], velocity_m_per_s = [0, -1] } # <-",
         "keep the largest radius off",
@@ -256,7 +256,7 @@ fn dem_rain_falls_into_the_box() {
     refused("[model.dem]\nrain = 5 # <-", "a table { discs, discs_per_s");
     refused(
         "[model.dem]\nvelocity_deviation_m_per_s = 1\nplacement = { positions_m = [[0.01, 0.01]], velocities_m_per_s = [[0, 0]] } # <-",
-        "`velocity_deviation_m_per_s` cannot be used with a given or recorded start",
+        "`velocity_std_m_per_s` cannot be used with a given or recorded start",
     );
     refused(
         "[model.dem]\nwalls = [{ from_m = [0, 0], to_m = [0.01, 0], moves_s = [2, 1] }] # <-",
@@ -321,8 +321,8 @@ fn gas_discs_and_listed_speeds_have_their_rules() {
         ("propagation", "\"stepped\""),
         ("wall_speed_m_per_s", "1"),
         ("wall_temperature_k", "300"),
-        ("opening_width_m", "0.1"),
-        ("place_distribution", "\"radius\""),
+        ("orifice_width_m", "0.1"),
+        ("position_distribution", "\"radius\""),
     ] {
         let more = if key == "propagation" { "time_step_s = 1e-6\n" } else { "" };
         refused(

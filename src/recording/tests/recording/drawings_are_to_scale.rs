@@ -79,7 +79,7 @@ fn drawings_are_thinned_and_the_state_is_not() {
 #[test]
 fn the_manifest_says_how_many_are_drawn() {
     let mut header = header(Compression::Zstd);
-    header.drawn_particles = NonZeroU32::new(10).unwrap();
+    header.max_drawn_particles = NonZeroU32::new(10).unwrap();
     let rows: Vec<[f64; 5]> = (0..35).map(|index| [f64::from(index), 0.0, 0.1, 0.1, 0.1]).collect();
     let mut frame = frame_of(&rows);
     // Of 40 contacts the 30 strongest: forces 10 to 39, of which those above 10 are the thickest.
@@ -93,7 +93,7 @@ fn the_manifest_says_how_many_are_drawn() {
     let frames = recorded(&header, &[frame]);
     // Every fourth of 35.
     assert_eq!(entity(&frames[0], "/discs").cylinders.len(), 9);
-    let lines = entity(&frames[0], "/contacts").lines;
+    let lines = entity(&frames[0], "/force_chains").lines;
     assert_eq!(lines.iter().map(|line| line.points.len() / 2).sum::<usize>(), 30);
     assert_eq!(lines.len(), 1, "{lines:?}");
     assert_eq!(frames[0].state().unwrap().rows(), 35);
@@ -128,11 +128,11 @@ fn strong_forces_are_thick_and_no_contact_is_an_empty_entity() {
         touching.push_contact(contact(force));
     }
     let frames = recorded(&header(Compression::Zstd), &[touching, Frame::new()]);
-    let lines = entity(&frames[0], "/contacts").lines;
+    let lines = entity(&frames[0], "/force_chains").lines;
     let widths: Vec<(f64, usize)> =
         lines.iter().map(|line| (line.thickness, line.points.len() / 2)).collect();
     assert_eq!(widths, [(0.8, 1), (1.8, 1), (3.4, 2)]);
-    assert_eq!(entity(&frames[1], "/contacts").lines, []);
+    assert_eq!(entity(&frames[1], "/force_chains").lines, []);
 }
 
 #[test]

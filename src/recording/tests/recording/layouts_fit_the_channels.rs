@@ -80,9 +80,9 @@ fn every_topic_and_field_exists() {
 
 #[test]
 fn a_topic_of_another_model_or_a_misspelt_field_is_seen() {
-    assert!(exists("dem", "/energy_share.kinetic_percent"));
-    assert!(!exists("dem", "/energy_share.kinetic_pct"));
-    assert!(!exists("gas", "/energy_share.kinetic_percent"));
+    assert!(exists("dem", "/energy_percent.kinetic_percent"));
+    assert!(!exists("dem", "/energy_percent.kinetic_pct"));
+    assert!(!exists("gas", "/energy_percent.kinetic_percent"));
     assert!(!exists("gas", "/speeds.density"));
 }
 

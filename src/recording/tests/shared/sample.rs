@@ -52,8 +52,8 @@ pub(crate) fn header(compression: Compression) -> Header {
             force_range_top: Some(10.0),
             trail: true,
         },
-        playback_rate: 25.0,
-        drawn_particles: NonZeroU32::new(10_000).unwrap(),
+        playback_fps: 25.0,
+        max_drawn_particles: NonZeroU32::new(10_000).unwrap(),
         compression,
         frames_expected: Some(201),
         model_time: Some(0.6),
@@ -78,7 +78,7 @@ pub(crate) fn fill(frame: &mut Frame, index: u64, particles: usize) {
     frame.push(&GasSpeeds {
         speed_m_per_s: vec![0.1, 0.3, 0.5],
         density: vec![1.0, 2.0, 1.0 / 3.0],
-        initial_law: vec![1.0; 3],
+        initial_distribution: vec![1.0; 3],
         maxwell: vec![0.5; 3],
         ..GasSpeeds::default()
     });

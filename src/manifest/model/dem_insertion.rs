@@ -8,7 +8,7 @@ use std::num::NonZeroU32;
 inline_table! {
     /// Discs that enter one after the other, in the order of their ids, at random on a line where there is room.
     #[derive(Copy)]
-    pub struct DemRain = "a table { discs, discs_per_s, from_m, to_m, velocity_m_per_s }" with DemRain::rules {
+    pub struct DemInsertion = "a table { discs, discs_per_s, from_m, to_m, velocity_m_per_s }" with DemInsertion::rules {
         /// Number of discs that enter, in addition to those of the start.
         discs: NonZeroU32 [required],
         /// Number of discs due per second; they enter later where there is no room.
@@ -24,7 +24,7 @@ inline_table! {
     }
 }
 
-impl DemRain {
+impl DemInsertion {
     fn rules(&self, _name: &str, reader: &mut Reader<'_>) {
         if self.velocity_m_per_s.iter().all(|component| component.get() == 0.0) {
             let title = "`velocity_m_per_s` is [0, 0]; discs cannot enter at rest";

@@ -32,15 +32,15 @@ pub(super) struct Rain {
 }
 
 impl Rain {
-    /// The rain of a manifest; `discs` come with their ids, masses and materials, in their order.
+    /// The insertion of a manifest; `discs` come with their ids, masses and materials, in their order.
     pub(super) fn new(
         config: &DemConfig,
         parameters: &Parameters,
         seed: Seed,
         discs: impl DoubleEndedIterator<Item = Disc>,
     ) -> Option<Self> {
-        let rain = config.rain?;
-        let [vx, vy] = rain.velocity_m_per_s.map(|v| v.get());
+        let insertion = config.insertion?;
+        let [vx, vy] = insertion.velocity_m_per_s.map(|v| v.get());
         let clearing = 2.0 * parameters.radius_range.1 / (vx * vx + vy * vy).sqrt();
         let steps = (clearing / parameters.time_step).ceil() as u64;
         // Velocity Verlet's own velocities stand half a step behind, see `step`. Nothing overlaps, so a is gravity.
@@ -49,10 +49,10 @@ impl Rain {
             DemIntegrator::SemiImplicitEuler | DemIntegrator::ImplicitDashpot => 0.0,
         };
         Some(Self {
-            line: [rain.from_m, rain.to_m].map(|end| end.map(|at| at.get())),
+            line: [insertion.from_m, insertion.to_m].map(|end| end.map(|at| at.get())),
             velocity: [vx - parameters.gravity[0] * back, vy - parameters.gravity[1] * back],
-            rate: rain.discs_per_s.get(),
-            starts: rain.starts_s.get(),
+            rate: insertion.discs_per_s.get(),
+            starts: insertion.starts_s.get(),
             interval: if steps > 0 { steps } else { 1 },
             waiting: discs.rev().collect(),
             entered: 0,
