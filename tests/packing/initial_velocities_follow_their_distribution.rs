@@ -1,0 +1,95 @@
+//! Law: initial velocity components are normal with variance 1 (unmodified) or 1/n (modified), and their mean is removed. The two initial states
+//! differ only by the factor n^-1/2, so their trajectories are the same with time multiplied by n^1/2, bitwise if that is a power of two.
+//!
+//! Source: packing exercise, modification 4 and `initialize_random`; scaling of hard-disc dynamics.
+//! Setup: 1 to 256 discs; 1000 replicates for the initial temperature.
+//! Tolerance: 4.5 standard errors of the initial T, where n T / sigma^2 is chi-square with 2 (n - 1) degrees of freedom. For other n,
+//! trajectories diverge by growing rounding errors: 1e-6 over 3 events per disc, while a true difference is of order 1.
+//! Control: T of the modified distribution is rejected for the unmodified one.
+
+use crate::runs::{
+    advance_to_count, at_fraction, disc_states, mean_and_standard_error, message, prepare,
+};
+use kinetoscope_manifest::model::{InitialVelocities, PackingConfig};
+use kinetoscope_physics::model::Model;
+use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
+
+fn modified(config: &PackingConfig) -> PackingConfig {
+    PackingConfig { initial_velocities: InitialVelocities::VarianceOneOverN, ..config.clone() }
+}
+
+#[test]
+fn trajectories_are_bitwise_identical_if_n_is_a_power_of_four() {
+    for discs in [1_u32, 4, 16, 64, 256] {
+        let config = at_fraction(discs, if discs == 1 { 0.02 } else { 0.25 });
+        let stretch = f64::from(discs).sqrt();
+        let (mut plain, mut slow) = (prepare(&config, 9, 2), prepare(&modified(&config), 9, 2));
+        for frame in 0..=100 {
+            advance_to_count(&mut plain, u64::from(frame * discs));
+            advance_to_count(&mut slow, u64::from(frame * discs));
+            assert_eq!(slow.time(), plain.time() * stretch, "n = {discs}, frame {frame}");
+            let collisions = [&plain, &slow].map(message::<PackingCollisions>);
+            assert_eq!(collisions[0].pair, collisions[1].pair);
+            for (one, other) in disc_states(&plain).iter().zip(disc_states(&slow)) {
+                assert_eq!(one.position, other.position);
+                assert_eq!(one.velocity, other.velocity.map(|component| component * stretch));
+            }
+        }
+    }
+}
+
+#[test]
+fn trajectories_agree_to_rounding_for_other_n() {
+    for discs in [5_u32, 20, 50] {
+        let config = at_fraction(discs, 0.25);
+        let stretch = f64::from(discs).sqrt();
+        let (mut plain, mut slow) = (prepare(&config, 4, 0), prepare(&modified(&config), 4, 0));
+        let count = u64::from(3 * discs);
+        advance_to_count(&mut plain, count);
+        advance_to_count(&mut slow, count);
+        assert!((slow.time() / plain.time() / stretch - 1.0).abs() < 1e-6);
+        for (one, other) in disc_states(&plain).iter().zip(disc_states(&slow)) {
+            for axis in 0..2 {
+                assert!((one.position[axis] - other.position[axis]).abs() < 1e-6);
+                assert!((one.velocity[axis] - other.velocity[axis] * stretch).abs() < 1e-6);
+            }
+        }
+    }
+}
+
+/// Whether the mean of T over replicates is 2 (1 - 1/n) variance within 4.5 standard errors, and its scatter is sqrt(4 (n - 1)) / n variance
+/// within 20 %.
+fn has_temperature_of(config: &PackingConfig, variance: f64) -> bool {
+    let discs = f64::from(config.discs.get());
+    let temperatures: Vec<f64> = (0..1000)
+        .map(|replicate| message::<PackingTemperature>(&prepare(config, 8, replicate)).temperature)
+        .collect();
+    let (mean, error) = mean_and_standard_error(&temperatures);
+    let expected = 2.0 * (1.0 - 1.0 / discs) * variance;
+    let scatter = (4.0 * (discs - 1.0)).sqrt() / discs * variance / (1000.0_f64).sqrt();
+    println!("n {discs}: T {mean:.5} +- {error:.5}, expected {expected:.5} +- {scatter:.5}");
+    (mean - expected).abs() < 4.5 * scatter && (error / scatter - 1.0).abs() < 0.2
+}
+
+#[test]
+fn initial_temperature_follows_chi_square() {
+    for discs in [2_u32, 5, 50] {
+        let config = at_fraction(discs, 0.03);
+        assert!(has_temperature_of(&config, 1.0));
+        assert!(has_temperature_of(&modified(&config), 1.0 / f64::from(discs)));
+        // Control.
+        assert!(!has_temperature_of(&modified(&config), 1.0));
+    }
+}
+
+#[test]
+fn mean_velocity_is_removed_for_more_than_one_disc() {
+    for discs in [2, 7, 50] {
+        let discs = disc_states(&prepare(&at_fraction(discs, 0.03), 8, 0));
+        for axis in 0..2 {
+            assert!(discs.iter().map(|disc| disc.velocity[axis]).sum::<f64>().abs() < 1e-13);
+        }
+    }
+    let single = disc_states(&prepare(&at_fraction(1, 0.03), 8, 0));
+    assert!(single[0].velocity.iter().all(|component| *component != 0.0));
+}

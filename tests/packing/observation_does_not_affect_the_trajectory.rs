@@ -1,0 +1,132 @@
+//! Guarantee: the bits of a run do not depend on the step budget, on observation, or on serialization and resuming. A run by events ends after
+//! exactly the configured number of events, and a run by time at the configured time.
+//!
+//! Setup: 60 discs at fraction 0.3 with restitution 0.95; discs at rest; several numbers of discs.
+//! Tolerance: none; every number is compared for equality, except for the series of collisions, where it is stated at the test.
+
+use crate::runs::{
+    advance_to_count, advance_to_end, advance_to_time, at_fraction, disc_states, given, message,
+    observe, prepare, prepare_with_series, with_duration, with_events_per_disc, with_restitution,
+};
+use kinetoscope_manifest::model::PackingConfig;
+use kinetoscope_physics::model::{Extent, Model, Progress, Target};
+use kinetoscope_physics::packing::Packing;
+use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature, PerCollision};
+
+fn config() -> PackingConfig {
+    with_restitution(at_fraction(60, 0.3), 0.95)
+}
+
+#[test]
+fn step_budget_changes_no_bit() {
+    let mut whole = prepare(&config(), 5, 0);
+    advance_to_count(&mut whole, 3000);
+    for budget in [1, 7, 1000] {
+        let mut in_parts = prepare(&config(), 5, 0);
+        while in_parts.advance(Target::Count(3000), budget) == Ok(Progress::Working) {}
+        assert_eq!(in_parts, whole, "budget {budget}");
+    }
+}
+
+#[test]
+fn observation_changes_no_bit() {
+    let mut unobserved = prepare(&config(), 5, 0);
+    advance_to_count(&mut unobserved, 3000);
+    let mut observed = prepare(&config(), 5, 0);
+    let mut time = 0.0;
+    while observed.time() < 0.9 * unobserved.time() {
+        time += 0.01;
+        advance_to_time(&mut observed, time);
+        assert_eq!(observed.time(), time);
+        assert_eq!(disc_states(&observed).len(), 60);
+    }
+    advance_to_count(&mut observed, 3000);
+    assert_eq!(observed.time(), unobserved.time());
+    assert_eq!(observe(&observed).state(), observe(&unobserved).state());
+    assert_eq!(observed, unobserved);
+}
+
+#[test]
+fn resumed_run_is_bitwise_identical() {
+    let mut whole = prepare(&config(), 5, 0);
+    for stop in [0, 1, 100, 2000] {
+        advance_to_count(&mut whole, stop);
+        let stored = serde_json::to_value(&whole).unwrap();
+        let mut restored: Packing = serde_json::from_value(stored).unwrap();
+        assert_eq!(restored, whole);
+        let mut continued = whole.clone();
+        advance_to_count(&mut restored, 2500);
+        advance_to_count(&mut continued, 2500);
+        assert_eq!(restored, continued);
+    }
+}
+
+#[test]
+fn run_by_events_ends_after_exactly_its_events() {
+    for discs in [1, 2, 5, 50] {
+        let config = with_events_per_disc(at_fraction(discs, 0.1), 100);
+        let mut packing = prepare(&config, 5, 0);
+        assert_eq!(packing.extent(), Extent::Events(u64::from(100 * discs)));
+        advance_to_end(&mut packing);
+        let collisions = message::<PackingCollisions>(&packing);
+        assert_eq!(packing.count(), u64::from(100 * discs));
+        assert_eq!(collisions.pair + collisions.wall, packing.count());
+        assert!(discs == 1 || collisions.pair > 0);
+    }
+}
+
+#[test]
+fn run_by_time_ends_at_its_time_after_all_earlier_events() {
+    let mut by_time = prepare(&with_duration(config(), 12.5), 5, 0);
+    assert_eq!(by_time.extent(), Extent::Time(12.5));
+    advance_to_end(&mut by_time);
+    assert_eq!(by_time.time(), 12.5);
+    let mut by_count = prepare(&config(), 5, 0);
+    advance_to_count(&mut by_count, by_time.count());
+    assert!(by_count.time() <= 12.5);
+    advance_to_count(&mut by_count, by_time.count() + 1);
+    assert!(by_count.time() > 12.5);
+}
+
+/// Time passes without events for discs at rest; both ends of a run are defined.
+#[test]
+fn discs_at_rest_stay_at_rest_and_a_missing_event_is_a_fault() {
+    let mut packing = prepare(&given(&[[0.0, 0.0, 0.0, 0.0], [5.0, 5.0, 0.0, 0.0]]), 0, 0);
+    advance_to_time(&mut packing, 10.0);
+    assert_eq!((packing.time(), packing.count()), (10.0, 0));
+    let temperature = message::<PackingTemperature>(&packing);
+    assert_eq!((temperature.temperature, temperature.a2), (0.0, 0.0));
+    let fault = packing.advance(Target::Count(1), u64::MAX).unwrap_err();
+    assert!(fault.0.contains("event 1 never comes"), "{fault}");
+    assert!(packing.scenery().speed_range_top > 0.0);
+}
+
+/// The series contains every event once, including the initial state, with the values of a frame after that event.
+/// Tolerance: 1e-13 for T and 1e-12 for a2, for the rounding of n small changes.
+#[test]
+fn collision_series_equals_frames_after_every_event() {
+    let mut packing = prepare_with_series(&config(), 5);
+    let mut all = message::<PerCollision>(&packing);
+    assert_eq!((all.event.as_slice(), all.time.as_slice()), ([0].as_slice(), [0.0].as_slice()));
+    for frame in 1..=10_u64 {
+        while packing.advance(Target::Count(300 * frame), 11) == Ok(Progress::Working) {}
+        let window = message::<PerCollision>(&packing);
+        assert_eq!(window.event.len(), 300);
+        all.event.extend(window.event);
+        all.time.extend(window.time);
+        all.temperature.extend(window.temperature);
+        all.a2.extend(window.a2);
+    }
+    assert_eq!(all.event, (0..=3000).collect::<Vec<u64>>());
+    assert!(all.time.is_sorted());
+
+    let mut single = prepare(&config(), 5, 0);
+    for event in 0..=3000_usize {
+        advance_to_count(&mut single, event as u64);
+        let temperature = message::<PackingTemperature>(&single);
+        assert_eq!(single.time(), all.time[event]);
+        assert!((all.temperature[event] / temperature.temperature - 1.0).abs() < 1e-13);
+        assert!((all.a2[event] - temperature.a2).abs() < 1e-12);
+    }
+    assert!(observe(&single).get::<PerCollision>().is_none());
+}
