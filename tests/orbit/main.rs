@@ -7,21 +7,21 @@
 mod run;
 
 // The adaptive method of order 8 keeps its tolerance at any eccentricity.
-mod adaptive_method_is_exact;
+mod adaptive_method_keeps_its_tolerance;
 // Three bodies follow their known solutions and conserve their integrals.
 mod bodies_follow_exact_solutions;
 // Explicit Euler gains energy and angular momentum at the predicted rate.
-mod euler_energy_drift;
+mod euler_drift_follows_its_closed_form;
 // Explicit Euler gives the numbers of an independent program.
 mod euler_matches_independent_program;
 // Halving the time step divides the error by 2^p for each integrator.
-mod integrator_orders;
+mod integrators_have_their_order;
 // Kepler's three laws, at any time, forward and backward.
-mod kepler_reference;
+mod kepler_motion_equals_50_digit_reference;
 // Symplectic methods keep their energy error bounded.
 mod symplectic_methods_do_not_drift;
 
 // Work budget, observation and resuming change no bit; invalid starts are rejected.
-mod looking_changes_nothing;
+mod observation_does_not_affect_the_trajectory;
 // The angle around the Sun is continuous through whole turns.
 mod phase_is_unwrapped;
