@@ -1,36 +1,35 @@
-//! Law: explicit Euler as the orbit document prints it, r(n+1) = r(n) + v(n) h and v(n+1) = v(n) + a(r(n)) h, gives the
-//! same numbers in another program.
+//! Law: explicit Euler as printed in the orbit exercise, r(n+1) = r(n) + v(n) h and v(n+1) = v(n) + a(r(n)) h, gives the same numbers in an
+//! independent program.
 //!
-//! Source: equations (14) to (16) of exercise 14to4. The numbers are those of `tests/interop/orbit_euler.py` (plain
-//! Python 3, written apart from this program), printed with 17 digits.
-//! Setup: the document's start, N = floor(T / h + 1e-9) steps.
-//! Tolerance: none. Both do the same additions, products, quotients and square roots in the same order, each of which
-//! IEEE 754 rounds in one way only.
-//! Control: the semi-implicit method, which differs in nothing but which position the kick sees, is rejected, and so is
-//! a step whose products are associated in another way.
+//! Source: equations (14) to (16) of the orbit exercise. The reference values are printed with 17 digits by `tests/interop/orbit_euler.py`
+//! (plain Python 3, written independently of this program).
+//! Setup: the initial state of the exercise, N = floor(T / h + 1e-9) steps.
+//! Tolerance: none. Both programs execute the same sums, products, quotients and square roots in the same order, and IEEE 754 defines the
+//! rounding of each.
+//! Control: the semi-implicit method, which differs only in the position used for the kick, is rejected, and so is a step with a different
+//! association of products.
 
-use crate::run::{JULIAN_YEAR, document, finished, look};
+use crate::run::{JULIAN_YEAR, exercise, finished, observe};
 use kinetoscope_manifest::model::OrbitIntegrator;
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2;
 use kinetoscope_physics::orbit::DOCUMENT_START;
 use std::process::Command;
 
-/// (step in days, position in AU after 365.25 days): `python3 tests/interop/orbit_euler.py`.
+/// Step (days) and position (AU) after 365.25 days: `python3 tests/interop/orbit_euler.py`.
 const AFTER_ONE_YEAR: [(f64, [f64; 3]); 3] = [
     (1.0 / 24.0, [-0.195_031_692_606_949_44, 0.970_545_320_910_731_3, -6.911_350_179_845_52e-5]),
     (0.25, [0.009_027_088_902_342_602, 1.033_069_120_307_039_5, -7.087_045_965_435_331e-5]),
     (0.5, [0.252_128_173_008_902_9, 1.054_572_797_231_453_8, -6.932_310_031_693_968e-5]),
 ];
 
-/// (duration in days, position in AU) with steps of 0.25 days: `python3 tests/interop/orbit_euler.py 3652.5 0.25`, and
-/// 36525 in place of 3652.5.
+/// Duration (days) and position (AU) with steps of 0.25 days: `python3 tests/interop/orbit_euler.py 3652.5 0.25`, and the same with 36525.
 const LATER: [(f64, [f64; 3]); 2] = [
     (3652.5, [1.332_261_203_710_371_4, -0.412_974_588_009_352_8, 4.495_295_699_199_534e-5]),
     (36525.0, [1.123_612_969_645_329_9, 2.279_871_910_919_100_6, -0.000_142_670_295_086_253_98]),
 ];
 
 fn position_after(integrator: OrbitIntegrator, step: f64, duration: f64) -> [f64; 3] {
-    look(&finished(&document(integrator, step, duration))).state.position
+    observe(&finished(&exercise(integrator, step, duration))).state.position
 }
 
 fn bits(position: [f64; 3]) -> [u64; 3] {
@@ -38,7 +37,7 @@ fn bits(position: [f64; 3]) -> [u64; 3] {
 }
 
 #[test]
-fn one_year_is_equal_in_every_bit() {
+fn position_after_one_year_is_bitwise_identical() {
     for (step, expected) in AFTER_ONE_YEAR {
         let position = position_after(OrbitIntegrator::ExplicitEuler, step, JULIAN_YEAR);
         assert_eq!(bits(position), bits(expected), "step {step}: {position:?} {expected:?}");
@@ -46,7 +45,7 @@ fn one_year_is_equal_in_every_bit() {
 }
 
 #[test]
-fn ten_and_a_hundred_years_are_equal_in_every_bit() {
+fn position_after_ten_and_a_hundred_years_is_bitwise_identical() {
     for (duration, expected) in LATER {
         let position = position_after(OrbitIntegrator::ExplicitEuler, 0.25, duration);
         assert_eq!(bits(position), bits(expected), "{duration} d: {position:?} {expected:?}");
@@ -54,7 +53,7 @@ fn ten_and_a_hundred_years_are_equal_in_every_bit() {
 }
 
 #[test]
-fn control_another_method_and_another_order_of_products_are_told_apart() {
+fn control_different_method_and_order_of_products_are_rejected() {
     let (step, expected) = AFTER_ONE_YEAR[1];
     let other = position_after(OrbitIntegrator::SemiImplicitEuler, step, JULIAN_YEAR);
     assert_ne!(bits(other), bits(expected));
@@ -72,7 +71,7 @@ fn control_another_method_and_another_order_of_products_are_told_apart() {
 
 #[test]
 #[ignore = "needs python3"]
-fn the_independent_program_still_prints_these_numbers() {
+fn independent_program_prints_the_reference_values() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/interop/orbit_euler.py");
     let output = Command::new("python3").arg(script).output().unwrap();
     let printed = String::from_utf8(output.stdout).unwrap();

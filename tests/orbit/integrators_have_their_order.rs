@@ -1,21 +1,21 @@
-//! Law: halving the step divides the error by 2^p: p = 1 for both Euler methods, 2 for Verlet, 4 for Yoshida's and for the
-//! classical Runge–Kutta method, whose energy after whole revolutions even has 5.
+//! Law: halving the step divides the error by 2^p: p = 1 for both Euler methods, 2 for Verlet, 4 for Yoshida's and for the classical
+//! Runge-Kutta method, and 5 for the energy of the latter after whole revolutions.
 //!
-//! Source: the methods' definitions (Hairer, Lubich, Wanner: Geometric Numerical Integration, chapters I, II and V).
-//! Setup: the orbit document's start; the error is the distance from the exact Kepler motion after 100 days, over a quarter
-//! of a revolution so that no return to the start hides it; p by a least-squares line in logarithms over four steps.
-//! Tolerance: 0.05 of p: the next term of the error's series, at these steps. Explicit Euler over a whole revolution: 0.01.
-//! Control: each method's errors are rejected as those of the next order, and of the order below.
-//!
-//! The positions after a year and the reference numbers of the drift: 40-digit arithmetic and another f64 program.
+//! Source: the definitions of the methods (Hairer, Lubich and Wanner, Geometric Numerical Integration, chapters I, II and V). Positions after
+//! a year and reference values of the drift: 40-digit arithmetic and another f64 program.
+//! Setup: the initial state of the orbit exercise. The error is the distance from the exact Kepler motion after 100 days, more than a quarter
+//! of a revolution, so that no return to the initial position hides it; p is the slope of a least-squares line in logarithms over four steps.
+//! Tolerance: 5 % of p, for the next term of the error's series at these steps; 0.001 for explicit Euler over a whole revolution; 0.1 for
+//! the energy of Runge-Kutta.
+//! Control: the errors of each method are rejected for the next order and the order below.
 
-// Fits may use std's functions, references keep all their digits.
+// Fits may use std's functions; reference values keep all their digits.
 #![allow(clippy::disallowed_methods, clippy::excessive_precision)]
 
-use crate::run::{JULIAN_YEAR, document, finished, look};
+use crate::run::{JULIAN_YEAR, exercise, finished, observe};
 use kinetoscope_manifest::model::OrbitIntegrator;
 
-/// Period of the document's start, days (50-digit arithmetic).
+/// Period of the exercise's initial state, days (50-digit arithmetic).
 const PERIOD: f64 = 362.073_107_968_315_865_9;
 
 /// Slope of log(error) over log(step), by least squares.
@@ -29,19 +29,19 @@ fn order(points: &[(f64, f64)]) -> f64 {
     covariance / variance
 }
 
-/// (step, position error) over a duration cut into so many steps.
+/// Step and position error after a duration divided into each number of steps.
 fn position_errors(integrator: OrbitIntegrator, duration: f64, steps: [f64; 4]) -> Vec<(f64, f64)> {
     steps
         .map(|count| {
             let step = duration / count;
-            let end = look(&finished(&document(integrator, step, duration)));
+            let end = observe(&finished(&exercise(integrator, step, duration)));
             (step, end.orbit.position_error_au)
         })
         .to_vec()
 }
 
 #[test]
-fn position_errors_have_each_methods_order() {
+fn position_errors_have_the_order_of_each_method() {
     let methods = [
         (OrbitIntegrator::ExplicitEuler, 1.0, [4000.0, 8000.0, 16_000.0, 32_000.0]),
         (OrbitIntegrator::SemiImplicitEuler, 1.0, [400.0, 800.0, 1600.0, 3200.0]),
@@ -60,30 +60,30 @@ fn position_errors_have_each_methods_order() {
 }
 
 #[test]
-fn explicit_euler_comes_to_order_one_slowly() {
+fn explicit_euler_approaches_order_one() {
     let steps = [8000.0, 16_000.0, 32_000.0, 64_000.0];
     let mut energies = Vec::new();
     let mut positions = Vec::new();
     for count in steps {
         let step = PERIOD / count;
-        let end = look(&finished(&document(OrbitIntegrator::ExplicitEuler, step, PERIOD)));
+        let end = observe(&finished(&exercise(OrbitIntegrator::ExplicitEuler, step, PERIOD)));
         energies.push((step, end.energy.drift_ppm));
         positions.push((step, end.orbit.position_error_au));
     }
-    // At the smallest steps alone: 0.996 and 0.999 by 40-digit arithmetic.
+    // The two smallest steps; 40-digit arithmetic gives 0.996 and 0.999.
     let (energy, position) = (order(&energies[2..]), order(&positions[2..]));
     println!("energy {energy}, position {position}");
     assert!((energy - 0.996).abs() < 0.001, "{energy}");
     assert!((position - 0.999).abs() < 0.001, "{position}");
 }
 
-/// Ten whole revolutions, so that what the energy error has of an oscillation is back at its start.
+/// Setup: ten whole revolutions, after which the oscillating part of the energy error has returned to its initial value.
 #[test]
-fn runge_kutta_loses_energy_with_the_fifth_power() {
+fn runge_kutta_energy_error_is_of_fifth_order() {
     let points = [600.0, 900.0, 1350.0, 2025.0].map(|count| {
         let step = 10.0 * PERIOD / count;
-        let end = look(&finished(&document(OrbitIntegrator::Rk4, step, 10.0 * PERIOD)));
-        assert!(end.energy.drift_ppm < 0.0, "it loses");
+        let end = observe(&finished(&exercise(OrbitIntegrator::Rk4, step, 10.0 * PERIOD)));
+        assert!(end.energy.drift_ppm < 0.0, "Runge-Kutta must lose energy");
         (step, -end.energy.drift_ppm)
     });
     let measured = order(&points);
@@ -91,10 +91,11 @@ fn runge_kutta_loses_energy_with_the_fifth_power() {
     assert!((measured - 5.0).abs() < 0.1, "{measured}");
 }
 
-/// (x, y) in AU after 365.25 days of steps of 0.25 days, from another f64 program with the same order of operations, checked
-/// there against 40-digit arithmetic. Tolerance: none.
+/// x, y in AU after 365.25 days with steps of 0.25 days, from another f64 program with the same order of operations, checked there against
+/// 40-digit arithmetic.
+/// Tolerance: none.
 #[test]
-fn positions_after_a_year_equal_another_programs() {
+fn positions_after_a_year_equal_those_of_another_program() {
     let references = [
         (OrbitIntegrator::SemiImplicitEuler, [-0.235_523_740_770_400_4, 0.952_392_415_498_212_9]),
         (OrbitIntegrator::VelocityVerlet, [-0.235_542_307_532_198_9, 0.952_513_484_426_992_7]),
@@ -102,7 +103,7 @@ fn positions_after_a_year_equal_another_programs() {
         (OrbitIntegrator::Rk4, [-0.235_581_131_398_097_36, 0.952_503_897_751_523_7]),
     ];
     for (integrator, expected) in references {
-        let [x, y, _] = look(&finished(&document(integrator, 0.25, JULIAN_YEAR))).state.position;
+        let [x, y, _] = observe(&finished(&exercise(integrator, 0.25, JULIAN_YEAR))).state.position;
         assert_eq!([x, y], expected, "{integrator:?}");
     }
 }

@@ -1,53 +1,52 @@
-//! Law: the exact two-body motion: a conic with the Sun in its focus (Kepler's first law), equal areas in equal times
-//! (second), P^2 = 4 pi^2 a^3 / GM (third), at any time, forwards and back.
+//! Law: the exact two-body motion is a conic with the Sun in its focus (Kepler's first law), sweeps equal areas in equal times (second), and
+//! has P^2 = 4 pi^2 a^3 / GM (third), at any time, forward and backward.
 //!
-//! Source: elements and positions by 50-digit arithmetic from Kepler's equation in the eccentric anomaly, M = E - e sin E,
-//! or its hyperbolic counterpart, solved by halving: another way than the program's universal variables.
-//! Setup: the orbit document's start, the heliocentric one, a comet, a near-parabola, a hyperbola inbound, a fall that
-//! misses the Sun by 1.7e-7 AU.
-//! Tolerance: at each test.
-//! Control: the same judges reject a start whose velocity is changed in its ninth digit, a period changed likewise, and
-//! areas of unequal times.
+//! Source: elements and positions in 50-digit arithmetic from Kepler's equation in the eccentric anomaly, M = E - e sin E, or its hyperbolic
+//! counterpart, solved by bisection; the program uses universal variables instead.
+//! Setup: the initial state of the orbit exercise, the heliocentric one, a comet, a near-parabola, an inbound hyperbola, a fast pass of the
+//! Sun, and a fall that misses the Sun by 1.7e-7 AU.
+//! Tolerance: stated at each test.
+//! Control: a velocity changed by 1e-9, a period changed by 1e-9, and areas of unequal times are rejected.
 
-// Closed forms may use std's functions, references keep all their digits.
+// Closed forms may use std's functions; reference values keep all their digits.
 #![allow(clippy::disallowed_methods, clippy::excessive_precision)]
 
-use crate::run::{apart, document, finished, look};
+use crate::run::{distance, exercise, finished, observe};
 use kinetoscope_manifest::model::OrbitIntegrator;
 use kinetoscope_physics::orbit::elements::Elements;
 use kinetoscope_physics::orbit::kepler::Kepler;
 use kinetoscope_physics::orbit::motion::{State, angular_momentum, cross, energy, length};
 use kinetoscope_physics::orbit::{DOCUMENT_START, HELIOCENTRIC_START};
 
-fn close(value: f64, expected: f64, relative: f64) -> bool {
+fn is_close(value: f64, expected: f64, relative: f64) -> bool {
     (value - expected).abs() <= relative * expected.abs()
 }
 
-/// 50-digit arithmetic. Tolerance: a few roundings of 1.1e-16; of the eccentricity and the anomaly, which are differences
-/// of numbers near one, that much of one.
+/// Reference values: 50-digit arithmetic.
+/// Tolerance: a few roundings of 1.1e-16, relative; absolute for the eccentricity, which is a difference of numbers near one.
 #[test]
-fn elements_of_the_documents_start() {
+fn elements_of_the_exercise_equal_the_reference() {
     let elements = Elements::of(DOCUMENT_START);
     let bound = elements.bound.unwrap();
-    assert!(close(elements.semi_major_axis, 0.994_180_472_778_547_646_0, 2e-15));
+    assert!(is_close(elements.semi_major_axis, 0.994_180_472_778_547_646_0, 2e-15));
     assert!((elements.eccentricity - 0.013_193_509_473_117_573_577_84).abs() < 1e-15);
-    assert!(close(bound.period, 362.073_107_968_315_865_9, 2e-15));
-    assert!(close(elements.energy, -0.000_148_822_178_837_004_190_357_3, 2e-15));
-    assert!(close(elements.angular_momentum, 0.017_150_478_995_890_239_882_62, 1e-15));
-    assert!(close(elements.perihelion, 0.981_063_743_292_955_43, 2e-15));
-    assert!(close(bound.aphelion, 1.007_297_202_264_139_96, 2e-15));
-    assert!(close(elements.inclination, 6.982_815_256_000_648e-5, 2e-15));
+    assert!(is_close(bound.period, 362.073_107_968_315_865_9, 2e-15));
+    assert!(is_close(elements.energy, -0.000_148_822_178_837_004_190_357_3, 2e-15));
+    assert!(is_close(elements.angular_momentum, 0.017_150_478_995_890_239_882_62, 1e-15));
+    assert!(is_close(elements.perihelion, 0.981_063_743_292_955_43, 2e-15));
+    assert!(is_close(bound.aphelion, 1.007_297_202_264_139_96, 2e-15));
+    assert!(is_close(elements.inclination, 6.982_815_256_000_648e-5, 2e-15));
     // The reference has 13 digits here.
-    assert!(close(bound.mean_anomaly.to_degrees(), 5.130_364_713_432, 1e-12));
+    assert!(is_close(bound.mean_anomaly.to_degrees(), 5.130_364_713_432, 1e-12));
     let heliocentric = Elements::of(HELIOCENTRIC_START);
-    assert!(close(heliocentric.semi_major_axis, 0.999_345_417_141_490_3, 2e-15));
-    assert!(close(heliocentric.bound.unwrap().period, 364.898_320_698_051_443_9, 2e-15));
+    assert!(is_close(heliocentric.semi_major_axis, 0.999_345_417_141_490_3, 2e-15));
+    assert!(is_close(heliocentric.bound.unwrap().period, 364.898_320_698_051_443_9, 2e-15));
 }
 
-/// Ascending node, argument of the perihelion and true anomaly by 50-digit arithmetic, from r x v and the eccentricity vector.
-/// Tolerance: some ten roundings of 2e-16, e and i magnify them as 1/e and 1/sin i: 76 and 14000 of the document's orbit.
+/// Ascending node, argument of the perihelion and true anomaly in 50-digit arithmetic from r x v and the eccentricity vector.
+/// Tolerance: about ten roundings of 2e-16, amplified by 1/e and 1/sin i: 76 and 14000 for the orbit of the exercise.
 #[test]
-fn angles_of_osculating_orbits() {
+fn angles_of_osculating_orbits_equal_the_reference() {
     let references = [
         (
             DOCUMENT_START,
@@ -72,14 +71,15 @@ fn angles_of_osculating_orbits() {
         for (angle, expected) in angles.iter().zip(expected) {
             assert!((angle - expected).abs() < tolerance, "{angle} {expected}");
         }
-        let turned = State { velocity: start.velocity.map(|v| v * (1.0 + 1e-9)), ..start };
-        assert!((Elements::of(turned).true_anomaly - expected[2]).abs() > tolerance);
+        // Control.
+        let changed = State { velocity: start.velocity.map(|v| v * (1.0 + 1e-9)), ..start };
+        assert!((Elements::of(changed).true_anomaly - expected[2]).abs() > tolerance);
     }
 }
 
-/// In the plane z = 0 there is no ascending node: the angle is zero, and the perihelion is counted from the x axis.
+/// In the plane z = 0, the ascending node is undefined; its angle is set to zero, and the perihelion is measured from the x axis.
 #[test]
-fn an_orbit_in_the_plane_has_angles_too() {
+fn orbit_in_the_reference_plane_has_zero_ascending_node() {
     let start = State { position: [0.0, 0.8, 0.0], velocity: [-0.02, 0.0, 0.0] };
     let elements = Elements::of(start);
     assert_eq!((elements.inclination, elements.ascending_node), (0.0, 0.0));
@@ -87,9 +87,9 @@ fn an_orbit_in_the_plane_has_angles_too() {
     assert!(elements.true_anomaly.abs() < 1e-15);
 }
 
-/// Tolerance: 1e-12. After a hundred revolutions a rounding of the period, 2e-16 of it, has become 1.3e-13 rad.
+/// Tolerance: 1e-12 AU. After a hundred revolutions, a rounding of the period, 2e-16 of it, has grown to 1.3e-13 rad.
 #[test]
-fn earth_after_one_and_a_hundred_years() {
+fn position_of_the_earth_equals_the_reference_for_a_century() {
     let references = [
         (
             365.25,
@@ -109,27 +109,27 @@ fn earth_after_one_and_a_hundred_years() {
         ),
     ];
     for (duration, expected) in references {
-        let run = finished(&document(OrbitIntegrator::Kepler, 0.25, duration));
-        let seen = look(&run);
-        let error = apart(seen.state.position, expected);
+        let run = finished(&exercise(OrbitIntegrator::Kepler, 0.25, duration));
+        let found = observe(&run);
+        let error = distance(found.state.position, expected);
         println!("{duration} d: {error:e} AU");
         assert!(error < 1e-12, "{duration} d: {error:e} AU");
-        assert_eq!(seen.orbit.position_error_au, 0.0);
-        assert!(seen.orbit.phase_error_rad.abs() < 2e-15);
-        assert!(seen.energy.drift_ppm.abs() < 1e-8);
+        assert_eq!(found.orbit.position_error_au, 0.0);
+        assert!(found.orbit.phase_error_rad.abs() < 2e-15);
+        assert!(found.energy.drift_ppm.abs() < 1e-8);
     }
-    let hurried =
+    let faster =
         State { velocity: DOCUMENT_START.velocity.map(|v| v * (1.0 + 1e-9)), ..DOCUMENT_START };
-    let control = apart(Kepler::from_start(hurried).at(36_525.0).state.position, references[1].1);
-    assert!(control > 1e-12, "a velocity changed in its ninth digit: {control:e}");
+    let control = distance(Kepler::from_start(faster).at(36_525.0).state.position, references[1].1);
+    assert!(control > 1e-12, "control: a velocity changed by 1e-9: {control:e}");
 }
 
-/// One conic: start, time (days), position, velocity, angle turned through; 50-digit arithmetic.
+/// One conic: initial state, and time (days), position, velocity and angle traversed at several points (50-digit arithmetic).
 struct Reference {
     name: &'static str,
     start: State,
-    /// How much the start's rounding is magnified: |a| / r0 from a perihelion to the far end, r0 / q by a pass of the Sun;
-    /// else 1.
+    /// Amplification of the rounding of the initial state: |a| / r0 from a perihelion to the far end, r0 / q through a pass of the Sun,
+    /// otherwise 1.
     sensitivity: f64,
     points: &'static [(f64, [f64; 3], [f64; 3], f64)],
 }
@@ -166,7 +166,7 @@ const COMET: Reference = Reference {
     ],
 };
 const INBOUND: Reference = Reference {
-    name: "a hyperbola, e = 1.54, first inbound",
+    name: "a hyperbola, e = 1.54, inbound at first",
     start: State { position: [3.0, 1.0, 0.5], velocity: [-0.02, -0.001, 0.002] },
     sensitivity: 5.0,
     points: &[
@@ -221,8 +221,8 @@ const NEAR_PARABOLA: Reference = Reference {
         ),
     ],
 };
-const DASH: Reference = Reference {
-    name: "a dash past the Sun, whose bracket of X overflows",
+const FAST_PASS: Reference = Reference {
+    name: "a fast pass of the Sun, whose bracket of X overflows",
     start: State { position: [0.01, 0.0, 0.0], velocity: [-1.0, 0.3, 0.0] },
     sensitivity: 5.0,
     points: &[
@@ -272,26 +272,26 @@ const FALL: Reference = Reference {
     ],
 };
 
-/// Tolerance: a rounding of the velocity, 1e-16 of it, moves the place by that much of (v t + r); ten of them, times the
-/// start's sensitivity.
+/// Tolerance: a rounding of the velocity, 1e-16 of it, changes the position by that fraction of (v t + r); ten times that, multiplied by the
+/// amplification of the initial state.
 #[test]
-fn every_kind_of_conic() {
-    for reference in [COMET, INBOUND, NEAR_PARABOLA, DASH, FALL] {
+fn every_kind_of_conic_equals_the_reference() {
+    for reference in [COMET, INBOUND, NEAR_PARABOLA, FAST_PASS, FALL] {
         let exact = Kepler::from_start(reference.start);
         for &(time, position, velocity, angle) in reference.points {
             let point = exact.at(time);
             let speed = length(velocity);
             let allowed = 1e-15 * reference.sensitivity * (length(position) + speed * time.abs());
-            let error = apart(point.state.position, position);
+            let error = distance(point.state.position, position);
             println!("{}, {time} d: {error:e} of {allowed:e} AU", reference.name);
             assert!(error < allowed, "{}, {time} d: {error:e} AU", reference.name);
-            let turned = point.turns as f64 * std::f64::consts::TAU + point.angle;
-            let angle_error = (turned - angle).abs();
+            let traversed = point.turns as f64 * std::f64::consts::TAU + point.angle;
+            let angle_error = (traversed - angle).abs();
             assert!(angle_error < 10.0 * allowed / length(position), "{angle_error:e}");
             let drift = (energy(point.state) - energy(reference.start)).abs();
             assert!(drift < 1e-14 * speed * speed, "{drift:e}");
-            // The velocity changes by its own size while the body goes about |r|; and it is a sum that holds v0.
-            let velocity_error = apart(point.state.velocity, velocity);
+            // The velocity changes by its own magnitude over a distance |r|, and it is a sum that contains v0.
+            let velocity_error = distance(point.state.velocity, velocity);
             assert!(
                 velocity_error
                     < allowed / length(position) * speed + 1e-15 * length(reference.start.velocity),
@@ -301,11 +301,11 @@ fn every_kind_of_conic() {
     }
 }
 
-/// The second law by triangles: r(t) x r(t + d) / d is L (1 - (d^2 GM / r^3) / 6 ...) at any place.
-/// Tolerance: that term for d = 2^-10 days (so that t + d is exact) and the smallest r, 0.587 AU, is 2.3e-10; the product's
-/// rounding is 1e-16 r^2 / (d L) for each of a few operations.
+/// The second law by triangles: r(t) x r(t + d) / d = L (1 - (d^2 GM / r^3) / 6 ...) at any position.
+/// Tolerance: 5e-10 plus rounding. That term is 2.3e-10 for d = 2^-10 days (so that t + d is exact) and the smallest r, 0.587 AU; the
+/// rounding of the product is 1e-16 r^2 / (d L) for each of a few operations.
 #[test]
-fn equal_areas_in_equal_times_and_one_plane() {
+fn areas_are_equal_in_equal_times_and_the_plane_is_fixed() {
     const D: f64 = 1.0 / 1024.0;
     let exact = Kepler::from_start(COMET.start);
     let momentum = angular_momentum(COMET.start);
@@ -314,46 +314,47 @@ fn equal_areas_in_equal_times_and_one_plane() {
         let [here, there] = [exact.at(time).state, exact.at(time + D).state];
         let area = cross(here.position, there.position).map(|component| component / D);
         let rounding = 1e-16 * length(here.position).powi(2) / (D * length(momentum));
-        let error = apart(area, momentum) / length(momentum);
+        let error = distance(area, momentum) / length(momentum);
         assert!(error < 5e-10 + 40.0 * rounding, "{time} d: {error:e}");
     }
     let [here, there] = [0.0, 1.0].map(|day| exact.at(19_000.0 + day).state.position);
     let control = exact.at(19_001.1).state.position;
     let [area, other] = [there, control].map(|end| length(cross(here, end)));
-    assert!((other / area - 1.1).abs() < 1e-3, "a tenth more time, a tenth more area");
+    assert!((other / area - 1.1).abs() < 1e-3, "control: 10 % more time sweeps 10 % more area");
 }
 
-/// P^2 GM = 4 pi^2 a^3 with P taken from the motion itself: after P the body is back, a hundred times over.
+/// P is compared with the motion itself: the body has returned after 100 periods.
+/// Tolerance: 1e-13 of the distance traveled.
 #[test]
-fn the_period_is_keplers_third_law() {
+fn period_follows_keplers_third_law() {
     for start in [DOCUMENT_START, HELIOCENTRIC_START, COMET.start] {
         let elements = Elements::of(start);
         let a = elements.semi_major_axis;
         let gm = kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2;
         let period = (4.0 * std::f64::consts::PI.powi(2) * a.powi(3) / gm).sqrt();
-        // Just short of and just past the return, so that no wrapping of the time hides a wrong period.
+        // Shortly before and shortly after the return, so that the reduction of the time does not hide a wrong period.
         let exact = Kepler::from_start(start);
-        let slip = 1e-3;
-        for side in [-slip, slip] {
+        let offset = 1e-3;
+        for side in [-offset, offset] {
             let point = exact.at(100.0 * period + side);
             let expected = exact.at(side);
-            let error = apart(point.state.position, expected.state.position);
+            let error = distance(point.state.position, expected.state.position);
             assert!(error < 1e-13 * 100.0 * period * length(start.velocity), "{error:e}");
             assert_eq!(point.turns, 100);
         }
         let late = exact.at(100.0 * period * (1.0 + 1e-9)).state.position;
-        assert!(apart(late, start.position) > 1e-9, "the control");
+        assert!(distance(late, start.position) > 1e-9, "control");
     }
 }
 
-/// Backwards from where it went: Kepler's motion has no arrow. Tolerance: as the points of the conics.
+/// Tolerance: 1e-13 of the distance traveled, as for the points of the conics.
 #[test]
-fn the_way_back_leads_to_the_start() {
+fn backward_motion_returns_to_the_initial_state() {
     for reference in [COMET, INBOUND, NEAR_PARABOLA] {
         for time in [1e-6, 3.0, 77.0, 800.0] {
             let there = Kepler::from_start(reference.start).at(time).state;
             let back = Kepler::from_start(there).at(-time).state;
-            let error = apart(back.position, reference.start.position);
+            let error = distance(back.position, reference.start.position);
             assert!(
                 error < 1e-13 * (1.0 + time * length(there.velocity)),
                 "{} {error:e}",
@@ -363,16 +364,17 @@ fn the_way_back_leads_to_the_start() {
     }
 }
 
-/// A start that is a circle to the last digit, where the perihelion has no direction.
+/// A circle has no direction of the perihelion.
+/// Tolerance: 1e-14 of the angle v t / r, and 2e-15 for the radius.
 #[test]
-fn a_circle_is_run_through_evenly() {
+fn circular_motion_is_uniform() {
     let speed = kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2.sqrt();
     let exact =
         Kepler::from_start(State { position: [1.0, 0.0, 0.0], velocity: [0.0, speed, 0.0] });
     for day in [0.0, 1.0, 100.0, 182.0, 183.0, 365.0, 366.0, 3_652.5] {
         let point = exact.at(day);
         let angle = point.turns as f64 * std::f64::consts::TAU + point.angle;
-        // On a circle of radius 1 AU the angle is v t / r.
+        // On a circle of radius 1 AU, the angle is v t / r.
         assert!((angle - speed * day).abs() < 1e-15 * (1.0 + 10.0 * speed * day), "{day}: {angle}");
         assert!((length(point.state.position) - 1.0).abs() < 2e-15);
     }

@@ -1,9 +1,9 @@
 //! Laws of the orbit model: the two-body problem, several bodies, and the errors of each integrator.
 //!
-//! A test belongs here if it compares an orbit run with a closed form, an independent program, an order of convergence or
-//! itself in memory.
+//! A test belongs here if it compares an orbit run with a closed form, an independent program, an order of convergence, or a
+//! second run in memory.
 
-// Preparing, advancing and reading an orbit run.
+// Functions that prepare, advance and read an orbit run.
 mod run;
 
 // The adaptive method of order 8 keeps its tolerance at any eccentricity.
@@ -16,12 +16,12 @@ mod euler_drift_follows_its_closed_form;
 mod euler_matches_independent_program;
 // Halving the time step divides the error by 2^p for each integrator.
 mod integrators_have_their_order;
-// Kepler's three laws, at any time, forward and backward.
+// Kepler's three laws hold at any time, forward and backward.
 mod kepler_motion_equals_50_digit_reference;
 // Symplectic methods keep their energy error bounded.
 mod symplectic_methods_do_not_drift;
 
-// Work budget, observation and resuming change no bit; invalid starts are rejected.
+// Step budget, observation and resuming change no bit; invalid initial states are rejected.
 mod observation_does_not_affect_the_trajectory;
-// The angle around the Sun is continuous through whole turns.
+// The angle around the Sun is continuous through whole revolutions.
 mod phase_is_unwrapped;

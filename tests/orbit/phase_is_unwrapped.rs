@@ -1,11 +1,13 @@
-//! Law: the angle about the Sun since the start, counted through whole turns, is continuous, and grows into the direction of
-//! the motion however the orbit lies: angle + 2 pi turns changes by what lies between two positions.
+//! Law: the angle around the Sun since the initial state, angle + 2 pi turns, is continuous and grows in the direction of the motion for any
+//! orientation of the orbit.
 //!
-//! Source: the definition. Setup: zigzag ways over both half axes, forwards and back, onto the axes themselves with zeros of
-//! both signs; whole runs of a tilted and of a retrograde orbit.
-//! Tolerance: 1e-14, the rounding of atan2. Control: turns left out are seen as a jump.
+//! Source: the definition of the unwrapped angle.
+//! Setup: sequences of positions that cross both half axes forward and backward, and lie on the axes with zeros of both signs; whole runs of
+//! a tilted and of a retrograde orbit.
+//! Tolerance: 1e-14, the rounding of atan2; otherwise stated at the assertion.
+//! Control: without the turns, the angle jumps.
 
-use crate::run::{advance, document, finished, given, look, prepare};
+use crate::run::{advance, exercise, finished, given, observe, prepare};
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
 use kinetoscope_physics::orbit::motion::State;
 use kinetoscope_physics::orbit::phase::Plane;
@@ -14,30 +16,30 @@ use std::f64::consts::{PI, TAU};
 const PLANE_START: State = State { position: [2.0, 0.0, 0.0], velocity: [0.0, 0.01, 0.0] };
 
 #[test]
-fn the_angle_follows_every_way_forwards_and_back() {
+fn angle_is_continuous_forward_and_backward() {
     let plane = Plane::of(PLANE_START);
-    // Angles in tenths of pi, less than half a turn apart.
-    let way = [
+    // Angles in tenths of pi, less than half a revolution apart.
+    let path = [
         0, 4, 8, 11, 9, 12, 15, 19, 21, 18, 24, 29, 33, 28, 22, 18, 13, 8, 11, 8, 3, -3, -7, -12,
         -8, 1,
     ];
-    let place = |tenths: i32| {
+    let position = |tenths: i32| {
         let angle = PI / 10.0 * f64::from(tenths);
         [0.7 * libm::cos(angle), 0.7 * libm::sin(angle), 0.0]
     };
     let (mut turns, mut jumps) = (0, 0);
-    for pair in way.windows(2) {
-        let step = plane.turns_between(place(pair[0]), place(pair[1]));
+    for pair in path.windows(2) {
+        let step = plane.turns_between(position(pair[0]), position(pair[1]));
         turns += step;
         jumps += i32::from(step != 0);
-        let angle = plane.angle(place(pair[1])) + TAU * turns as f64;
+        let angle = plane.angle(position(pair[1])) + TAU * turns as f64;
         assert!((angle - PI / 10.0 * f64::from(pair[1])).abs() < 1e-14, "{pair:?}: {angle}");
     }
-    assert!(jumps > 5, "control: without the turns the angle jumps");
+    assert!(jumps > 5, "control: the angle without turns jumps");
 }
 
 #[test]
-fn the_branch_itself_belongs_to_the_first_half_whatever_the_sign_of_zero() {
+fn branch_cut_belongs_to_the_first_half_for_both_signs_of_zero() {
     let plane = Plane::of(PLANE_START);
     let [above, below] = [[-1.0, 0.5, 0.0], [-1.0, -0.5, 0.0]];
     for zero in [0.0, -0.0] {
@@ -53,7 +55,7 @@ fn the_branch_itself_belongs_to_the_first_half_whatever_the_sign_of_zero() {
 }
 
 #[test]
-fn tilted_and_retrograde_orbits_count_forwards() {
+fn tilted_and_retrograde_orbits_count_positive_revolutions() {
     let speed = 0.0172;
     for velocity in [
         [0.0, speed, 0.0],
@@ -64,32 +66,32 @@ fn tilted_and_retrograde_orbits_count_forwards() {
         for integrator in [OrbitIntegrator::Yoshida4, OrbitIntegrator::Kepler] {
             let config = OrbitConfig {
                 start: given([1.0, 0.0, 0.0], velocity),
-                ..document(integrator, 1.0 / 4.0, 10.0 * 365.25)
+                ..exercise(integrator, 1.0 / 4.0, 10.0 * 365.25)
             };
-            let seen = look(&finished(&config)).orbit;
-            // A circle at 1 AU takes 365.257 days; 0.0172 AU/day is 1.2e-4 short of its speed.
-            assert!((seen.revolutions - 10.0).abs() < 0.01, "{velocity:?}: {}", seen.revolutions);
-            assert!(seen.phase_error_rad.abs() < 1e-6);
+            let found = observe(&finished(&config)).orbit;
+            // A circle at 1 AU takes 365.257 days; 0.0172 AU/day differs from its speed by 1.2e-4.
+            assert!((found.revolutions - 10.0).abs() < 0.01, "{velocity:?}: {}", found.revolutions);
+            assert!(found.phase_error_rad.abs() < 1e-6);
         }
     }
 }
 
-/// From a start that flies in, e = 0.9, more than half a revolution lies within half a period: the exact angle and the one in
-/// the plane differ there by a whole turn.
+/// For an inbound initial state at e = 0.9, more than half a revolution takes place in less than half a period: the exact angle and the one
+/// in the plane differ there by a whole revolution.
 #[test]
-fn an_eccentric_orbit_is_followed_past_its_perihelion() {
+fn eccentric_orbit_is_continuous_past_its_perihelion() {
     let config = OrbitConfig {
         start: given([1.0, 0.0, 0.0], [-0.012, 0.007, 0.0]),
-        ..document(OrbitIntegrator::Kepler, 0.5, 1000.0)
+        ..exercise(OrbitIntegrator::Kepler, 0.5, 1000.0)
     };
     let mut run = prepare(&config);
     let mut last = 0.0;
     for count in 1..=2000 {
         advance(&mut run, count);
-        let seen = look(&run).orbit;
-        assert!(seen.phase_error_rad.abs() < 1e-9, "step {count}: {}", seen.phase_error_rad);
-        assert!(seen.revolutions > last && seen.revolutions < last + 0.5, "step {count}");
-        last = seen.revolutions;
+        let found = observe(&run).orbit;
+        assert!(found.phase_error_rad.abs() < 1e-9, "step {count}: {}", found.phase_error_rad);
+        assert!(found.revolutions > last && found.revolutions < last + 0.5, "step {count}");
+        last = found.revolutions;
     }
     assert!(last > 3.0, "{last}");
 }

@@ -1,6 +1,6 @@
-//! One orbit run as the tests of the orbit's laws need it: prepare, move, look.
+//! Functions that prepare and advance an orbit run and read its frames.
 
-// Each test file takes what it needs; a start that can't be built fails its test.
+// Not every test file uses every function; an invalid configuration fails its test.
 #![allow(clippy::unwrap_used)]
 
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitStart};
@@ -12,11 +12,11 @@ use kinetoscope_physics::random::Seed;
 use kinetoscope_recording::channels::{OrbitElements, OrbitEnergy};
 use kinetoscope_recording::frame::Frame;
 
-/// A year of the orbit document's checks, days.
+/// Duration of one year in the orbit exercise, days.
 pub(crate) const JULIAN_YEAR: f64 = 365.25;
 
-/// The document's start with this method, step and duration (days).
-pub(crate) fn document(integrator: OrbitIntegrator, step: f64, duration: f64) -> OrbitConfig {
+/// Configuration with the initial state of the orbit exercise, an integrator, a step and a duration (days).
+pub(crate) fn exercise(integrator: OrbitIntegrator, step: f64, duration: f64) -> OrbitConfig {
     OrbitConfig {
         integrator,
         time_step_days: Positive::new(step).unwrap(),
@@ -25,7 +25,7 @@ pub(crate) fn document(integrator: OrbitIntegrator, step: f64, duration: f64) ->
     }
 }
 
-/// A start written out, AU and AU/day.
+/// Initial state given in AU and AU/day.
 pub(crate) fn given(position: [f64; 3], velocity: [f64; 3]) -> OrbitStart {
     OrbitStart::Given {
         position_au: position.map(|component| Finite::new(component).unwrap()),
@@ -33,26 +33,26 @@ pub(crate) fn given(position: [f64; 3], velocity: [f64; 3]) -> OrbitStart {
     }
 }
 
-/// The run at its start.
+/// Returns the run in its initial state.
 pub(crate) fn prepare(config: &OrbitConfig) -> Orbit {
     Orbit::prepare(config, Seed { seed: 14, replicate: 0 }, false).unwrap()
 }
 
-/// The run at its end.
+/// Returns the run in its final state.
 pub(crate) fn finished(config: &OrbitConfig) -> Orbit {
     let mut orbit = prepare(config);
-    let Extent::Steps { total, .. } = orbit.extent() else { panic!("an orbit has fixed steps") };
+    let Extent::Steps { total, .. } = orbit.extent() else { panic!("an orbit run has steps") };
     advance(&mut orbit, total);
     orbit
 }
 
-/// Moves the run to a step.
+/// Advances the run to a step.
 pub(crate) fn advance(orbit: &mut Orbit, count: u64) {
     assert_eq!(orbit.advance(Target::Count(count), u64::MAX), Ok(Progress::Reached));
 }
 
-/// What the recording would hold of this instant.
-pub(crate) struct Seen {
+/// Recorded data of one frame.
+pub(crate) struct Observation {
     /// Position and velocity.
     pub(crate) state: State,
     /// The channel `/energy`.
@@ -61,20 +61,20 @@ pub(crate) struct Seen {
     pub(crate) orbit: OrbitElements,
 }
 
-/// Looks at the run through a frame, as the recorder does.
-pub(crate) fn look(orbit: &Orbit) -> Seen {
+/// Reads the run through a frame, as the recorder does.
+pub(crate) fn observe(orbit: &Orbit) -> Observation {
     let mut frame = Frame::new();
     orbit.observe(&mut frame);
     let &[x, y, z, vx, vy, vz] = frame.state() else { panic!("one row of six columns") };
-    Seen {
+    Observation {
         state: State { position: [x, y, z], velocity: [vx, vy, vz] },
         energy: frame.get::<OrbitEnergy>().unwrap(),
         orbit: frame.get::<OrbitElements>().unwrap(),
     }
 }
 
-/// |a - b|.
-pub(crate) fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+/// Returns |a - b|.
+pub(crate) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     ((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]))
         .sqrt()
 }
