@@ -6,31 +6,31 @@
 mod runs;
 
 // A particle follows the chords of the circular billiard.
-mod exact_motion;
+mod exact_motion_equals_50_digit_reference;
 // The wall keeps speed and angular momentum of every particle.
-mod invariants;
+mod wall_conserves_speed_and_angular_momentum;
 // Invariants and pressure hold after a million wall collisions, on any number of threads.
-mod million_hits;
+mod million_wall_collisions_conserve_invariants;
 // Time steps of any length lead along the exact path.
 mod stepped_agrees_with_exact;
 // The nine defects of the printed scheme are shown and detected.
-mod document_defects;
+mod exercise_defects_are_detected;
 
 // Angles, chords and rate of wall collisions follow the uniform isotropic state.
-mod hits_of_the_wall;
+mod wall_collision_rate_follows_kinetic_theory;
 // The wall pressure is N m <v^2> / (2 A).
-mod pressure_of_the_wall;
+mod wall_pressure_follows_mean_square_speed;
 // Speeds follow the distribution from which they were drawn.
-mod speed_histogram;
+mod speed_histogram_follows_distribution;
 // The temperature set holds exactly by the definition in use.
-mod temperature_definitions;
+mod set_temperature_follows_its_definition;
 // Moving walls do work, thermal walls exchange heat, openings release particles.
-mod walls_that_do_more_than_mirror;
+mod moving_thermal_and_open_walls_follow_kinetic_theory;
 
 // Elastic collisions relax speeds to Maxwell's distribution.
-mod collisions_make_maxwell;
+mod collisions_relax_speeds_to_maxwell;
 // Colliding discs conserve energy and angular momentum and collide at Enskog's rate.
-mod discs_keep_what_they_must;
+mod colliding_discs_conserve_energy_and_momentum;
 
 // Starts, rejected configurations, frames and checkpoints of the gas.
-mod start_and_frames;
+mod initial_state_and_frames_follow_configuration;
