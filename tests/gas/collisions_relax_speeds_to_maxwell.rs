@@ -1,13 +1,15 @@
-//! Law: discs that collide elastically forget the law of their speeds for Maxwell's, f(v) = 2 v/<v^2> exp(-v^2/<v^2>), and Boltzmann's
-//! H falls to its least value; the points of the same start never do.
+//! Law: elastic collisions relax any distribution of speeds to Maxwell's, f(v) = 2 v/<v^2> exp(-v^2/<v^2>), and Boltzmann's H falls to its
+//! minimum; points of the same initial state never relax.
 //!
-//! Source: Boltzmann's H theorem; Maxwell's law in two dimensions. In a fixed energy the shares of N discs are uniform on a simplex, so
-//! <v^4>/<v^2>^2 = 2 N/(N + 1) with an error of 2/sqrt(N), and <v>/v_rms = sqrt(pi)/2 with sqrt(1 - pi/4 - pi/16)/sqrt(N) = 0.135/sqrt(N).
-//! 2 N times the excess of H, found in 30 bins with one mean square, is a chi-square of 28 degrees of freedom (Wilks 1938).
-//! Setup: 2000 discs, R = 1 m, a = 4 mm, v_rms = 1 m/s: 20 s are some 250 collisions a disc.
-//! Tolerance: 4.5 standard errors; chi-square below 60, one in three thousand. Control: the same judges refuse the points.
+//! Source: Boltzmann's H theorem; Maxwell's distribution in two dimensions. At fixed energy, the energy fractions of N discs are uniform on a
+//! simplex, so <v^4>/<v^2>^2 = 2 N/(N + 1) with standard error 2/sqrt(N), and <v>/v_rms = sqrt(pi)/2 with
+//! sqrt(1 - pi/4 - pi/16)/sqrt(N) = 0.135/sqrt(N). 2 N times the excess of H over its minimum, from 30 bins with a fitted mean square, is
+//! chi-square distributed with 28 degrees of freedom (Wilks, Ann. Math. Stat. 9 (1938) 60).
+//! Setup: 2000 discs, R = 1 m, a = 4 mm, v_rms = 1 m/s; 20 s are about 250 collisions per disc.
+//! Tolerance: 4.5 standard errors; chi-square below 60, whose probability of being exceeded is 1/3000.
+//! Control: points without collisions are rejected.
 
-// Tests compare with the platform's functions; what is written in a test is in range.
+// Tests compare with the platform's functions; values written in a test are in range.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
 use crate::runs::{advance, channel, count, gas, max_speed, particles, positive};
@@ -48,39 +50,41 @@ fn moments(gas: &Gas) -> [f64; 2] {
     [mean(0.5) / mean(1.0).sqrt(), mean(2.0) / mean(1.0).powi(2)]
 }
 
-/// Whether the speeds are Maxwell's, by all three judges.
-fn are_maxwells(gas: &Gas) -> bool {
+/// Whether the speeds follow Maxwell's distribution by all three criteria.
+fn is_maxwellian(gas: &Gas) -> bool {
     let n = f64::from(DISCS);
-    let [mean_over_rms, kurtosis] = moments(gas);
+    let [mean_over_rms, fourth_moment] = moments(gas);
     let excess = channel::<GasLedger>(gas).excess_h;
     println!(
-        "<v>/v_rms {mean_over_rms}, <v^4>/<v^2>^2 {kurtosis}, 2 N excess of H {}",
+        "<v>/v_rms {mean_over_rms}, <v^4>/<v^2>^2 {fourth_moment}, 2 N excess of H {}",
         2.0 * n * excess
     );
     let mean_error = (1.0 - PI / 4.0 - PI / 16.0).sqrt() / n.sqrt();
     (mean_over_rms - PI.sqrt() / 2.0).abs() < 4.5 * mean_error
-        && (kurtosis - 2.0 * n / (n + 1.0)).abs() < 4.5 * 2.0 / n.sqrt()
+        && (fourth_moment - 2.0 * n / (n + 1.0)).abs() < 4.5 * 2.0 / n.sqrt()
         && 2.0 * n * excess < 60.0
 }
 
 #[test]
-fn discs_take_maxwells_speeds_and_points_do_not() {
+fn discs_relax_to_maxwell_and_points_do_not() {
     for distribution in [SpeedDistribution::Equal, SpeedDistribution::Uniform] {
         let mut discs = gas(&start(distribution, Some(0.004)), 14);
-        assert!(!are_maxwells(&discs));
+        assert!(!is_maxwellian(&discs));
         advance(&mut discs, Target::Time(20.0));
-        assert!(are_maxwells(&discs), "{distribution:?}");
+        assert!(is_maxwellian(&discs), "{distribution:?}");
+        // Control.
         let mut points = gas(&start(distribution, None), 14);
         let before = channel::<GasLedger>(&points).excess_h;
         advance(&mut points, Target::Time(20.0));
-        assert!(!are_maxwells(&points), "{distribution:?}");
+        assert!(!is_maxwellian(&points), "{distribution:?}");
         assert!((channel::<GasLedger>(&points).excess_h - before).abs() < 1e-12);
     }
 }
 
-/// Law: H never rises but by the scatter of a finite sample, whose standard deviation is sqrt(2 28)/(2 N) = 0.0019.
+/// Law: H never rises, except for the scatter of a finite sample.
+/// Tolerance: four standard deviations sqrt(2 28)/(2 N) = 0.0019.
 #[test]
-fn h_falls() {
+fn h_decreases_to_its_minimum() {
     let mut discs = gas(&start(SpeedDistribution::Equal, Some(0.004)), 15);
     let mut before = channel::<GasLedger>(&discs).excess_h;
     let first = before;
@@ -90,18 +94,18 @@ fn h_falls() {
         assert!(now < before + 4.0 * 0.0019, "from {before} to {now}");
         before = now;
     }
-    println!("H above its least: {first} at first, {before} after a dozen collisions a disc");
+    println!("H above its minimum: {first} at first, {before} after 12 collisions per disc");
     assert!(first > 1.0 && before < 0.02);
 }
 
-/// Law: a mixture of masses shares its energy alike (equipartition): <m v^2> of each part is the mean of all, with an error of the mean
-/// over sqrt(N/2) for parts of N/2 (exponential energies at a fixed total: 1/sqrt(N)). Setup: masses 1 : 4 at equal speeds, so that the
-/// heavy ones have 8/5 of the mean at first.
+/// Law: equipartition; in a mixture of masses, <m v^2> is the same for each mass.
+/// Setup: masses 1 : 4 at equal speeds, so that the heavy discs have 8/5 of the mean energy at first.
+/// Tolerance: 4.5 standard errors, 1/sqrt(N) of the mean for halves of N/2 discs (exponential energies at fixed total energy).
 #[test]
-fn masses_share_their_energy_alike() {
+fn masses_have_equal_mean_energy() {
     let mut config = start(SpeedDistribution::Equal, Some(0.004));
     config.further_masses_kg = vec![positive(4.0 * config.mass_kg.get())];
-    let heavy_share = |gas: &Gas| {
+    let heavy_energy_ratio = |gas: &Gas| {
         let energies: Vec<f64> = particles(gas)
             .iter()
             .enumerate()
@@ -114,15 +118,15 @@ fn masses_share_their_energy_alike() {
         2.0 * heavy / energies.iter().sum::<f64>()
     };
     let mut discs = gas(&config, 16);
-    assert!((heavy_share(&discs) - 1.6).abs() < 1e-12);
+    assert!((heavy_energy_ratio(&discs) - 1.6).abs() < 1e-12);
     advance(&mut discs, Target::Time(30.0));
-    println!("energy of the heavy half over the mean: {}", heavy_share(&discs));
-    assert!((heavy_share(&discs) - 1.0).abs() < 4.5 / f64::from(DISCS).sqrt());
+    println!("energy of the heavy half over the mean: {}", heavy_energy_ratio(&discs));
+    assert!((heavy_energy_ratio(&discs) - 1.0).abs() < 4.5 / f64::from(DISCS).sqrt());
 }
 
-/// Promise: written speeds are given to the particles in turn, as they are or brought to a temperature.
+/// Guarantee: given speeds are assigned to the particles cyclically, unchanged or scaled to a temperature.
 #[test]
-fn written_speeds_are_kept() {
+fn given_speeds_are_assigned_cyclically() {
     let speeds = [1.0, 2.0, 0.0].map(|speed| NonNegative::new(speed).unwrap());
     let mut config = GasConfig {
         particles: count(7),
@@ -133,8 +137,8 @@ fn written_speeds_are_kept() {
     let found = |config: &GasConfig| -> Vec<f64> {
         particles(&gas(config, 1)).iter().map(|particle| particle.speed()).collect()
     };
-    for (found, wanted) in found(&config).iter().zip([1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0]) {
-        assert!((found - wanted).abs() < 1e-15);
+    for (found, expected) in found(&config).iter().zip([1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0]) {
+        assert!((found - expected).abs() < 1e-15);
     }
     config.speed_scale = crate::runs::kelvin(300.0);
     let scaled = found(&config);

@@ -1,10 +1,14 @@
-//! Promise: a gas starts as its configuration says or is refused in words, its frames say what they must, and its value is its
-//! own checkpoint.
+//! Guarantee: the initial state of a gas follows its configuration, or the configuration is rejected; its first frame describes the run, and
+//! a serialized gas continues with the same bits.
+//!
+//! Setup: default, given and invalid configurations.
+//! Tolerance: none.
+//! Control: another seed and another replicate have other positions.
 
-// What is written in a test is in range, or the test is wrong.
+// Values written in a test are in range.
 #![allow(clippy::unwrap_used)]
 
-use crate::runs::{advance, frame, gas, kelvin, max_speed, particles, positive, refusal, written};
+use crate::runs::{advance, frame, gas, given, kelvin, max_speed, particles, positive, rejection};
 use kinetoscope_manifest::model::{
     GasConfig, Placement, Propagation, SpeedDistribution, SpeedScale,
 };
@@ -25,30 +29,30 @@ fn stepped(time_step: f64) -> Propagation {
 }
 
 #[test]
-fn written_particles_stand_where_they_are_written() {
+fn given_particles_have_the_given_positions() {
     let starts = [([0.3, -0.2], [0.7, 0.4]), ([1.0, 0.0], [1.0, 0.0]), ([0.6, 0.8], [-1.0, 0.0])];
-    let start = particles(&gas(&written(&starts), 1));
+    let start = particles(&gas(&given(&starts), 1));
     for (particle, (position, velocity)) in start.iter().zip(starts) {
-        // A particle on the wall that moves outwards is shown as written: it hits after frame 0.
+        // A particle on the wall that moves outward is recorded as given; it collides after frame 0.
         assert_eq!(particle.position, position);
         assert_eq!(particle.velocity, velocity);
     }
-    // On the wall but for the rounding of its decimals.
+    // On the wall up to the rounding of the decimals.
     let near = [([0.7071067811866, 0.7071067811866], [1.0, 1.0])];
-    let mut gas = gas(&written(&near), 1);
+    let mut gas = gas(&given(&near), 1);
     advance(&mut gas, Target::Time(1.0));
     assert_eq!(frame(&gas).log_lines().len(), 0);
 }
 
 #[test]
-fn what_cannot_be_run_is_refused_in_words() {
-    let outside = written(&[([0.0, 0.0], [1.0, 0.0]), ([0.8, 0.7], [0.0, 0.0])]);
-    assert!(refusal(&outside).contains("particle 1 "), "{}", refusal(&outside));
-    // Outside is measured from the center.
-    let moved = centered_at([5.0, 0.0], written(&[([0.0, 0.0], [1.0, 0.0])]));
-    assert!(refusal(&moved).contains("5 m from the center"));
+fn invalid_configurations_are_rejected() {
+    let outside = given(&[([0.0, 0.0], [1.0, 0.0]), ([0.8, 0.7], [0.0, 0.0])]);
+    assert!(rejection(&outside).contains("particle 1 "), "{}", rejection(&outside));
+    // The distance is measured from the center.
+    let moved = centered_at([5.0, 0.0], given(&[([0.0, 0.0], [1.0, 0.0])]));
+    assert!(rejection(&moved).contains("5 m from the center"));
     let fewer = GasConfig { particles: crate::runs::count(3), ..outside };
-    assert!(refusal(&fewer).contains("must agree"));
+    assert!(rejection(&fewer).contains("must agree"));
     let default = GasConfig::default;
     let cases = [
         (GasConfig { placement: Placement::Lattice, ..default() }, "lattice"),
@@ -62,11 +66,11 @@ fn what_cannot_be_run_is_refused_in_words() {
             "no upper bound",
         ),
         (
-            GasConfig { speed_scale: max_speed(1.0), ..written(&[([0.0, 0.0], [1.0, 0.0])]) },
+            GasConfig { speed_scale: max_speed(1.0), ..given(&[([0.0, 0.0], [1.0, 0.0])]) },
             "no law to bound",
         ),
         (
-            GasConfig { speed_scale: kelvin(300.0), ..written(&[([0.0, 0.0], [0.0, 0.0])]) },
+            GasConfig { speed_scale: kelvin(300.0), ..given(&[([0.0, 0.0], [0.0, 0.0])]) },
             "can't be scaled",
         ),
         (GasConfig { propagation: stepped(1.0), ..default() }, "no step fits"),
@@ -75,17 +79,17 @@ fn what_cannot_be_run_is_refused_in_words() {
         (GasConfig { speed_scale: kelvin(1e300), ..default() }, "fastest particle"),
         (GasConfig { radius_m: positive(1e-200), ..default() }, "radius_m"),
         (centered_at([1e12, 0.0], default()), "lose their digits"),
-        (written(&[([0.0, 0.0], [1e300, 0.0])]), "fastest particle"),
+        (given(&[([0.0, 0.0], [1e300, 0.0])]), "fastest particle"),
     ];
-    for (config, words) in cases {
-        let refusal = refusal(&config);
-        assert!(refusal.contains(words), "{refusal}");
+    for (config, text) in cases {
+        let message = rejection(&config);
+        assert!(message.contains(text), "{message}");
     }
 }
 
 #[test]
-fn at_zero_kelvin_nothing_moves_and_all_numbers_are_defined() {
-    for (particles_asked, disc_radius_m) in
+fn at_zero_kelvin_all_particles_rest_and_all_numbers_are_finite() {
+    for (number, disc_radius_m) in
         [(1, None), (5, None), (1, Some(positive(0.1))), (5, Some(positive(0.1)))]
     {
         for propagation in [Propagation::Exact, stepped(1e-3)] {
@@ -93,7 +97,7 @@ fn at_zero_kelvin_nothing_moves_and_all_numbers_are_defined() {
                 continue;
             }
             let config = GasConfig {
-                particles: crate::runs::count(particles_asked),
+                particles: crate::runs::count(number),
                 speed_scale: kelvin(0.0),
                 disc_radius_m,
                 propagation,
@@ -109,44 +113,44 @@ fn at_zero_kelvin_nothing_moves_and_all_numbers_are_defined() {
             let frame = frame(&gas);
             let pressure: GasPressure = frame.get().unwrap();
             let temperature: GasTemperature = frame.get().unwrap();
-            let ledger: GasLedger = frame.get().unwrap();
+            let energy_balance: GasLedger = frame.get().unwrap();
             let speeds: GasSpeeds = frame.get().unwrap();
             assert_eq!(pressure.measured_since_start_n_per_m, 0.0);
             assert_eq!(temperature.mean_square_temperature_k, 0.0);
-            assert_eq!(ledger.residual_relative, 0.0);
-            assert!(ledger.excess_h.is_finite());
+            assert_eq!(energy_balance.residual_relative, 0.0);
+            assert!(energy_balance.excess_h.is_finite());
             assert!(speeds.density.iter().chain(&speeds.maxwell).all(|value| value.is_finite()));
         }
     }
 }
 
 #[test]
-fn positions_and_velocities_have_streams_of_their_own() {
-    // Another law of speeds leaves the places; another replicate changes both; the same seed gives the same bits.
+fn positions_and_velocities_have_separate_random_streams() {
+    // Another speed distribution does not change the positions; another replicate changes both; the same seed gives the same bits.
     let uniform = GasConfig::default();
     let maxwell = GasConfig { speed_distribution: SpeedDistribution::Maxwell, ..uniform.clone() };
-    let places = |config, seed| -> Vec<[f64; 2]> {
+    let positions = |config, seed| -> Vec<[f64; 2]> {
         particles(&gas(config, seed)).iter().map(|particle| particle.position).collect()
     };
-    assert_eq!(places(&uniform, 1), places(&maxwell, 1));
-    assert_ne!(places(&uniform, 1), places(&uniform, 2));
+    assert_eq!(positions(&uniform, 1), positions(&maxwell, 1));
+    assert_ne!(positions(&uniform, 1), positions(&uniform, 2));
     assert_eq!(gas(&uniform, 1), gas(&uniform, 1));
     let replicate = Gas::prepare(&uniform, Seed { seed: 1, replicate: 1 }, false).unwrap();
     assert_ne!(particles(&replicate), particles(&gas(&uniform, 1)));
 }
 
 #[test]
-fn the_first_frame_says_what_runs() {
+fn first_frame_describes_the_run() {
     let config = GasConfig { propagation: stepped(1e-4), ..GasConfig::default() };
     let mut gas = gas(&config, 1);
     assert_eq!(gas.extent(), Extent::Steps { total: 1000, step: 1e-4 });
     let first = frame(&gas);
-    let said = |words: &str| first.log_lines().iter().any(|line| line.text.contains(words));
-    assert!(said("N = 1000 particles"));
-    assert!(said("r = 1 m"));
-    assert!(said("300 K here is"));
-    assert!(said("uniform over the area"));
-    // v_max dt / r = 0.18: warned.
+    let has_text = |text: &str| first.log_lines().iter().any(|line| line.text.contains(text));
+    assert!(has_text("N = 1000 particles"));
+    assert!(has_text("r = 1 m"));
+    assert!(has_text("300 K here is"));
+    assert!(has_text("uniform over the area"));
+    // v_max dt / r = 0.18 causes a warning.
     let warning = first.log_lines().iter().find(|line| line.level == Level::Warning).unwrap();
     assert!(warning.text.contains("v_max dt / r = 0.18"), "{}", warning.text);
     assert_eq!(first.state().len(), 4 * 1000);
@@ -158,7 +162,7 @@ fn the_first_frame_says_what_runs() {
 }
 
 #[test]
-fn the_drawing_is_the_container() {
+fn scenery_shows_the_container() {
     let config =
         centered_at([2.0, -1.0], GasConfig { radius_m: positive(0.5), ..GasConfig::default() });
     let scenery = gas(&config, 1).scenery();
@@ -171,7 +175,7 @@ fn the_drawing_is_the_container() {
 }
 
 #[test]
-fn a_saved_gas_goes_on_with_the_same_bits() {
+fn resumed_gas_is_bitwise_identical() {
     for propagation in
         [Propagation::Exact, stepped(1e-4), Propagation::Literal { time_step_s: positive(1e-4) }]
     {
@@ -188,7 +192,7 @@ fn a_saved_gas_goes_on_with_the_same_bits() {
 }
 
 #[test]
-fn looking_changes_nothing_and_time_does_not_run_back() {
+fn observation_changes_nothing_and_time_cannot_decrease() {
     let mut gas = gas(&GasConfig::default(), 1);
     advance(&mut gas, Target::Time(0.05));
     assert_eq!(frame(&gas), frame(&gas));

@@ -1,6 +1,6 @@
-//! Gas runs for the law tests: from a configuration to what its frames say.
+//! Gas runs of the law tests, from a configuration to the contents of its frames.
 
-// Each test file takes what it needs; what is written in a test is in range, or the test is wrong.
+// Not every test file uses every function; values written in a test are in range.
 #![allow(clippy::unwrap_used)]
 
 use kinetoscope_manifest::model::{GasConfig, GivenState, Placement, SpeedScale};
@@ -13,42 +13,42 @@ use kinetoscope_recording::channels::Channel;
 use kinetoscope_recording::frame::Frame;
 use std::num::NonZeroU32;
 
-/// A gas at its start.
+/// Returns a gas in its initial state.
 pub(crate) fn gas(config: &GasConfig, seed: u64) -> Gas {
     Gas::prepare(config, Seed { seed, replicate: 0 }, false).unwrap()
 }
 
-/// Why a configuration is refused.
-pub(crate) fn refusal(config: &GasConfig) -> String {
+/// Returns the message that rejects a configuration.
+pub(crate) fn rejection(config: &GasConfig) -> String {
     Gas::prepare(config, Seed { seed: 1, replicate: 0 }, false).unwrap_err().0
 }
 
-/// Moves to a target in one go.
+/// Advances to a target in one call.
 pub(crate) fn advance(gas: &mut Gas, target: Target) {
     assert_eq!(gas.advance(target, u64::MAX), Ok(Progress::Reached));
 }
 
-/// The frame now.
+/// Returns the current frame.
 pub(crate) fn frame(gas: &Gas) -> Frame {
     let mut frame = Frame::new();
     gas.observe(&mut frame);
     frame
 }
 
-/// One channel of the frame now.
+/// Returns one channel of the current frame.
 pub(crate) fn channel<C: Channel>(gas: &Gas) -> C {
     frame(gas).get().unwrap()
 }
 
-/// The rows of the state now, absolute.
+/// Returns the current particles, in absolute coordinates.
 pub(crate) fn particles(gas: &Gas) -> Vec<Particle> {
     let frame = frame(gas);
     let rows = frame.state().chunks_exact(4);
     rows.map(|row| Particle { position: [row[0], row[1]], velocity: [row[2], row[3]] }).collect()
 }
 
-/// Particles written out, at the scale written, in a circle of radius 1 about the origin.
-pub(crate) fn written(particles: &[([f64; 2], [f64; 2])]) -> GasConfig {
+/// Returns a configuration of given particles, without speed scaling, in a circle of radius 1 around the origin.
+pub(crate) fn given(particles: &[([f64; 2], [f64; 2])]) -> GasConfig {
     let finite = |vector: [f64; 2]| vector.map(|axis| Finite::new(axis).unwrap());
     GasConfig {
         particles: count(particles.len() as u32),
@@ -62,12 +62,12 @@ pub(crate) fn written(particles: &[([f64; 2], [f64; 2])]) -> GasConfig {
     }
 }
 
-/// A scale by temperature, K.
+/// Speed scale given by a temperature, K.
 pub(crate) fn kelvin(temperature: f64) -> SpeedScale {
     SpeedScale::Temperature(NonNegative::new(temperature).unwrap())
 }
 
-/// A scale by the largest speed, m/s.
+/// Speed scale given by the maximum speed, m/s.
 pub(crate) fn max_speed(speed: f64) -> SpeedScale {
     SpeedScale::MaxSpeed(NonNegative::new(speed).unwrap())
 }
@@ -80,8 +80,8 @@ pub(crate) fn count(particles: u32) -> NonZeroU32 {
     NonZeroU32::new(particles).unwrap()
 }
 
-/// Largest difference of components.
-pub(crate) fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+/// Returns the largest difference of components.
+pub(crate) fn max_difference(a: [f64; 2], b: [f64; 2]) -> f64 {
     let (x, y) = ((a[0] - b[0]).abs(), (a[1] - b[1]).abs());
     if x > y { x } else { y }
 }

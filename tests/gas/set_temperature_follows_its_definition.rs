@@ -1,27 +1,28 @@
-//! Law: a set temperature holds exactly by the definition in use, T = m <v>^2 / (2 k_B) or T = m <v^2> / (2 k_B); the
-//! ratio of the two is 3/4 for uniform speeds and pi/4 for Maxwell's.
+//! Law: a set temperature holds exactly in the definition in use, T = m <v>^2 / (2 k_B) or T = m <v^2> / (2 k_B); the ratio of the two is 3/4
+//! for uniform speeds and pi/4 for Maxwell's distribution.
 //!
-//! Source: gas document, equation (13) and step (d); moments of the two laws. Reference values: 50-digit arithmetic.
-//! Setup: gases at their start.
-//! Tolerance: 1e-14 where a rescaled sample holds T by construction (one square root, one product); four standard errors of a sample's
-//! ratio: its logarithm has the variance <(q(x))^2> / N with q = x^2/<x^2> - 2 x/<x> + 1, 2/15 for uniform, 16/pi - 5 for Maxwell.
+//! Source: gas exercise, equation (13) and step (d); moments of the two distributions. Reference values: 50-digit arithmetic.
+//! Setup: gases in their initial state.
+//! Tolerance: 1e-14 where a rescaled sample has T by construction (one square root, one product); four standard errors for the ratio of a
+//! sample: its logarithm has the variance <(q(x))^2> / N with q = x^2/<x^2> - 2 x/<x> + 1, 2/15 for uniform, 16/pi - 5 for Maxwell.
+//! Control: uniform speeds set to 300 K by the mean speed have 400 K by the mean square.
 
-// Tests compare with the platform's functions; bits are not their business.
+// Tests compare with the platform's functions and do not affect recorded bits.
 #![allow(clippy::disallowed_methods)]
 
-use crate::runs::{channel, count, frame, gas, kelvin, max_speed, written};
+use crate::runs::{channel, count, frame, gas, given, kelvin, max_speed};
 use kinetoscope_manifest::model::{GasConfig, SpeedDistribution, TemperatureDefinition};
 use kinetoscope_physics::gas::pressure::speed_at;
 use kinetoscope_recording::channels::{GasSpeeds, GasTemperature};
 use std::f64::consts::PI;
 
-const LAWS: [SpeedDistribution; 3] =
+const DISTRIBUTIONS: [SpeedDistribution; 3] =
     [SpeedDistribution::Uniform, SpeedDistribution::Maxwell, SpeedDistribution::Equal];
 
 #[test]
-fn a_set_temperature_holds_to_rounding() {
+fn set_temperature_holds_to_rounding() {
     for temperature in [1e-9, 300.0, 373.15, 1e9] {
-        for speed_distribution in LAWS {
+        for speed_distribution in DISTRIBUTIONS {
             for temperature_definition in
                 [TemperatureDefinition::MeanSpeed, TemperatureDefinition::MeanSquare]
             {
@@ -35,11 +36,11 @@ fn a_set_temperature_holds_to_rounding() {
                         ..GasConfig::default()
                     };
                     let measured = channel::<GasTemperature>(&gas(&config, 14));
-                    let held = match temperature_definition {
+                    let found = match temperature_definition {
                         TemperatureDefinition::MeanSpeed => measured.mean_speed_temperature_k,
                         TemperatureDefinition::MeanSquare => measured.mean_square_temperature_k,
                     };
-                    assert!((held / temperature - 1.0).abs() < 1e-14, "{held}");
+                    assert!((found / temperature - 1.0).abs() < 1e-14, "{found}");
                 }
             }
         }
@@ -47,10 +48,10 @@ fn a_set_temperature_holds_to_rounding() {
 }
 
 #[test]
-fn written_velocities_are_rescaled_too() {
+fn given_velocities_are_rescaled() {
     let config = GasConfig {
         speed_scale: kelvin(300.0),
-        ..written(&[([0.0, 0.0], [1.0, 0.0]), ([0.5, 0.0], [0.0, -3.0])])
+        ..given(&[([0.0, 0.0], [1.0, 0.0]), ([0.5, 0.0], [0.0, -3.0])])
     };
     let measured = channel::<GasTemperature>(&gas(&config, 1));
     assert!((measured.mean_speed_temperature_k / 300.0 - 1.0).abs() < 1e-14);
@@ -59,7 +60,7 @@ fn written_velocities_are_rescaled_too() {
 }
 
 #[test]
-fn the_two_definitions_differ_by_the_laws_moments() {
+fn ratio_of_the_two_definitions_follows_the_moments() {
     let n = 100_000.0_f64;
     for (speed_distribution, ratio, variance) in [
         (SpeedDistribution::Uniform, 0.75, 2.0 / 15.0),
@@ -77,9 +78,9 @@ fn the_two_definitions_differ_by_the_laws_moments() {
 }
 
 #[test]
-fn the_documents_temperatures_are_really_four_thirds() {
-    // "300 K" is 400 K by equipartition and "373.15 K" is 497.53 K, for uniform speeds and in the mean.
-    for (set, meant) in [(300.0, 400.0), (373.15, 497.53)] {
+fn exercise_temperatures_are_four_thirds_by_equipartition() {
+    // "300 K" is 400 K by equipartition and "373.15 K" is 497.53 K, for uniform speeds, in the mean.
+    for (set, expected) in [(300.0, 400.0), (373.15, 497.53)] {
         let config = GasConfig {
             particles: count(100_000),
             speed_scale: kelvin(set),
@@ -88,14 +89,14 @@ fn the_documents_temperatures_are_really_four_thirds() {
         let gas = gas(&config, 4);
         let found = channel::<GasTemperature>(&gas).mean_square_temperature_k;
         println!("{set} K by (13) is {found} K");
-        assert!((found / meant - 1.0).abs() < 4.0 * (2.0 / 15.0 / 1e5_f64).sqrt() + 1e-5);
-        let remark = format!("{set} K here is ");
-        assert!(frame(&gas).log_lines().iter().any(|line| line.text.contains(&remark)));
+        assert!((found / expected - 1.0).abs() < 4.0 * (2.0 / 15.0 / 1e5_f64).sqrt() + 1e-5);
+        let text = format!("{set} K here is ");
+        assert!(frame(&gas).log_lines().iter().any(|line| line.text.contains(&text)));
     }
 }
 
 #[test]
-fn means_and_bounds_of_the_speeds_have_the_reference_values() {
+fn mean_and_max_speeds_equal_the_reference() {
     // At 300 K and 1e-26 kg, m/s.
     let rms = speed_at(300.0, 1e-26, 1.380_658e-23);
     assert!((rms / 910.161963608676 - 1.0).abs() < 1e-14);
@@ -110,17 +111,17 @@ fn means_and_bounds_of_the_speeds_have_the_reference_values() {
         };
         let gas = gas(&config, 5);
         let speeds = channel::<GasSpeeds>(&gas);
-        // The law is flat up to v_max: its height is 1/v_max.
+        // The density is constant up to v_max: its value is 1/v_max.
         (channel::<GasTemperature>(&gas).mean_speed_m_per_s, 1.0 / speeds.initial_law[0])
     };
     let (mean, top) = at(SpeedDistribution::Uniform, TemperatureDefinition::MeanSquare);
     println!("uniform: mean {mean}, v_max {top}");
-    // Relative errors: of <x>/sqrt(<x^2>) half the root of 2/15/N; of 1/sqrt(<x^2>) half the root of 4/5/N.
+    // Relative errors: half of sqrt(2/15/N) for <x>/sqrt(<x^2>), half of sqrt(4/5/N) for 1/sqrt(<x^2>).
     assert!((mean / 788.223382042441 - 1.0).abs() < 2.0 * (2.0 / 15.0 / n).sqrt());
     assert!((top / 1576.44676408688 - 1.0).abs() < 2.0 * (4.0 / 5.0 / n).sqrt());
     let (mean, top) = at(SpeedDistribution::Uniform, TemperatureDefinition::MeanSpeed);
     assert!((mean / 910.161963608676 - 1.0).abs() < 1e-13);
-    // 1/<x> of uniform numbers: the root of 1/3/N.
+    // The relative error of 1/<x> of uniform numbers is sqrt(1/3/N).
     assert!((top / 1820.323927 - 1.0).abs() < 4.0 * (1.0 / 3.0 / n).sqrt());
     let (mean, _) = at(SpeedDistribution::Maxwell, TemperatureDefinition::MeanSquare);
     println!("Maxwell: mean {mean}");
@@ -128,11 +129,11 @@ fn means_and_bounds_of_the_speeds_have_the_reference_values() {
 }
 
 #[test]
-fn a_largest_speed_bounds_and_rescales_nothing() {
+fn max_speed_sets_the_bound_without_rescaling() {
     let config = GasConfig { speed_scale: max_speed(1820.3), ..GasConfig::default() };
     let speeds = channel::<GasSpeeds>(&gas(&config, 6));
     assert!(speeds.initial_law.iter().all(|&height| height == 1.0 / 1820.3));
-    // Every particle is in a bin: densities times widths add up to one.
+    // Every particle is in a bin, so densities times widths add up to one.
     let total: f64 = speeds.density.iter().sum::<f64>() * 1820.3 / 30.0;
     assert!((total - 1.0).abs() < 1e-12);
     let config = GasConfig { speed_distribution: SpeedDistribution::Equal, ..config };

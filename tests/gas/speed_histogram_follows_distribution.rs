@@ -1,10 +1,11 @@
-//! Law: the speeds follow the law that they were drawn from, uniform or Maxwell's f(v) = 2 v/<v^2> exp(-v^2/<v^2>).
+//! Law: the speeds follow the distribution from which they were drawn, uniform or Maxwell's f(v) = 2 v/<v^2> exp(-v^2/<v^2>).
 //!
-//! Source: gas document, exercise 14g1 (uniform speeds and directions); Maxwell's law in two dimensions.
-//! Setup: 100,000 particles at the start; the 30 bins of the channel.
-//! Tolerance: chi-square of the 30 bins below 59.7, the bound of one in a thousand for 30 degrees of freedom.
+//! Source: gas exercise 14g1 (uniform speeds and directions); Maxwell's distribution in two dimensions.
+//! Setup: 100,000 particles in the initial state; the 30 bins of the channel.
+//! Tolerance: chi-square of the 30 bins below 59.7, which is exceeded with a probability of 1/1000 at 30 degrees of freedom.
+//! Control: uniform speeds are rejected for Maxwell's distribution.
 
-// Tests compare with the platform's functions; bits are not their business.
+// Tests compare with the platform's functions and do not affect recorded bits.
 #![allow(clippy::disallowed_methods)]
 
 use crate::runs::{advance, channel, count, gas, particles};
@@ -19,34 +20,34 @@ fn drawn(speed_distribution: SpeedDistribution) -> GasConfig {
     GasConfig { particles: count(100_000), speed_distribution, ..GasConfig::default() }
 }
 
-/// Chi-square of counts against a density at the bins' centers.
-fn chi_square(speeds: &GasSpeeds, law: &[f64]) -> f64 {
+/// Chi-square of the counts for a density at the centers of the bins.
+fn chi_square(speeds: &GasSpeeds, distribution: &[f64]) -> f64 {
     let width = speeds.speed_m_per_s[1] - speeds.speed_m_per_s[0];
-    let terms = speeds.density.iter().zip(law).map(|(measured, expected)| {
-        let (found, wanted) = (measured * width * PARTICLES, expected * width * PARTICLES);
-        (found - wanted) * (found - wanted) / wanted
+    let terms = speeds.density.iter().zip(distribution).map(|(measured, expected)| {
+        let (found, expected) = (measured * width * PARTICLES, expected * width * PARTICLES);
+        (found - expected) * (found - expected) / expected
     });
     terms.sum()
 }
 
 #[test]
-fn drawn_speeds_follow_their_law() {
+fn drawn_speeds_follow_their_distribution() {
     let uniform = channel::<GasSpeeds>(&gas(&drawn(SpeedDistribution::Uniform), 14));
     let found = chi_square(&uniform, &uniform.initial_law);
     let control = chi_square(&uniform, &uniform.maxwell);
-    println!("uniform: {found}, against Maxwell {control}");
+    println!("uniform: {found}, for Maxwell's distribution {control}");
     assert!(found < 59.7);
     assert!(control > 59.7);
-    // Maxwell's law bends within a bin: its center is off by f'' w^2 / 24, below 1e-3 of f, chi-square below 1.
+    // Maxwell's distribution is curved within a bin: its center differs by f'' w^2 / 24, below 1e-3 of f, and chi-square by less than 1.
     let maxwell = channel::<GasSpeeds>(&gas(&drawn(SpeedDistribution::Maxwell), 14));
-    for law in [&maxwell.initial_law, &maxwell.maxwell] {
-        let found = chi_square(&maxwell, law);
+    for distribution in [&maxwell.initial_law, &maxwell.maxwell] {
+        let found = chi_square(&maxwell, distribution);
         println!("Maxwell: {found}");
         assert!(found < 59.7 + 1.0);
     }
     let width = maxwell.speed_m_per_s[1] - maxwell.speed_m_per_s[0];
     let inside: f64 = maxwell.density.iter().sum::<f64>() * width;
-    // The range ends at 2.5 v_rms: exp(-6.25) = 0.00193 are beyond it.
+    // The range ends at 2.5 v_rms, and the fraction exp(-6.25) = 0.00193 is beyond it.
     assert!((1.0 - inside - 0.00193).abs() < 4.0 * (0.00193 / PARTICLES).sqrt());
     let equal = channel::<GasSpeeds>(&gas(&drawn(SpeedDistribution::Equal), 14));
     assert_eq!(equal.density.iter().filter(|&&density| density > 0.0).count(), 1);
@@ -63,16 +64,16 @@ fn directions_are_uniform() {
             let angle = particle.velocity[1].atan2(particle.velocity[0]).rem_euclid(TAU);
             counts[((angle / TAU * 30.0) as usize).min(29)] += 1.0;
         }
-        let wanted = PARTICLES / 30.0;
+        let expected = PARTICLES / 30.0;
         let found: f64 =
-            counts.iter().map(|count| (count - wanted) * (count - wanted) / wanted).sum();
+            counts.iter().map(|count| (count - expected) * (count - expected) / expected).sum();
         println!("{speed_distribution:?}: {found}");
         assert!(found < 59.7);
     }
 }
 
 #[test]
-fn bins_stay_where_they_are() {
+fn bins_are_constant_in_time() {
     let mut gas = gas(&GasConfig::default(), 1);
     let before = channel::<GasSpeeds>(&gas);
     let top = gas.scenery().speed_range_top;

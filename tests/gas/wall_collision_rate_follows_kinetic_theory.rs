@@ -1,11 +1,12 @@
-//! Law: in the uniform isotropic state sin a = d/R is uniform on [-1, 1] at the hits, the mean chord is pi R/2 and a particle of
-//! speed v hits 2 v/(pi R) times a second.
+//! Law: in the uniform isotropic state, sin a = d/R is uniform on [-1, 1] at the wall collisions, the mean chord is pi R/2, and the wall
+//! collision rate of a particle of speed v is 2 v/(pi R).
 //!
 //! Source: kinetic theory; Cauchy's mean chord of a disc, pi A / perimeter.
-//! Setup: equal speeds of 1 m/s in a circle of radius 1, uniform start.
-//! Tolerance: derived at each place, four standard errors or the Kolmogorov-Smirnov bound of one in a thousand, 1.95/sqrt(n).
+//! Setup: equal speeds of 1 m/s in a circle of radius 1, uniform initial positions.
+//! Tolerance: derived at each test; four standard errors, or 1.95/sqrt(n), the Kolmogorov-Smirnov bound for a probability of 1/1000.
+//! Control: the sines of all particles, instead of those at the wall, are rejected.
 
-// Tests compare with the platform's functions; bits are not their business.
+// Tests compare with the platform's functions and do not affect recorded bits.
 #![allow(clippy::disallowed_methods)]
 
 use crate::runs::{advance, channel, count, gas, max_speed, particles, positive};
@@ -25,20 +26,20 @@ fn equal_speeds(particles: u32) -> GasConfig {
     }
 }
 
-/// Largest distance between the numbers' distribution and the uniform one on [-1, 1].
+/// Largest difference between the cumulative distribution of the sines and the uniform one on [-1, 1].
 fn distance_from_uniform(mut sines: Vec<f64>) -> f64 {
     sines.sort_by(f64::total_cmp);
     let n = sines.len() as f64;
-    sines.iter().enumerate().fold(0.0, |largest, (index, sine)| {
+    sines.iter().enumerate().fold(0.0, |max, (index, sine)| {
         let expected = f64::midpoint(1.0, *sine);
         let below = (expected - index as f64 / n).abs();
-        f64::max(largest, f64::max(below, ((index + 1) as f64 / n - expected).abs()))
+        f64::max(max, f64::max(below, ((index + 1) as f64 / n - expected).abs()))
     })
 }
 
 #[test]
-fn sines_at_the_hits_are_uniform_and_the_mean_chord_is_half_pi() {
-    // A tenth of the mean time between hits, so that hits are of different particles and independent.
+fn sines_at_wall_collisions_are_uniform_and_the_mean_chord_is_half_pi() {
+    // The duration is a tenth of the mean time between collisions, so that collisions belong to different particles and are independent.
     let starts = particles(&gas(&equal_speeds(200_000), 14));
     let mut sines = Vec::new();
     for start in &starts {
@@ -49,37 +50,37 @@ fn sines_at_the_hits_are_uniform_and_the_mean_chord_is_half_pi() {
     }
     let n = sines.len() as f64;
     let chord = sines.iter().map(|sine| 2.0 * (1.0 - sine * sine).sqrt()).sum::<f64>() / n;
-    let everywhere: Vec<f64> = starts.iter().map(|p| p.angular_momentum_per_mass()).collect();
+    let all: Vec<f64> = starts.iter().map(|p| p.angular_momentum_per_mass()).collect();
     let (found, bound) = (distance_from_uniform(sines), 1.95 / n.sqrt());
-    let control = distance_from_uniform(everywhere);
+    let control = distance_from_uniform(all);
     println!(
-        "{n} hits: distance {found}, bound {bound}; all particles (control) {control}; chord {chord}"
+        "{n} collisions: distance {found}, bound {bound}; all particles (control) {control}; chord {chord}"
     );
     assert!(found < bound);
-    // Particles, not hits, have the density of the chords, sqrt(1 - d^2).
+    // The sines of all particles have the density of the chords, sqrt(1 - d^2).
     assert!(control > 2.0 * bound);
-    // Variance of a chord with uniform sine: 8/3 - pi^2/4.
+    // The variance of a chord with uniform sine is 8/3 - pi^2/4.
     assert!((chord - PI / 2.0).abs() < 4.0 * ((8.0 / 3.0 - PI * PI / 4.0) / n).sqrt());
 }
 
 #[test]
-fn a_particle_hits_two_v_over_pi_r_times_a_second() {
-    // A particle of chord 2C hits at the rate v/(2C): mean 2/pi, mean square <1/C^2>/4 = 1/2; the phase adds 1/6 in all.
+fn wall_collision_rate_is_two_v_over_pi_r() {
+    // A particle on a chord 2C collides at the rate v/(2C): mean 2/pi, mean square <1/C^2>/4 = 1/2; the phase adds 1/6 in total.
     let time = 50.0;
     for seed in 0..5 {
         let mut gas = gas(&equal_speeds(10_000), seed);
         advance(&mut gas, Target::Time(time));
         let rate = channel::<GasCollisions>(&gas).wall as f64 / (1e4 * time);
         let variance = (0.5 - 4.0 / (PI * PI)) + 1.0 / (6.0 * time * time);
-        let off = (rate - 2.0 / PI) / (variance / 1e4).sqrt();
-        println!("rate {rate}, theory {}, {off} standard errors", 2.0 / PI);
-        assert!(off.abs() < 4.0);
+        let deviation = (rate - 2.0 / PI) / (variance / 1e4).sqrt();
+        println!("rate {rate}, theory {}, {deviation} standard errors", 2.0 / PI);
+        assert!(deviation.abs() < 4.0);
     }
 }
 
 #[test]
-fn a_uniform_start_stays_uniform() {
-    // Share inside r/2, and the mean of (|p|/R)^2 = 1/2, at odd times.
+fn uniform_initial_state_stays_uniform() {
+    // Fraction inside r/2, and the mean of (|p|/R)^2 = 1/2, at several times.
     let mut gas = gas(&equal_speeds(50_000), 2);
     for time in [0.0, 0.3, 1.7, 20.0, 1000.0] {
         advance(&mut gas, Target::Time(time));

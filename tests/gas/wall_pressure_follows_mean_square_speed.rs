@@ -1,15 +1,16 @@
-//! Law: the pressure that the wall feels is P = N m <v^2> / (2A), A = pi r^2, and for a temperature by the mean square P A = N k_B T.
+//! Law: the wall pressure is P = N m <v^2> / (2A), A = pi r^2, and P A = N k_B T for a temperature defined by the mean square.
 //!
-//! Source: gas document, equations (12) and (13) with the mean square in the place of the squared mean; kinetic theory in two
-//! dimensions. Reference values: 50-digit arithmetic.
-//! Setup: gases of several T, r and N, exact and stepped; P from normal impulse over perimeter and time.
-//! Tolerance: four standard errors R/(v_rms T sqrt(2N)), relative: a particle's hits are even in time, so that its count is off by the
-//! phase alone (variance 1/6), with <C^2> = 3/4 R^2: variance m^2 <v^2> / 2 of its impulse, whatever the time.
+//! Source: gas exercise, equations (12) and (13) with the mean square instead of the squared mean; kinetic theory in two dimensions. Reference
+//! values: 50-digit arithmetic.
+//! Setup: gases of several T, r and N, exact and stepped; P is the normal impulse over perimeter and time.
+//! Tolerance: four relative standard errors R/(v_rms T sqrt(2N)). The wall collisions of a particle are equidistant in time, so only their
+//! phase scatters (variance 1/6); with <C^2> = 3/4 R^2, the variance of the impulse is m^2 <v^2> / 2 at any time.
+//! Control: equation (12) as printed is rejected.
 
-// Tests compare with the platform's functions; bits are not their business.
+// Tests compare with the platform's functions and do not affect recorded bits.
 #![allow(clippy::disallowed_methods)]
 
-use crate::runs::{advance, channel, count, gas, kelvin, positive, written};
+use crate::runs::{advance, channel, count, gas, given, kelvin, positive};
 use kinetoscope_manifest::model::{
     BoltzmannConstant, GasConfig, Propagation, SpeedDistribution, TemperatureDefinition,
 };
@@ -43,8 +44,8 @@ fn deviation(
 }
 
 #[test]
-fn the_wall_feels_the_mean_square() {
-    let mut worst = 0.0;
+fn wall_pressure_equals_that_of_the_mean_square_speed() {
+    let mut max_deviation = 0.0;
     for temperature in [10.0, 300.0, 373.15, 1e4] {
         for radius in [0.5, 1.0, 3.0] {
             for particles in [100, 1000] {
@@ -63,32 +64,35 @@ fn the_wall_feels_the_mean_square() {
                     let theory = n * k * temperature / (PI * radius * radius);
                     let rms = (2.0 * k * temperature / 1e-26_f64).sqrt();
                     let measured = channel::<GasPressure>(&gas).measured_since_start_n_per_m;
-                    let off = deviation(measured, theory, rms, radius, 0.1, n).abs();
-                    worst = f64::max(worst, off);
-                    assert!(off < 4.0, "{temperature} K, {radius} m, {particles}: {off}");
+                    let deviation = deviation(measured, theory, rms, radius, 0.1, n).abs();
+                    max_deviation = f64::max(max_deviation, deviation);
+                    assert!(
+                        deviation < 4.0,
+                        "{temperature} K, {radius} m, {particles}: {deviation}"
+                    );
                 }
             }
         }
     }
-    println!("72 gases: worst deviation {worst} standard errors");
+    println!("72 gases: at most {max_deviation} standard errors");
 }
 
 #[test]
-fn control_formula_12_fails_the_same_judge() {
-    // With <v>^2 in the place of <v^2> theory is 3/4: far outside the error.
+fn control_formula_12_is_rejected() {
+    // With <v>^2 instead of <v^2>, the theoretical value is 3/4 of the pressure.
     let mut gas = gas(&at(300.0, 1.0, 1000), 14);
     advance(&mut gas, Target::Time(0.1));
     let pressure = channel::<GasPressure>(&gas);
     let rms = channel::<GasTemperature>(&gas).rms_speed_m_per_s;
     let theory = pressure.mean_speed_formula_n_per_m;
-    let off = deviation(pressure.measured_since_start_n_per_m, theory, rms, 1.0, 0.1, 1000.0);
-    println!("control: {off} standard errors");
-    assert!(off > 100.0);
+    let deviation = deviation(pressure.measured_since_start_n_per_m, theory, rms, 1.0, 0.1, 1000.0);
+    println!("control: {deviation} standard errors");
+    assert!(deviation > 100.0);
 }
 
 #[test]
-fn the_standard_error_is_what_it_is_said_to_be() {
-    // 400 replicates: the root mean square of their deviations is 1 to 1/sqrt(800), four of which are 0.14.
+fn standard_error_equals_the_scatter_of_replicates() {
+    // 400 replicates: the root mean square of their deviations is 1 +- 1/sqrt(800); four standard errors are 0.14.
     let config = at(300.0, 1.0, 100);
     let mut squares = 0.0;
     for replicate in 0..400 {
@@ -98,8 +102,9 @@ fn the_standard_error_is_what_it_is_said_to_be() {
             (channel::<GasPressure>(&gas), channel::<GasTemperature>(&gas));
         let theory = pressure.mean_square_formula_n_per_m;
         let measured = pressure.measured_since_start_n_per_m;
-        let off = deviation(measured, theory, temperature.rms_speed_m_per_s, 1.0, 0.05, 100.0);
-        squares += off * off / 400.0;
+        let deviation =
+            deviation(measured, theory, temperature.rms_speed_m_per_s, 1.0, 0.05, 100.0);
+        squares += deviation * deviation / 400.0;
     }
     println!("rms deviation {} standard errors", squares.sqrt());
     assert!((squares.sqrt() - 1.0).abs() < 0.14);
@@ -126,8 +131,8 @@ fn formulas_give_the_reference_values() {
 }
 
 #[test]
-fn boltzmanns_constant_is_selectable() {
-    // The SI value is smaller by 6.5e-6: the same temperature takes slower particles, the same ratio of pressures.
+fn boltzmann_constant_is_selectable() {
+    // The SI value is smaller by 6.5e-6, which changes the pressure by the same ratio.
     let si = GasConfig { boltzmann_constant: BoltzmannConstant::Si2019, ..at(300.0, 1.0, 1000) };
     let pressure = |config| channel::<GasPressure>(&gas(config, 2)).mean_square_formula_n_per_m;
     let ratio = pressure(&si) / pressure(&at(300.0, 1.0, 1000));
@@ -136,14 +141,14 @@ fn boltzmanns_constant_is_selectable() {
 
 #[test]
 fn windows_measure_their_own_time() {
-    // One particle to and fro on a diameter: hits at 1, 3, 5, ... each of impulse 2 m v.
+    // One particle moves back and forth on a diameter: it collides at 1, 3, 5, ... with an impulse of 2 m v each.
     for propagation in [Propagation::Exact, Propagation::Stepped { time_step_s: positive(0.125) }] {
-        let mut gas = gas(&GasConfig { propagation, ..written(&[([0.0, 0.0], [1.0, 0.0])]) }, 1);
-        for (end, hits) in [(0.5, 0.0), (2.0, 1.0), (6.0, 2.0), (6.5, 0.0), (6.5, 0.0)] {
+        let mut gas = gas(&GasConfig { propagation, ..given(&[([0.0, 0.0], [1.0, 0.0])]) }, 1);
+        for (end, collisions) in [(0.5, 0.0), (2.0, 1.0), (6.0, 2.0), (6.5, 0.0), (6.5, 0.0)] {
             let window = end - gas.time();
             advance(&mut gas, Target::Time(end));
             let pressure = channel::<GasPressure>(&gas);
-            let impulse: f64 = hits * 2e-26;
+            let impulse: f64 = collisions * 2e-26;
             assert!((pressure.wall_impulse_n_s - impulse).abs() < 1e-39);
             assert_eq!(pressure.window_s, window);
             let expected = if window > 0.0 { impulse / (2.0 * PI * window) } else { 0.0 };
@@ -156,9 +161,9 @@ fn windows_measure_their_own_time() {
 }
 
 #[test]
-fn windows_of_a_slide_along_the_wall_measure_their_own_time() {
-    // Force m s^2 / R with s = 3.
-    let mut gas = gas(&written(&[([1.0, 0.0], [0.0, 3.0])]), 1);
+fn windows_measure_their_own_time_for_tangential_motion() {
+    // The force is m s^2 / R with s = 3.
+    let mut gas = gas(&given(&[([1.0, 0.0], [0.0, 3.0])]), 1);
     for (end, window) in [(2.0, 2.0), (2.5, 0.5), (7.5, 5.0)] {
         advance(&mut gas, Target::Time(end));
         let impulse = channel::<GasPressure>(&gas).wall_impulse_n_s;
@@ -167,7 +172,7 @@ fn windows_of_a_slide_along_the_wall_measure_their_own_time() {
 }
 
 #[test]
-fn a_gas_at_zero_kelvin_rests_without_pressure() {
+fn gas_at_zero_kelvin_is_at_rest_without_pressure() {
     for propagation in [
         Propagation::Exact,
         Propagation::Stepped { time_step_s: positive(0.01) },
@@ -177,7 +182,7 @@ fn a_gas_at_zero_kelvin_rests_without_pressure() {
         let first = crate::runs::particles(&gas);
         advance(&mut gas, Target::Time(0.1));
         assert_eq!(crate::runs::particles(&gas), first);
-        // Zero, not minus zero: equal states have equal bytes.
+        // Zero, not minus zero, because equal states must have equal bytes.
         assert!(first.iter().all(|p| p.velocity.iter().all(|v| v.to_bits() == 0)));
         let pressure = channel::<GasPressure>(&gas);
         let expected = GasPressure { window_s: gas.time(), ..GasPressure::default() };
