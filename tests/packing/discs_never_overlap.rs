@@ -7,7 +7,7 @@
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods)]
 
-use crate::bench::{
+use crate::runs::{
     Seen, advance_to_count, advance_to_time, at_fraction, distance, look, prepare, with_restitution,
 };
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement};

@@ -17,8 +17,8 @@
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods, missing_docs)]
 
-use crate::bench::{at_fraction, look, prepare};
-use crate::without_walls::{excess_and_rate, periodic};
+use crate::periodic_states::{excess_and_rate, periodic};
+use crate::runs::{at_fraction, look, prepare};
 use kinetoscope_manifest::model::PackingConfig;
 use kinetoscope_manifest::quantity::NonNegative;
 use std::f64::consts::PI;

@@ -5,7 +5,7 @@
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
-use crate::bench::{Seen, advance_to_count, at_fraction, distance, given, look, observe, prepare};
+use crate::runs::{Seen, advance_to_count, at_fraction, distance, given, look, observe, prepare};
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement};
 use kinetoscope_manifest::quantity::{BoxSide, NonNegative, Positive};
 use kinetoscope_physics::model::{Model, Refusal};

@@ -6,9 +6,7 @@
 //! part as any rounding grows: 1e-6 over 3 events a disc, while a true difference is of order 1.
 //! Control: the modified law's T is rejected where the unmodified is expected.
 
-use crate::bench::{
-    advance_to_count, at_fraction, look, mean_and_standard_error, message, prepare,
-};
+use crate::runs::{advance_to_count, at_fraction, look, mean_and_standard_error, message, prepare};
 use kinetoscope_manifest::model::{InitialVelocities, PackingConfig};
 use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};

@@ -10,7 +10,7 @@
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods)]
 
-use crate::bench::{
+use crate::runs::{
     Seen, advance_to_count, at_fraction, look, prepare, with_restitution, without_noise,
 };
 use kinetoscope_physics::model::Model;

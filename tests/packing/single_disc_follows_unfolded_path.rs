@@ -9,7 +9,7 @@
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods)]
 
-use crate::bench::{advance_to_time, given, look, prepare};
+use crate::runs::{advance_to_time, given, look, prepare};
 use kinetoscope_physics::model::Model;
 
 const TOLERANCE: f64 = 1e-10;

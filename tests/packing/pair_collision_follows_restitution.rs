@@ -6,7 +6,7 @@
 //! Tolerance: 1e-13, some hundred roundings of numbers of order 1.
 //! Control: the outcome of another restitution is rejected.
 
-use crate::bench::{Seen, advance_to_count, given, look, message, prepare, with_restitution};
+use crate::runs::{Seen, advance_to_count, given, look, message, prepare, with_restitution};
 use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::{PackingCollisions, PackingPressure};
 

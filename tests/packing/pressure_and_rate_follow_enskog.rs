@@ -12,7 +12,7 @@
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods)]
 
-use crate::bench::{advance_to_count, advance_to_time, at_fraction, look, message, prepare};
+use crate::runs::{advance_to_count, advance_to_time, at_fraction, look, message, prepare};
 use kinetoscope_physics::model::Model;
 use kinetoscope_physics::packing::Packing;
 use kinetoscope_recording::channels::{PackingCollisions, PackingPressure, PackingTemperature};

@@ -11,7 +11,7 @@
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
-use crate::bench::{advance_to_count, at_fraction, given, look, prepare, square_of_speed};
+use crate::runs::{advance_to_count, at_fraction, given, look, prepare, square_of_speed};
 use kinetoscope_manifest::model::PackingConfig;
 use kinetoscope_manifest::quantity::NonNegative;
 use kinetoscope_physics::model::Model;

@@ -9,7 +9,7 @@
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods)]
 
-use crate::bench::{
+use crate::runs::{
     advance_to_count, at_fraction, message, prepare, square_of_speed, with_restitution,
 };
 use kinetoscope_manifest::model::PackingConfig;

@@ -12,10 +12,10 @@
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods)]
 
-use crate::bench::{
+use crate::periodic_states::{deepest_overlap, hexatic_order, periodic, placed, pressures};
+use crate::runs::{
     advance_to_count, at_fraction, look, message, observe, prepare, with_restitution,
 };
-use crate::without_walls::{deepest_overlap, hexatic_order, periodic, placed, pressures};
 use kinetoscope_manifest::model::{Boundary, CollapseGuard, PackingConfig, PackingPlacement};
 use kinetoscope_manifest::quantity::{NonNegative, Positive};
 use kinetoscope_physics::model::{Model, Refusal};

@@ -7,7 +7,7 @@
 // A test judges within tolerances: no bit of a run depends on it.
 #![allow(clippy::disallowed_methods)]
 
-use crate::bench::{
+use crate::runs::{
     advance_to_count, at_fraction, given, mean_and_standard_error, message, prepare,
     with_restitution,
 };

@@ -1,7 +1,7 @@
 //! What tests of discs without walls share: their start, distances the nearest way round, Z, psi6.
 #![allow(clippy::disallowed_methods, reason = "statistics in tests are not part of any recording")]
 
-use crate::bench::{
+use crate::runs::{
     Seen, advance_to_count, at_fraction, mean_and_standard_error, message, prepare, without_noise,
 };
 use kinetoscope_manifest::model::{Boundary, PackingConfig, PackingPlacement};

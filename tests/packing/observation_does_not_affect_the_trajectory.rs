@@ -2,7 +2,7 @@
 //! stored and continued; a run by events ends after exactly the events that were asked for, a run by time at that time.
 //! Judged by equality of every number, never by tolerance.
 
-use crate::bench::{
+use crate::runs::{
     advance_to_count, advance_to_end, advance_to_time, at_fraction, given, look, message, observe,
     prepare, prepare_with_series, with_duration, with_events_per_disc, with_restitution,
 };

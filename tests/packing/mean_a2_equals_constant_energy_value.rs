@@ -6,7 +6,7 @@
 //! Tolerance: 4.5 standard errors across replicates.
 //! Control: 0, the value of infinitely many discs, is rejected.
 
-use crate::bench::{
+use crate::runs::{
     advance_to_count, advance_to_time, at_fraction, mean_and_standard_error, message, prepare,
 };
 use kinetoscope_physics::model::Model;

@@ -13,11 +13,11 @@
 // No bit of a run depends on a judge; 0.7071 is the reference's restitution.
 #![allow(clippy::disallowed_methods, clippy::approx_constant)]
 
-use crate::bench::{
+use crate::periodic_states::{deepest_overlap, hexatic_order, periodic, placed, pressures};
+use crate::runs::{
     advance_to_count, at_fraction, look, mean_and_standard_error, message, prepare,
     with_restitution,
 };
-use crate::without_walls::{deepest_overlap, hexatic_order, periodic, placed, pressures};
 use kinetoscope_manifest::model::PackingPlacement;
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
 
