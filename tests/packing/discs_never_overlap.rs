@@ -1,36 +1,38 @@
-//! Law: |x_i - x_j| >= s for every pair, |x| <= lx/2 - r and |y| <= ly/2 - r for every disc, at every frame.
-//! Source: packing document ("región efectiva", `tcol`): hard discs in a rectangle.
-//! Setup: dilute to dense, elastic and not, frames by events and by times that have nothing to do with events.
-//! Tolerance: 1e-12 r, some ten grains of a coordinate in these boxes (side / 2 < 64, grain 7e-15).
-//! Control: one disc of a frame put 1e-9 r nearer to its closest neighbor, or 1e-9 r beyond a wall.
+//! Law: |x_i - x_j| >= s for every pair, |x| <= lx/2 - r and |y| <= ly/2 - r for every disc, in every frame.
+//!
+//! Source: packing exercise ("región efectiva", `tcol`): hard discs in a rectangle.
+//! Setup: dilute to dense, elastic and inelastic discs; frames by events and at times that are not events.
+//! Tolerance: 1e-12 r, about ten roundings of a coordinate in these boxes (side / 2 < 64, rounding 7e-15).
+//! Control: one disc of a frame moved 1e-9 r closer to another disc than contact, or 1e-9 r beyond a wall, is rejected.
 
-// A test judges within tolerances: no bit of a run depends on it.
+// Assertions compare within tolerances, so no bit of a run depends on these functions.
 #![allow(clippy::disallowed_methods)]
 
 use crate::runs::{
-    Seen, advance_to_count, advance_to_time, at_fraction, distance, look, prepare, with_restitution,
+    DiscState, advance_to_count, advance_to_time, at_fraction, disc_states, distance, prepare,
+    with_restitution,
 };
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement};
 
 const TOLERANCE: f64 = 1e-12;
 
-/// Deepest overlap of two discs or of a disc and a wall, over the radius; below zero if nothing touches.
-fn deepest_overlap(config: &PackingConfig, discs: &[Seen]) -> f64 {
+/// Largest overlap of two discs or of a disc and a wall, over the radius; negative if there is no contact.
+fn max_overlap(config: &PackingConfig, discs: &[DiscState]) -> f64 {
     let half = [0.5 * config.width.get(), 0.5 * config.height.get()];
-    let mut deepest = f64::NEG_INFINITY;
+    let mut max = f64::NEG_INFINITY;
     for (index, disc) in discs.iter().enumerate() {
-        for (place, half) in disc.position.iter().zip(half) {
-            deepest = deepest.max(place.abs() + disc.radius - half);
+        for (coordinate, half) in disc.position.iter().zip(half) {
+            max = max.max(coordinate.abs() + disc.radius - half);
         }
         for other in &discs[..index] {
-            deepest = deepest.max(2.0 * disc.radius - distance(disc.position, other.position));
+            max = max.max(2.0 * disc.radius - distance(disc.position, other.position));
         }
     }
-    deepest / config.radius.get()
+    max / config.radius.get()
 }
 
 #[test]
-fn nobody_overlaps_at_any_frame() {
+fn no_disc_overlaps_in_any_frame() {
     let lattice = |discs, fraction| PackingConfig {
         placement: PackingPlacement::Lattice,
         ..at_fraction(discs, fraction)
@@ -45,34 +47,34 @@ fn nobody_overlaps_at_any_frame() {
     ];
     for config in cases {
         let mut packing = prepare(&config, 3, 0);
-        let mut deepest = deepest_overlap(&config, &look(&packing));
+        let mut max = max_overlap(&config, &disc_states(&packing));
         for frame in 1..=100 {
             advance_to_count(&mut packing, frame * 400);
-            deepest = deepest.max(deepest_overlap(&config, &look(&packing)));
+            max = max.max(max_overlap(&config, &disc_states(&packing)));
         }
         let start = kinetoscope_physics::model::Model::time(&packing);
         for frame in 1..=100 {
             advance_to_time(&mut packing, start * (1.0 + f64::from(frame) * 0.0037));
-            deepest = deepest.max(deepest_overlap(&config, &look(&packing)));
+            max = max.max(max_overlap(&config, &disc_states(&packing)));
         }
-        println!("{} discs: deepest overlap {deepest:e} r", config.discs);
-        assert!(deepest < TOLERANCE);
+        println!("{} discs: largest overlap {max:e} r", config.discs);
+        assert!(max < TOLERANCE);
     }
 }
 
 #[test]
-fn the_judge_sees_an_overlap_of_a_billionth() {
+fn control_overlap_of_a_billionth_is_rejected() {
     let config = at_fraction(200, 0.3);
     let mut packing = prepare(&config, 3, 0);
     advance_to_count(&mut packing, 1000);
-    let discs = look(&packing);
+    let discs = disc_states(&packing);
 
     let mut beyond_wall = discs.clone();
     beyond_wall[7].position[1] = 0.5 * config.height.get() - 1.0 + 1e-9;
-    assert!(deepest_overlap(&config, &beyond_wall) > TOLERANCE);
+    assert!(max_overlap(&config, &beyond_wall) > TOLERANCE);
 
-    let mut too_near = discs;
-    let from = too_near[0].position;
-    too_near[1].position = [from[0] + 2.0 - 1e-9, from[1]];
-    assert!(deepest_overlap(&config, &too_near) > TOLERANCE);
+    let mut too_close = discs;
+    let from = too_close[0].position;
+    too_close[1].position = [from[0] + 2.0 - 1e-9, from[1]];
+    assert!(max_overlap(&config, &too_close) > TOLERANCE);
 }

@@ -1,27 +1,27 @@
-//! Law: the engine finds the same collisions in the same order at the same times as the plainest program does.
-//! Reference: written here, O(n^2): all discs are moved to each event, all pairs and walls are looked at anew, with another
-//! form of the collision time (the textbook's quadratic formula) and no cells, no queue, no clocks of discs.
-//! Setup: 20 discs at fraction 0.25, no wall noise, elastic and alpha = 0.8 (400 events before it is cold); 2000 events.
-//! Rounding grows by some 2 l / s = 4 a collision with the free path l, whatever program: every 20 events the reference
-//! takes over what the engine shows.
-//! Tolerance: 1e-11 in time, place and velocity: 1e-14 of the plain formula, grown over a few collisions of one disc.
+//! Law: the engine finds the same collisions in the same order at the same times as the plain reference program.
+//!
+//! Source: the reference program below, O(n^2), which moves all discs to each event and checks all pairs and walls again. It uses a different
+//! form of the collision time (the textbook's quadratic formula), no cells, no event queue, and no local times of discs.
+//! Setup: 20 discs at fraction 0.25, no wall noise; 2000 events for elastic discs, 400 for alpha = 0.8, which then cool. In any program,
+//! rounding grows by about 2 l / s = 4 per collision with the free path l, so the reference copies the engine's state every 20 events.
+//! Tolerance: 1e-11 in time, position and velocity: 1e-14 of the plain formula, grown over a few collisions of one disc.
 //! Control: the reference with a radius larger by 1e-6 is rejected.
 
-// A test judges within tolerances: no bit of a run depends on it.
+// Assertions compare within tolerances, so no bit of a run depends on these functions.
 #![allow(clippy::disallowed_methods)]
 
 use crate::runs::{
-    Seen, advance_to_count, at_fraction, look, prepare, with_restitution, without_noise,
+    DiscState, advance_to_count, at_fraction, disc_states, prepare, with_restitution, without_noise,
 };
 use kinetoscope_physics::model::Model;
 
-/// The plainest event-driven program.
+/// A plain event-driven program.
 struct Reference {
     half: f64,
     radius: f64,
     restitution: f64,
     time: f64,
-    discs: Vec<Seen>,
+    discs: Vec<DiscState>,
 }
 
 #[derive(Clone, Copy)]
@@ -43,24 +43,24 @@ impl Reference {
     }
 
     fn next(&self) -> (f64, Next) {
-        let mut soonest = (f64::INFINITY, Next::Wall(0, 0));
+        let mut earliest = (f64::INFINITY, Next::Wall(0, 0));
         for (index, disc) in self.discs.iter().enumerate() {
             for axis in 0..2 {
                 let limit = (self.half - self.radius).copysign(disc.velocity[axis]);
                 let wait = (limit - disc.position[axis]) / disc.velocity[axis];
-                if wait < soonest.0 {
-                    soonest = (wait, Next::Wall(index, axis));
+                if wait < earliest.0 {
+                    earliest = (wait, Next::Wall(index, axis));
                 }
             }
             for other in 0..index {
                 if let Some(wait) = self.pair_time(other, index)
-                    && wait < soonest.0
+                    && wait < earliest.0
                 {
-                    soonest = (wait, Next::Pair(other, index));
+                    earliest = (wait, Next::Pair(other, index));
                 }
             }
         }
-        soonest
+        earliest
     }
 
     fn step(&mut self) {
@@ -77,30 +77,30 @@ impl Reference {
                 let [one, other] = [self.discs[first], self.discs[second]];
                 let r = [other.position[0] - one.position[0], other.position[1] - one.position[1]];
                 let v = [other.velocity[0] - one.velocity[0], other.velocity[1] - one.velocity[1]];
-                let share = (1.0 + self.restitution) / 2.0 * (r[0] * v[0] + r[1] * v[1])
+                let factor = (1.0 + self.restitution) / 2.0 * (r[0] * v[0] + r[1] * v[1])
                     / (r[0] * r[0] + r[1] * r[1]);
                 for (axis, along) in r.into_iter().enumerate() {
-                    self.discs[first].velocity[axis] += share * along;
-                    self.discs[second].velocity[axis] -= share * along;
+                    self.discs[first].velocity[axis] += factor * along;
+                    self.discs[second].velocity[axis] -= factor * along;
                 }
             }
         }
     }
 }
 
-fn difference(one: &[Seen], other: &[Seen]) -> f64 {
-    let mut largest = 0.0_f64;
+fn state_difference(one: &[DiscState], other: &[DiscState]) -> f64 {
+    let mut max = 0.0_f64;
     for (one, other) in one.iter().zip(other) {
         for axis in 0..2 {
-            largest = largest.max((one.position[axis] - other.position[axis]).abs());
-            largest = largest.max((one.velocity[axis] - other.velocity[axis]).abs());
+            max = max.max((one.position[axis] - other.position[axis]).abs());
+            max = max.max((one.velocity[axis] - other.velocity[axis]).abs());
         }
     }
-    largest
+    max
 }
 
-/// Largest difference of times, places and velocities over so many events.
-fn largest_difference(restitution: f64, radius_error: f64, events: u64) -> f64 {
+/// Largest difference in times, positions and velocities over a number of events.
+fn max_difference(restitution: f64, radius_error: f64, events: u64) -> f64 {
     let config = with_restitution(without_noise(at_fraction(20, 0.25)), restitution);
     let mut packing = prepare(&config, 12, 0);
     let mut reference = Reference {
@@ -108,28 +108,29 @@ fn largest_difference(restitution: f64, radius_error: f64, events: u64) -> f64 {
         radius: config.radius.get() + radius_error,
         restitution,
         time: 0.0,
-        discs: look(&packing),
+        discs: disc_states(&packing),
     };
-    let mut largest = 0.0_f64;
+    let mut max = 0.0_f64;
     for count in 1..=events {
         advance_to_count(&mut packing, count);
         reference.step();
-        let seen = look(&packing);
-        largest = largest.max((packing.time() - reference.time).abs());
-        largest = largest.max(difference(&seen, &reference.discs));
+        let discs = disc_states(&packing);
+        max = max.max((packing.time() - reference.time).abs());
+        max = max.max(state_difference(&discs, &reference.discs));
         if count % 20 == 0 {
-            (reference.time, reference.discs) = (packing.time(), seen);
+            (reference.time, reference.discs) = (packing.time(), discs);
         }
     }
-    largest
+    max
 }
 
 #[test]
-fn events_agree_one_by_one() {
+fn every_event_agrees_with_the_reference() {
     for (restitution, events) in [(1.0, 2000), (0.8, 400)] {
-        let difference = largest_difference(restitution, 0.0, events);
+        let difference = max_difference(restitution, 0.0, events);
         println!("alpha {restitution}, {events} events: largest difference {difference:e}");
         assert!(difference < 1e-11);
-        assert!(largest_difference(restitution, 1e-6, events) > 1e-11);
+        // Control.
+        assert!(max_difference(restitution, 1e-6, events) > 1e-11);
     }
 }

@@ -1,42 +1,42 @@
-//! Laws of hard discs: collisions, walls, velocity distributions, pressure, order, and dense starts.
+//! Laws of hard discs: collisions, walls, velocity distributions, pressure, order, and dense initial states.
 //!
-//! A test belongs here if it compares a packing run with a closed form, Enskog's theory, the plain reference program below
-//! or published values.
+//! A test belongs here if it compares a packing run with a closed form, Enskog's theory, the plain reference program below, or
+//! published values.
 
-// Configurations, advancing and readings of frames that the tests share.
-mod runs;
-// Periodic starts, minimum-image distances, Z and psi6.
+// Periodic boxes: minimum-image distances, Z and psi6.
 mod periodic_states;
+// Configurations, functions that advance a run, and frame readers that the tests share.
+mod runs;
 
-// The engine finds the same collisions at the same times as the plainest program.
+// The engine finds the same collisions at the same times as the plain reference program.
 mod events_agree_with_plain_reference;
 // A pair collision reverses the normal relative velocity and scales it by the restitution.
 mod pair_collision_follows_restitution;
 // A single disc follows its unfolded straight path.
 mod single_disc_follows_unfolded_path;
-// A noisy wall turns the outgoing direction by a normal angle and keeps the speed.
+// A noisy wall rotates the outgoing direction by a normally distributed angle and conserves the speed.
 mod wall_noise_conserves_speed;
 
-// Inelastic discs cool by Haff's law; three discs on a line collapse.
-mod inelastic_discs_follow_haffs_law;
 // No two discs overlap and no disc leaves the box, in any frame.
 mod discs_never_overlap;
 // Elastic discs conserve energy, noisy walls included.
 mod elastic_discs_conserve_energy;
-// Work budget, observation and resuming change no bit; runs end where asked.
+// Inelastic discs cool by Haff's law; three discs on a line collapse.
+mod inelastic_discs_follow_haffs_law;
+// Step budget, observation and resuming change no bit; runs end as configured.
 mod observation_does_not_affect_the_trajectory;
 
+// Initial states have no overlap; those that cannot be built are rejected.
+mod initial_states_have_no_overlap;
+// Initial velocities are normal; the two variances differ only by a scale of time.
+mod initial_velocities_follow_their_distribution;
+// Z, a2, psi6 and distances at the accuracy of published references.
+mod many_discs_reproduce_reference_values;
 // The mean of a2 for n elastic discs is -1/(n + 1).
 mod mean_a2_equals_constant_energy_value;
 // Mixtures of diameters collide at the rates of their contact values.
 mod mixtures_follow_their_contact_values;
-// Compressibility of the periodic fluid, and compression to dense states.
+// Compressibility factor of the periodic fluid, and compression to dense states.
 mod periodic_and_compressed_states_match_references;
-// Collision rate and pressure of elastic discs between walls follow Enskog.
+// Collision rate and pressure of elastic discs between walls follow Enskog's theory.
 mod pressure_and_rate_follow_enskog;
-// Z, a2, psi6 and distances at the accuracy of published references.
-mod many_discs_reproduce_reference_values;
-// Starts are inside and apart; those that cannot be built are rejected.
-mod initial_states_have_no_overlap;
-// Initial velocities are normal; the two variances differ by a scale of time only.
-mod initial_velocities_follow_their_distribution;

@@ -1,12 +1,15 @@
-//! Law: a pair collision turns the normal part g of the relative velocity into -alpha g, keeps its tangential part and the
-//! momentum; two discs meet at the time at which their distance is a diameter.
-//! Source: packing document, `colisiona` and `tcol`; closed form.
-//! Setup: two discs of radius 1 on the way to each other, head-on and off-center by b: they meet when their distance along
-//! the relative velocity is sqrt(s^2 - b^2).
-//! Tolerance: 1e-13, some hundred roundings of numbers of order 1.
-//! Control: the outcome of another restitution is rejected.
+//! Law: a pair collision changes the normal part g of the relative velocity to -alpha g, and conserves its tangential part and the momentum; it
+//! takes place when the distance equals the diameter.
+//!
+//! Source: packing exercise, `colisiona` and `tcol`; closed form.
+//! Setup: two approaching discs of radius 1, head-on and with an offset b: they collide when their distance along the relative velocity is
+//! sqrt(s^2 - b^2).
+//! Tolerance: 1e-13, for about a hundred roundings of numbers of order 1.
+//! Control: the outcome of a restitution that differs by 1e-9 is rejected.
 
-use crate::runs::{Seen, advance_to_count, given, look, message, prepare, with_restitution};
+use crate::runs::{
+    DiscState, advance_to_count, disc_states, given, message, prepare, with_restitution,
+};
 use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::{PackingCollisions, PackingPressure};
 
@@ -18,8 +21,8 @@ struct Parts {
     momentum: [f64; 2],
 }
 
-/// Relative velocity along and across the line from the first disc to the second at contact, and the momentum.
-fn parts(contact: [f64; 2], discs: &[Seen]) -> Parts {
+/// Relative velocity along and across the line of centers at contact, and the momentum.
+fn parts(contact: [f64; 2], discs: &[DiscState]) -> Parts {
     let [first, second] = [discs[0].velocity, discs[1].velocity];
     let relative = [second[0] - first[0], second[1] - first[1]];
     let normal = [contact[0] / 2.0, contact[1] / 2.0];
@@ -41,7 +44,7 @@ fn obeys(before: &Parts, after: &Parts, restitution: f64) -> bool {
 }
 
 #[test]
-fn the_outcome_is_the_closed_form() {
+fn outcome_equals_the_closed_form() {
     for restitution in [1.0, 0.9, 0.5, 0.001] {
         for offset in [0.0, 0.3, -1.2, 1.999] {
             let (first, second) = ([-5.0, 0.0, 1.5, 0.25], [4.0, offset, -0.5, 0.25]);
@@ -49,21 +52,21 @@ fn the_outcome_is_the_closed_form() {
             let mut packing = prepare(&config, 0, 0);
             let along = (4.0 - offset * offset).sqrt();
             let contact = [along, offset];
-            let before = parts(contact, &look(&packing));
+            let before = parts(contact, &disc_states(&packing));
 
             advance_to_count(&mut packing, 1);
 
-            // They close 9 - along at the relative speed 2.
+            // The discs cover 9 - along at the relative speed 2.
             let expected = (9.0 - along) / 2.0;
-            // A grazing contact is as uncertain as its square root: d(along) = d(s^2) / (2 along).
+            // At a grazing contact, the time is as uncertain as the square root: d(along) = d(s^2) / (2 along).
             let tolerance = TOLERANCE / along;
             assert!((packing.time() - expected).abs() < tolerance, "offset {offset}");
-            let after = parts(contact, &look(&packing));
+            let after = parts(contact, &disc_states(&packing));
             assert!(obeys(&before, &after, restitution), "offset {offset}, alpha {restitution}");
             assert!(!obeys(&before, &after, restitution - 1e-9 / before.normal.abs()));
             assert_eq!(message::<PackingCollisions>(&packing).pair, 1);
 
-            // What the pressure counts: the diameter times the normal impulse (1 + alpha) |g| / 2.
+            // The virial is the diameter times the normal impulse (1 + alpha) |g| / 2.
             let virial = message::<PackingPressure>(&packing).collision_virial;
             let expected = 2.0 * 0.5 * (1.0 + restitution) * before.normal.abs();
             assert!((virial - expected).abs() < TOLERANCE);
@@ -71,10 +74,11 @@ fn the_outcome_is_the_closed_form() {
     }
 }
 
-/// Head-on along x between two walls without noise: every time and place is a closed form. Discs at -4 and 4 with
-/// velocities 1 and -1 in a box of 40: they meet at 3, each is at its wall, 18 away, at 3 + 18, and so on every 36.
+/// Two discs at -4 and 4 with velocities 1 and -1 in a box of 40, without noise, collide at time 3, each reaches its wall, at a distance of 18,
+/// at 3 + 18, and so on every 36.
+/// Tolerance: none; all times and positions are exact.
 #[test]
-fn a_head_on_pair_meets_at_exact_times_for_long() {
+fn head_on_pair_collides_at_exact_times() {
     let mut packing = prepare(&given(&[[-4.0, 5.0, 1.0, 0.0], [4.0, 5.0, -1.0, 0.0]]), 0, 0);
     for round in 0..1000_u32 {
         advance_to_count(&mut packing, u64::from(3 * round + 1));
@@ -86,26 +90,26 @@ fn a_head_on_pair_meets_at_exact_times_for_long() {
     assert_eq!((collisions.pair, collisions.wall), (1000, 2000));
 }
 
-/// Discs that only just miss each other do not collide; discs that touch and part do not either.
+/// Discs that narrowly miss each other do not collide, and neither do discs that touch and separate or move in parallel.
 #[test]
-fn near_misses_and_parting_discs_do_not_collide() {
+fn missing_separating_and_parallel_discs_do_not_collide() {
     let missing = given(&[[-5.0, 0.0, 1.0, 0.0], [5.0, 2.0 + 1e-12, -1.0, 0.0]]);
-    let parting = given(&[[-1.0, 0.0, -1.0, 0.0], [1.0, 0.0, 1.0, 0.0]]);
-    let side_by_side = given(&[[0.0, 1.0, 1.0, 0.0], [0.0, -1.0, 1.0, 0.0]]);
-    for config in [missing, parting, side_by_side] {
+    let separating = given(&[[-1.0, 0.0, -1.0, 0.0], [1.0, 0.0, 1.0, 0.0]]);
+    let parallel = given(&[[0.0, 1.0, 1.0, 0.0], [0.0, -1.0, 1.0, 0.0]]);
+    for config in [missing, separating, parallel] {
         let mut packing = prepare(&config, 0, 0);
         advance_to_count(&mut packing, 2);
         assert_eq!(message::<PackingCollisions>(&packing).wall, 2);
     }
 }
 
-/// A disc that touches another and pushes hands its motion on at once.
+/// A disc that touches another and approaches it transfers its velocity at once.
 #[test]
-fn touching_discs_that_approach_collide_now() {
+fn touching_discs_that_approach_collide_at_once() {
     let row = given(&[[0.0, 0.0, 1.0, 0.0], [2.0, 0.0, 0.0, 0.0], [4.0, 0.0, 0.0, 0.0]]);
     let mut packing = prepare(&row, 0, 0);
     advance_to_count(&mut packing, 2);
     assert_eq!(packing.time(), 0.0);
-    let velocities: Vec<f64> = look(&packing).iter().map(|disc| disc.velocity[0]).collect();
+    let velocities: Vec<f64> = disc_states(&packing).iter().map(|disc| disc.velocity[0]).collect();
     assert_eq!(velocities, [0.0, 0.0, 1.0]);
 }

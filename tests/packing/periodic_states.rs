@@ -1,8 +1,9 @@
-//! What tests of discs without walls share: their start, distances the nearest way round, Z, psi6.
+//! Periodic boxes of hard discs: configurations, minimum-image distances, Z and psi6.
 #![allow(clippy::disallowed_methods, reason = "statistics in tests are not part of any recording")]
 
 use crate::runs::{
-    Seen, advance_to_count, at_fraction, mean_and_standard_error, message, prepare, without_noise,
+    DiscState, advance_to_count, at_fraction, mean_and_standard_error, message, prepare,
+    without_noise,
 };
 use kinetoscope_manifest::model::{Boundary, PackingConfig, PackingPlacement};
 use kinetoscope_physics::model::Model;
@@ -17,26 +18,26 @@ pub(crate) fn placed(config: PackingConfig, placement: PackingPlacement) -> Pack
     PackingConfig { placement, ..config }
 }
 
-/// From one disc to another, the nearest way round.
-pub(crate) fn apart(one: &Seen, other: &Seen, side: f64) -> [f64; 2] {
+/// Minimum-image displacement from one disc to another.
+pub(crate) fn separation(one: &DiscState, other: &DiscState, side: f64) -> [f64; 2] {
     std::array::from_fn(|axis| {
-        let apart = other.position[axis] - one.position[axis];
-        apart - side * (apart / side).round()
+        let difference = other.position[axis] - one.position[axis];
+        difference - side * (difference / side).round()
     })
 }
 
-pub(crate) fn deepest_overlap(discs: &[Seen], side: f64) -> f64 {
-    let mut deepest = f64::NEG_INFINITY;
+pub(crate) fn max_overlap(discs: &[DiscState], side: f64) -> f64 {
+    let mut max = f64::NEG_INFINITY;
     for (index, one) in discs.iter().enumerate() {
         for other in &discs[..index] {
-            let [x, y] = apart(one, other, side);
-            deepest = deepest.max(one.radius + other.radius - (x * x + y * y).sqrt());
+            let [x, y] = separation(one, other, side);
+            max = max.max(one.radius + other.radius - (x * x + y * y).sqrt());
         }
     }
-    deepest
+    max
 }
 
-/// Z by the virial and by the rate, each with its standard error, over blocks of 20 collisions a disc.
+/// Z from the virial and from the collision rate, each with its standard error, over blocks of 20 collisions per disc.
 pub(crate) fn pressures(discs: u32, fraction: f64, blocks: u64) -> ([f64; 2], [f64; 2]) {
     let config = periodic(placed(at_fraction(discs, fraction), PackingPlacement::Lattice));
     let ([virial, virial_error], [rate, rate_error]) = excess_and_rate(&config, blocks);
@@ -44,13 +45,13 @@ pub(crate) fn pressures(discs: u32, fraction: f64, blocks: u64) -> ([f64; 2], [f
     ([1.0 + virial, virial_error], [1.0 + excess * rate, excess * rate_error])
 }
 
-/// Z - 1 by the virial, and pair collisions a disc and unit of time over sqrt(kT/m), without walls; each with its standard error,
-/// over blocks of 20 collisions a disc.
+/// Z - 1 from the virial, and the pair collision rate per disc over sqrt(kT/m), in a periodic box. Both have their standard error, over
+/// blocks of 20 collisions per disc.
 pub(crate) fn excess_and_rate(config: &PackingConfig, blocks: u64) -> ([f64; 2], [f64; 2]) {
     let discs = config.discs.get();
     let mut packing = prepare(config, 17, 0);
     let block = 10 * u64::from(discs);
-    // From a lattice: the dense ones melt slowly.
+    // Dense lattices melt slowly, so the first 30 blocks are discarded.
     advance_to_count(&mut packing, 30 * block);
     let (mut virials, mut rates) = (Vec::new(), Vec::new());
     let mut before = (message::<PackingPressure>(&packing), packing.time(), packing.count());
@@ -71,13 +72,13 @@ pub(crate) fn excess_and_rate(config: &PackingConfig, blocks: u64) -> ([f64; 2],
     ([virial, virial_error], [rate, rate_error])
 }
 
-/// |mean over discs of the mean over neighbors of exp(6 i angle)|, neighbors nearer than 1.4 diameters.
-pub(crate) fn hexatic_order(discs: &[Seen], side: f64) -> f64 {
+/// |mean over discs of the mean over neighbors of exp(6 i angle)|, with neighbors closer than 1.4 diameters.
+pub(crate) fn hexatic_order(discs: &[DiscState], side: f64) -> f64 {
     let mut sum = [0.0; 2];
     for one in discs {
         let (mut local, mut count) = ([0.0; 2], 0.0);
         for other in discs {
-            let [x, y] = apart(one, other, side);
+            let [x, y] = separation(one, other, side);
             let distance = (x * x + y * y).sqrt();
             if distance > 0.0 && distance < 2.8 {
                 let angle = 6.0 * y.atan2(x);

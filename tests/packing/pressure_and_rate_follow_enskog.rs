@@ -1,18 +1,19 @@
 //! Laws of elastic discs in equilibrium:
-//! - collision rate of a disc (Enskog) w = 2 sqrt(pi) n s g sqrt(kT/m);
-//! - Z = P A / (N kT) = 1 + (sqrt(pi)/4) s w sqrt(m/kT), whatever the density: the virial and the rate agree;
-//! - the pressure on the walls is the virial's, and Henderson's for the density far from walls,
-//!   Z = (1 + f^2/8) / (1 - f)^2, with the correction of a finite box.
+//! - collision rate per disc (Enskog): w = 2 sqrt(pi) n s g sqrt(kT/m);
+//! - Z = P A / (N kT) = 1 + (sqrt(pi)/4) s w sqrt(m/kT) at any density: virial and rate agree;
+//! - the pressure on the walls equals that of the virial, and Henderson's Z = (1 + f^2/8) / (1 - f)^2 at the density far from walls, with the
+//!   correction for a finite box.
 //!
-//! Source: Chapman and Cowling; Henderson, Mol. Phys. 30, 971 (1975), g = (1 - 7f/16) / (1 - f)^2. Independent simulations
-//! give Z(0.1) = 1.23615(9) and Z(0.3) = 2.0633(2); Henderson is 1.2361 and 2.0638.
-//! Setup: see each law.
-//! Controls: see each law.
+//! Source: Chapman and Cowling, The Mathematical Theory of Non-uniform Gases; Henderson, Mol. Phys. 30 (1975) 971, g = (1 - 7f/16) / (1 - f)^2.
+//! Independent simulations give Z(0.1) = 1.23615(9) and Z(0.3) = 2.0633(2); Henderson's values are 1.2361 and 2.0638.
+//! Setup: stated at each test.
+//! Tolerance: stated at each test.
+//! Control: stated at each test.
 
-// A test judges within tolerances: no bit of a run depends on it.
+// Assertions compare within tolerances, so no bit of a run depends on these functions.
 #![allow(clippy::disallowed_methods)]
 
-use crate::runs::{advance_to_count, advance_to_time, at_fraction, look, message, prepare};
+use crate::runs::{advance_to_count, advance_to_time, at_fraction, disc_states, message, prepare};
 use kinetoscope_physics::model::Model;
 use kinetoscope_physics::packing::Packing;
 use kinetoscope_recording::channels::{PackingCollisions, PackingPressure, PackingTemperature};
@@ -22,7 +23,7 @@ fn henderson(fraction: f64) -> f64 {
     (1.0 + fraction * fraction / 8.0) / ((1.0 - fraction) * (1.0 - fraction))
 }
 
-/// Sums since the start, to be subtracted from later ones.
+/// Sums since the initial state, of which differences are taken.
 struct Sums {
     time: f64,
     pairs: f64,
@@ -54,13 +55,14 @@ impl Sums {
     }
 }
 
-/// 2000 discs at 0.1 in a box of side L = 250; after 10 events a disc 60 more are counted.
-/// The walls matter in two ways, both of first order in s/L: centers have only a^2, a = L - s, so that n = N / a^2; and a
-/// disc within s of a wall has no partners behind it: the rate falls by the share 4 s / (pi a).
-/// Tolerance 1 %: those terms are 1.6 % and 1.0 % and the next are smaller by the fraction 0.1 each; counting 50,000 pairs
-/// gives 0.4 %. Control: the rate without g, 12 % lower, is rejected.
+/// Setup: 2000 discs at 0.1 in a box of side L = 250; 60 events per disc are counted after the first 10. The walls have two effects of first
+/// order in s/L: centers have only the area a^2, a = L - s, so n = N / a^2; and a disc within s of a wall has no partners behind it, which
+/// reduces the rate by the fraction 4 s / (pi a).
+/// Tolerance: 1 %. The two effects are 1.6 % and 1.0 %, and the next terms are smaller by the fraction 0.1 each; the count of 50,000 pairs has
+/// an error of 0.4 %.
+/// Control: the rate without g, lower by 12 %, is rejected.
 #[test]
-fn the_collision_rate_is_enskogs() {
+fn collision_rate_follows_enskog() {
     let (discs, fraction) = (2000_u32, 0.1);
     let config = at_fraction(discs, fraction);
     let mut packing = prepare(&config, 2, 0);
@@ -76,17 +78,18 @@ fn the_collision_rate_is_enskogs() {
     let local_fraction = density * PI;
     let contact = (1.0 - 7.0 * local_fraction / 16.0) / (1.0 - local_fraction).powi(2);
     let walls = 1.0 - 4.0 * 2.0 / (PI * side);
-    let enskog = 2.0 * PI.sqrt() * density * 2.0 * contact * kinetic_temperature.sqrt() * walls;
-    println!("rate over Enskog's: {:.4} after {} pairs", rate / enskog, counted.pairs);
-    assert!((rate / enskog - 1.0).abs() < 0.01);
-    assert!((rate / (enskog / contact) - 1.0).abs() > 0.01);
+    let expected = 2.0 * PI.sqrt() * density * 2.0 * contact * kinetic_temperature.sqrt() * walls;
+    println!("rate over Enskog's: {:.4} after {} pairs", rate / expected, counted.pairs);
+    assert!((rate / expected - 1.0).abs() < 0.01);
+    assert!((rate / (expected / contact) - 1.0).abs() > 0.01);
 }
 
-/// 400 discs at 0.2 and 0.45, 200,000 events. |g| at collision has the density g exp(-g^2 / 4kT): its mean over C
-/// collisions scatters by sqrt(4/pi - 1) / sqrt(C) = 0.13 % for 160,000. Constant energy lowers it by 1/(8n). Tolerance on
-/// Z - 1: 0.6 %. Control: the physical temperature replaced by the document's (twice as large) is rejected.
+/// Setup: 400 discs at 0.2 and 0.45, 200,000 events.
+/// Tolerance: 0.6 % of Z - 1. |g| at collisions has the density g exp(-g^2 / 4kT), so its mean over C = 160,000 collisions scatters by
+/// sqrt(4/pi - 1) / sqrt(C) = 0.13 %. Constant energy lowers it by 1/(8n).
+/// Control: the exercise's temperature <v^2>, twice kT/m, is rejected.
 #[test]
-fn the_virial_and_the_rate_give_one_compressibility_factor() {
+fn virial_and_rate_give_the_same_compressibility_factor() {
     for fraction in [0.2, 0.45] {
         let discs = 400_u32;
         let mut packing = prepare(&at_fraction(discs, fraction), 3, 0);
@@ -94,24 +97,25 @@ fn the_virial_and_the_rate_give_one_compressibility_factor() {
         let excess = message::<PackingPressure>(&packing).compressibility_factor - 1.0;
         let rate = message::<PackingCollisions>(&packing).pair_rate_per_disc;
         let temperature = message::<PackingTemperature>(&packing);
-        let by_rate =
+        let from_rate =
             |kinetic_temperature: f64| PI.sqrt() / 4.0 * 2.0 * rate / kinetic_temperature.sqrt();
-        let ratio = excess / by_rate(temperature.kinetic_temperature);
-        println!("fraction {fraction}: Z - 1 by virial {excess:.4}, over that by rate {ratio:.5}");
+        let ratio = excess / from_rate(temperature.kinetic_temperature);
+        println!(
+            "fraction {fraction}: Z - 1 from the virial {excess:.4}, over that from the rate {ratio:.5}"
+        );
         assert!((ratio - 1.0).abs() < 0.006);
-        assert!((excess / by_rate(temperature.temperature) - 1.0).abs() > 0.006);
+        assert!((excess / from_rate(temperature.temperature) - 1.0).abs() > 0.006);
     }
 }
 
-/// 400 discs at 0.3, 1.6 million events, 1500 frames. The pressure is the same everywhere; its density is the one far from
-/// walls: discs counted more than 4 diameters from each wall. Tolerances: wall and virial 1 % (300,000 wall hits scatter
-/// by 0.1 %, slow fluctuations of the density by as much again); Henderson 1 % (the count inside scatters by 1.4 % a
-/// frame over some fifty independent ones, hence 0.2 %, and d ln P / d ln f = 1.9). A box of side a between walls of line
-/// tension gamma presses with P - 2 gamma / a; scaled particle theory (Helfand, Frisch, Lebowitz, J. Chem. Phys. 34, 1037,
-/// 1961) gives gamma = -kT f^2 / (pi r (1 - f)^2) at the line of centers, so that the walls feel P (1 + 2 f r / a).
-/// Control: Henderson at the mean fraction of the whole box, walls ignored, is rejected.
+/// Setup: 400 discs at 0.3, 1.6 million events, 1500 frames. The density is that of discs more than 4 diameters from each wall. A box of side a
+/// with walls of line tension gamma has the pressure P - 2 gamma / a; scaled particle theory (Helfand, Frisch and Lebowitz, J. Chem. Phys. 34
+/// (1961) 1037) gives gamma = -kT f^2 / (pi r (1 - f)^2) at the line of centers, so the pressure on the walls is P (1 + 2 f r / a).
+/// Tolerance: 1 % between wall and virial (300,000 wall collisions scatter by 0.1 %, slow fluctuations of the density by as much again); 1 % for
+/// Henderson (the count inside scatters by 1.4 % per frame over about fifty independent ones, which gives 0.2 %, and d ln P / d ln f = 1.9).
+/// Control: Henderson's pressure at the mean fraction of the whole box is rejected.
 #[test]
-fn the_pressure_is_hendersons_at_the_density_far_from_walls() {
+fn pressure_follows_henderson_at_the_density_far_from_walls() {
     let (discs, fraction) = (400_u32, 0.3);
     let config = at_fraction(discs, fraction);
     let side = config.width.get();
@@ -124,9 +128,9 @@ fn the_pressure_is_hendersons_at_the_density_far_from_walls() {
     let mut inside = 0;
     for frame in 1..=frames {
         advance_to_time(&mut packing, before.time + f64::from(frame) * interval);
-        inside += look(&packing)
+        inside += disc_states(&packing)
             .iter()
-            .filter(|disc| disc.position.iter().all(|place| place.abs() < half_inside))
+            .filter(|disc| disc.position.iter().all(|coordinate| coordinate.abs() < half_inside))
             .count();
     }
     let counted = Sums::of(&packing).since(&before);
@@ -146,6 +150,6 @@ fn the_pressure_is_hendersons_at_the_density_far_from_walls() {
     );
     assert!((wall / virial - 1.0).abs() < 0.01);
     assert!((virial / expected - 1.0).abs() < 0.01);
-    let naive = f64::from(discs) / (side * side) * kinetic_temperature * henderson(fraction);
-    assert!((virial / naive - 1.0).abs() > 0.01);
+    let whole_box = f64::from(discs) / (side * side) * kinetic_temperature * henderson(fraction);
+    assert!((virial / whole_box - 1.0).abs() > 0.01);
 }

@@ -1,6 +1,6 @@
-//! The bench that the laws of hard discs are tried on: configurations, runs, and what their frames say.
+//! Configurations of hard discs, functions that advance a run, and frame readers.
 
-#![allow(clippy::unwrap_used)] // A test that can't build its own start is broken.
+#![allow(clippy::unwrap_used)] // An invalid configuration fails its test.
 
 use kinetoscope_manifest::model::{GivenState, PackingConfig, PackingPlacement, RunLength};
 use kinetoscope_manifest::quantity::{BoxSide, Finite, NonNegative, Positive, Share};
@@ -11,16 +11,15 @@ use kinetoscope_recording::channels::Channel;
 use kinetoscope_recording::frame::Frame;
 use std::num::NonZeroU32;
 
-/// A disc as a frame shows it.
+/// One row of the recorded state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Seen {
+pub(crate) struct DiscState {
     pub(crate) position: [f64; 2],
     pub(crate) velocity: [f64; 2],
     pub(crate) radius: f64,
 }
 
-/// A square box of which so many discs cover this fraction: of radius 1, or larger where the box would have a side below
-/// 10, the least that there is.
+/// Square box with a given packing fraction. The radius is 1, or larger if the side would be below the minimum of 10.
 pub(crate) fn at_fraction(discs: u32, fraction: f64) -> PackingConfig {
     let side = (f64::from(discs) * std::f64::consts::PI / fraction).sqrt();
     let (side, radius) = if side < 10.0 { (10.0, 10.0 / side) } else { (side, 1.0) };
@@ -33,7 +32,7 @@ pub(crate) fn at_fraction(discs: u32, fraction: f64) -> PackingConfig {
     }
 }
 
-/// Discs of radius 1 in the default box, each given as `[x, y, vx, vy]`, and no wall noise.
+/// Discs of radius 1 in the default box, each given as `[x, y, vx, vy]`, without wall noise.
 pub(crate) fn given(discs: &[[f64; 4]]) -> PackingConfig {
     let pair = |[x, y]: [f64; 2]| [Finite::new(x).unwrap(), Finite::new(y).unwrap()];
     PackingConfig {
@@ -79,7 +78,7 @@ pub(crate) fn advance_to_time(packing: &mut Packing, time: f64) {
     assert_eq!(packing.advance(Target::Time(time), u64::MAX), Ok(Progress::Reached));
 }
 
-/// Runs to the end that the manifest asks for.
+/// Advances to the end given in the configuration.
 pub(crate) fn advance_to_end(packing: &mut Packing) {
     match packing.extent() {
         Extent::Events(events) => advance_to_count(packing, events),
@@ -98,21 +97,25 @@ pub(crate) fn message<C: Channel>(packing: &Packing) -> C {
     observe(packing).get::<C>().unwrap()
 }
 
-pub(crate) fn look(packing: &Packing) -> Vec<Seen> {
+pub(crate) fn disc_states(packing: &Packing) -> Vec<DiscState> {
     let frame = observe(packing);
     frame
         .state()
         .chunks_exact(5)
-        .map(|row| Seen { position: [row[0], row[1]], velocity: [row[2], row[3]], radius: row[4] })
+        .map(|row| DiscState {
+            position: [row[0], row[1]],
+            velocity: [row[2], row[3]],
+            radius: row[4],
+        })
         .collect()
 }
 
-pub(crate) fn square_of_speed(velocity: [f64; 2]) -> f64 {
+pub(crate) fn squared_speed(velocity: [f64; 2]) -> f64 {
     velocity[0] * velocity[0] + velocity[1] * velocity[1]
 }
 
 pub(crate) fn distance(first: [f64; 2], second: [f64; 2]) -> f64 {
-    square_of_speed([first[0] - second[0], first[1] - second[1]]).sqrt()
+    squared_speed([first[0] - second[0], first[1] - second[1]]).sqrt()
 }
 
 pub(crate) fn mean_and_standard_error(values: &[f64]) -> (f64, f64) {

@@ -1,17 +1,18 @@
-//! Law: a wall turns the outgoing direction by phi, normal with mean 0 and variance pi/1000; the speed is kept; the disc
-//! never goes back into the wall; nobody else's velocity changes.
-//! Source: packing document, section `pcolisiona` and equations 1 to 3; its code draws sqrt(pi/1000) N(0, 1).
-//! Setup: one disc on its way straight to a wall, 20,000 times: phi is the direction afterward. A turn back would take
-//! phi > pi/2, 28 standard deviations. And a disc that grazes the wall, where a third of all angles would.
-//! Tolerance: (n - 1) S^2 / sigma^2 is chi-square with n - 1 degrees of freedom: S^2 / sigma^2 is within 4.5 standard
-//! deviations sqrt(2 / n) = 0.01 of 1; the mean within 4.5 sigma / sqrt(n). The fourth moment of a normal law is
-//! 3 sigma^4, its standard error sqrt(96 / n) = 0.07. Speeds: 4 grains of 1.
-//! Control: a standard deviation (in place of the variance) of pi/1000 is rejected.
+//! Law: a wall rotates the outgoing direction by phi, normal with mean 0 and variance pi/1000. The speed is conserved, the disc never moves
+//! back into the wall, and no other disc changes its velocity.
+//!
+//! Source: packing exercise, section `pcolisiona` and equations 1 to 3; its code draws sqrt(pi/1000) N(0, 1).
+//! Setup: one disc that moves perpendicular to a wall, 20,000 times, so that phi is the outgoing direction; a disc that grazes the wall, which a
+//! third of all angles would turn back into the wall. For the perpendicular disc, this would require phi > pi/2, 28 standard deviations.
+//! Tolerance: 4.5 standard errors. (n - 1) S^2 / sigma^2 is chi-square with n - 1 degrees of freedom, so the standard error of S^2 / sigma^2 is
+//! sqrt(2 / n) = 0.01; that of the mean is sigma / sqrt(n). The fourth moment of a normal distribution is 3 sigma^4 with the standard error
+//! sqrt(96 / n) = 0.07. Speeds: four roundings of 1.
+//! Control: a standard deviation (instead of the variance) of pi/1000 is rejected.
 
-// A test judges within tolerances: no bit of a run depends on it.
+// Assertions compare within tolerances, so no bit of a run depends on these functions.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
-use crate::runs::{advance_to_count, at_fraction, given, look, prepare, square_of_speed};
+use crate::runs::{advance_to_count, at_fraction, disc_states, given, prepare, squared_speed};
 use kinetoscope_manifest::model::PackingConfig;
 use kinetoscope_manifest::quantity::NonNegative;
 use kinetoscope_physics::model::Model;
@@ -21,16 +22,16 @@ fn with_variance(config: PackingConfig, variance: f64) -> PackingConfig {
     PackingConfig { wall_noise_variance_rad2: NonNegative::new(variance).unwrap(), ..config }
 }
 
-/// Angles by which the right wall turned a disc that came straight at it. A seed is a draw.
+/// Angles by which the right wall rotates the direction of a perpendicular disc. Each seed is one draw.
 fn angles(variance: f64, count: u64) -> Vec<f64> {
     let config = with_variance(given(&[[18.0, 0.0, 1.0, 0.0]]), variance);
     (0..count)
         .map(|seed| {
             let mut packing = prepare(&config, seed, 0);
             advance_to_count(&mut packing, 1);
-            let [x, y] = look(&packing)[0].velocity;
-            assert!(x < 0.0, "it leaves the wall");
-            assert!((square_of_speed([x, y]).sqrt() - 1.0).abs() < 4.0 * f64::EPSILON);
+            let [x, y] = disc_states(&packing)[0].velocity;
+            assert!(x < 0.0, "the disc must leave the wall");
+            assert!((squared_speed([x, y]).sqrt() - 1.0).abs() < 4.0 * f64::EPSILON);
             (-y).atan2(-x)
         })
         .collect()
@@ -49,49 +50,50 @@ fn is_normal_with_variance(angles: &[f64], variance: f64) -> bool {
 }
 
 #[test]
-fn the_angle_is_normal_with_the_variance_of_the_document() {
+fn angle_is_normal_with_the_variance_of_the_exercise() {
     let angles = angles(PackingConfig::default().wall_noise_variance_rad2.get(), 20_000);
     assert!(is_normal_with_variance(&angles, PI / 1000.0));
+    // Control.
     assert!(!is_normal_with_variance(&angles, (PI / 1000.0) * (PI / 1000.0)));
 }
 
-/// The document's rule would send a grazing disc through the wall.
+/// The rule as printed in the exercise would move a grazing disc through the wall.
 #[test]
-fn a_grazing_disc_leaves_the_wall_and_keeps_its_speed() {
+fn grazing_disc_leaves_the_wall_at_constant_speed() {
     let variances = [PI / 1000.0, 1.0, 100.0];
     for (seed, variance) in (0..3000).zip(variances.into_iter().cycle()) {
         let config = with_variance(given(&[[0.0, 18.5, 3.0, 0.05]]), variance);
         let mut packing = prepare(&config, seed, 0);
         advance_to_count(&mut packing, 1);
-        let velocity = look(&packing)[0].velocity;
-        // The disc meets the top wall after 10, the right wall after 6.3: one of the two, and away from it.
+        let velocity = disc_states(&packing)[0].velocity;
+        // The disc reaches the top wall after 10 and the right wall after 6.3, so it has left one of the two.
         assert!(velocity[0] < 0.0);
-        assert!((square_of_speed(velocity) / square_of_speed([3.0, 0.05]) - 1.0).abs() < 1e-15);
+        assert!((squared_speed(velocity) / squared_speed([3.0, 0.05]) - 1.0).abs() < 1e-15);
         for count in 2..20 {
             advance_to_count(&mut packing, count);
-            let seen = look(&packing)[0];
+            let disc = disc_states(&packing)[0];
             for axis in 0..2 {
-                let at_wall = seen.position[axis].abs() == 19.0;
-                assert!(!at_wall || seen.position[axis] * seen.velocity[axis] <= 0.0);
-                assert!(seen.position[axis].abs() <= 19.0);
+                let at_wall = disc.position[axis].abs() == 19.0;
+                assert!(!at_wall || disc.position[axis] * disc.velocity[axis] <= 0.0);
+                assert!(disc.position[axis].abs() <= 19.0);
             }
         }
     }
 }
 
-/// The document's rule also turned discs that were elsewhere.
+/// The rule as printed in the exercise also rotates the velocities of other discs.
 #[test]
-fn a_wall_changes_one_disc_only() {
+fn wall_collision_changes_one_disc_only() {
     let mut packing = prepare(&at_fraction(50, 0.1), 5, 0);
     for count in 1..=2000 {
-        let before = look(&packing);
+        let before = disc_states(&packing);
         advance_to_count(&mut packing, count);
-        let after = look(&packing);
+        let after = disc_states(&packing);
         let changed: Vec<usize> =
             (0..50).filter(|&disc| before[disc].velocity != after[disc].velocity).collect();
         assert!(changed.len() == 1 || changed.len() == 2, "event {count}: {changed:?}");
         if let [disc] = changed[..] {
-            let speeds = [before, after].map(|discs| square_of_speed(discs[disc].velocity));
+            let speeds = [before, after].map(|discs| squared_speed(discs[disc].velocity));
             assert!((speeds[1] / speeds[0] - 1.0).abs() < 1e-15);
         }
     }
