@@ -4,7 +4,7 @@
 use prost::Message;
 
 /// Version of the recording's layout; part of the run key.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// Topic of the exact state of all particles.
 pub const STATE: &str = "/state";
@@ -17,7 +17,7 @@ pub const LEGEND: &str = "/legend";
 /// Topic of the velocity arrows.
 pub const VELOCITY: &str = "/velocity";
 /// Topic of the force chains.
-pub const CONTACTS: &str = "/force_chains";
+pub const FORCE_CHAINS: &str = "/force_chains";
 /// Topic of the paths so far.
 pub const TRAIL: &str = "/trail";
 /// Topic of what happened and when.
@@ -285,11 +285,11 @@ channels! {
     /// Gas: hits of the wall, and of discs with one another.
     GasCollisions on "/collisions" {
         /// Hits of the wall since the start.
-        wall: u64 [uint64] = "1",
+        wall_collisions: u64 [uint64] = "1",
         /// Hits of the wall since the last frame.
         wall_collisions_since_last_frame: u64 [uint64] = "2",
         /// Collisions of two discs since the start; 0 for points.
-        pair: u64 [uint64] = "3",
+        pair_collisions: u64 [uint64] = "3",
         /// Collisions of two discs since the last frame.
         pair_collisions_since_last_frame: u64 [uint64] = "4",
         /// Sum over these collisions of distance times momentum handed over, since the start, J s: with the wall's part Clausius's virial.
@@ -318,27 +318,27 @@ channels! {
 
     /// Packing: moments of the velocities.
     PackingTemperature on "/temperature" {
-        /// <v^2>: the source document's temperature.
-        temperature: f64 [double] = "1",
-        /// <v^2> / 2 = k_B T / m: the physical one.
-        kinetic_temperature: f64 [double] = "2",
-        /// <v^4> / (2 <v^2>^2) - 1: 0 for a Maxwell distribution.
+        /// <v^2> = 2 kT/m: the quantity that the packing exercise calls temperature.
+        mean_square_velocity: f64 [double] = "1",
+        /// <v^2>/2 = kT/m.
+        temperature: f64 [double] = "2",
+        /// <v^4>/(2 <v^2>^2) - 1: 0 for a Maxwell distribution.
         a2: f64 [double] = "3",
-        /// <v^2> over its value at the start.
+        /// Temperature over its initial value.
         temperature_over_initial: f64 [double] = "4",
         /// Sum of v^2 / 2.
         kinetic_energy: f64 [double] = "5",
     }
 
-    /// Packing: collisions.
+    /// Packing: number and rate of collisions.
     PackingCollisions on "/collisions" {
         /// Pair collisions since the start.
-        pair: u64 [uint64] = "1",
+        pair_collisions: u64 [uint64] = "1",
         /// Wall collisions since the start.
-        wall: u64 [uint64] = "2",
-        /// Pair collisions a disc (2 pair / n) and unit of time since the start; 0 at time 0.
+        wall_collisions: u64 [uint64] = "2",
+        /// Pair collisions per disc (2 pair_collisions / n) and unit of time since the start; 0 at time 0.
         pair_collision_rate_per_disc: f64 [double] = "3",
-        /// Wall collisions a disc and unit of time since the start; 0 at time 0.
+        /// Wall collisions per disc and unit of time since the start; 0 at time 0.
         wall_collision_rate_per_disc: f64 [double] = "4",
     }
 
@@ -364,9 +364,9 @@ channels! {
         event: Vec<u64> [uint64, repeated] = "1",
         /// Time of the event.
         time: Vec<f64> [double, repeated] = "2",
-        /// <v^2> after it.
-        temperature: Vec<f64> [double, repeated] = "3",
-        /// a2 after it.
+        /// <v^2> after the event.
+        mean_square_velocity: Vec<f64> [double, repeated] = "3",
+        /// a2 after the event.
         a2: Vec<f64> [double, repeated] = "4",
     }
 

@@ -73,7 +73,7 @@ impl Header {
         topics.extend(self.channels.iter().map(|channel| channel.topic));
         topics.push(channels::DISCS);
         topics.push(channels::VELOCITY);
-        topics.extend(self.scenery.force_range_top.map(|_| channels::CONTACTS));
+        topics.extend(self.scenery.force_range_top.map(|_| channels::FORCE_CHAINS));
         topics.extend(self.scenery.trail.then_some(channels::TRAIL));
         topics.extend([channels::WALLS, channels::LEGEND, channels::LOG]);
         topics
@@ -96,7 +96,7 @@ impl Header {
             Selection::Named(names) => {
                 let named = |topic: &str| names.iter().any(|name| topic[1..] == **name);
                 let drawings =
-                    [channels::DISCS, channels::VELOCITY, channels::CONTACTS, channels::TRAIL];
+                    [channels::DISCS, channels::VELOCITY, channels::FORCE_CHAINS, channels::TRAIL];
                 match topic {
                     topic if topic == FrameClock::TOPIC || topic == channels::LOG => true,
                     channels::WALLS | channels::LEGEND => {

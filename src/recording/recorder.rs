@@ -128,7 +128,7 @@ impl<W: Write> Recorder<W> {
     /// An empty frame that keeps what this recording shows of contact forces, and no more.
     #[must_use]
     pub fn empty_frame(&self) -> Frame {
-        let draws = self.wants(channels::CONTACTS);
+        let draws = self.wants(channels::FORCE_CHAINS);
         Frame::drawing_contacts(if draws { self.stage.contacts_at_most() } else { 0 })
     }
 
@@ -287,9 +287,9 @@ impl<W: Write> Recorder<W> {
         if self.wants(channels::VELOCITY) {
             self.message(channels::VELOCITY, log_time, &self.stage.velocity(frame.state(), time))?;
         }
-        if self.wants(channels::CONTACTS) {
+        if self.wants(channels::FORCE_CHAINS) {
             self.message(
-                channels::CONTACTS,
+                channels::FORCE_CHAINS,
                 log_time,
                 &self.stage.contacts(frame.contacts(), time),
             )?;

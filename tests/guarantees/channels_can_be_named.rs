@@ -18,7 +18,7 @@ fn topics(config: &ModelConfig) -> BTreeSet<&'static str> {
         [channels::STATE, channels::DISCS, channels::WALLS, channels::LEGEND, channels::LOG].into();
     topics.extend(kind_of(config).channels.iter().map(|channel| channel.topic));
     topics.insert(channels::VELOCITY);
-    topics.extend(scenery.force_range_top.map(|_| channels::CONTACTS));
+    topics.extend(scenery.force_range_top.map(|_| channels::FORCE_CHAINS));
     topics.extend(scenery.trail.then_some(channels::TRAIL));
     topics.into_iter().map(|topic| topic.trim_start_matches('/')).collect()
 }

@@ -20,7 +20,7 @@ use kinetoscope_physics::orbit::dormand_prince::{
     DORMAND_PRINCE_8, ERROR_OF_ORDER_3, ERROR_OF_ORDER_5,
 };
 use kinetoscope_physics::orbit::kepler::Kepler;
-use kinetoscope_physics::orbit::step::stepped;
+use kinetoscope_physics::orbit::single_step::take_step;
 
 /// Largest |sum of weights times c^(q-1) - 1/q| for q = 1..8, where c is the time of a stage (the sum of its row).
 fn max_defect(weights: &[f64; 12]) -> f64 {
@@ -55,7 +55,7 @@ fn order_is_8_with_fixed_steps() {
     let error = |steps: u32| {
         let h = 200.0 / f64::from(steps);
         let end =
-            (0..steps).fold(BARYCENTRIC_START, |state, _| stepped(&DORMAND_PRINCE_8, state, h));
+            (0..steps).fold(BARYCENTRIC_START, |state, _| take_step(&DORMAND_PRINCE_8, state, h));
         distance(end.position, exact)
     };
     let [coarse, fine] = [error(8), error(16)];

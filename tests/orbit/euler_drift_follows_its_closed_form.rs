@@ -19,8 +19,8 @@ use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
 use kinetoscope_physics::orbit::kepler::Kepler;
 use kinetoscope_physics::orbit::motion::{State, angular_momentum, dot, energy, length};
-use kinetoscope_physics::orbit::step::{Method, stepped};
-use kinetoscope_physics::orbit::tables::{EXPLICIT_EULER, SEMI_IMPLICIT_EULER};
+use kinetoscope_physics::orbit::single_step::{Method, take_step};
+use kinetoscope_physics::orbit::integrators::{EXPLICIT_EULER, SEMI_IMPLICIT_EULER};
 use kinetoscope_physics::orbit::{BARYCENTRIC_START, Orbit};
 
 /// Period of the exercise's initial state, days (50-digit arithmetic).
@@ -32,7 +32,7 @@ fn max_angular_momentum_deviation(method: &impl Method) -> f64 {
     let mut state = BARYCENTRIC_START;
     let mut max: f64 = 0.0;
     for _ in 0..1461 {
-        let next = stepped(method, state, h);
+        let next = take_step(method, state, h);
         let distance = length(state.position);
         let factor = 1.0 + h * h * GM / (distance * distance * distance);
         let expected = length(angular_momentum(state)) * factor;
@@ -65,7 +65,7 @@ fn max_energy_rate_deviation(method: &impl Method) -> f64 {
             * h
             * (GM * GM / r.powi(4) + GM * v * v / r.powi(3)
                 - 3.0 * GM * radial * radial / r.powi(5));
-        let gain = energy(stepped(method, state, h)) - energy(state);
+        let gain = energy(take_step(method, state, h)) - energy(state);
         max = max.max((gain / (rate * h) - 1.0).abs());
     }
     max

@@ -11,7 +11,7 @@ fn channels_are_frozen() {
     for topic in [
         channels::DISCS,
         channels::VELOCITY,
-        channels::CONTACTS,
+        channels::FORCE_CHAINS,
         channels::TRAIL,
         channels::WALLS,
         channels::LEGEND,

@@ -14,7 +14,7 @@ const DRAWN: [&str; 7] = [
     channels::WALLS,
     channels::LEGEND,
     channels::VELOCITY,
-    channels::CONTACTS,
+    channels::FORCE_CHAINS,
     channels::TRAIL,
 ];
 
