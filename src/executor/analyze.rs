@@ -1,14 +1,14 @@
-//! The analysis of recordings where they were made, by the program `analyze-recordings` that lies beside this one: what is found
-//! is remembered in `.analyzed`, so that the analysis of a whole sweep reads no recording again.
+//! Analysis of the recordings on the machine that executed the runs, by the program `analyze-recordings` in the same folder. The
+//! results are cached in `.analyzed`, so that the analysis of the whole sweep does not read the recordings again.
 
 use crate::plan::Plan;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-/// Has the plan's recordings analyzed that are there. Unchanged ones that were analyzed before cost next to nothing.
+/// Analyzes the existing recordings of the plan. Recordings that have not changed since their last analysis are skipped.
 ///
 /// # Errors
-/// Why not all were analyzed: nothing is lost, since the analysis of the whole reads them then.
+/// A failed analysis. The analysis of the whole sweep then reads the recordings itself.
 pub fn remember(plan: &Plan) -> Result<(), String> {
     let there: Vec<PathBuf> = plan
         .runs

@@ -1,4 +1,4 @@
-//! The plan on this machine: so many runs side by side.
+//! Execution of the plan on this machine, with several runs in parallel.
 
 use crate::executor::memory::MemoryBudget;
 use crate::executor::progress::ProgressDisplay;
@@ -13,21 +13,21 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// How many threads work, and on what. It does not change a byte of a recording.
+/// The number of threads. It does not change a byte of a recording.
 #[derive(Clone, Copy, Debug)]
 pub struct LocalPool {
-    /// Runs side by side.
+    /// Number of parallel runs.
     pub jobs: NonZeroUsize,
-    /// Threads that the model of one run computes with; its recorder has one more, which mostly waits.
+    /// Number of threads of one model. The recorder of each run has one more thread, which is mostly idle.
     pub threads: NonZeroUsize,
 }
 
-/// What became of one run: `None` where an interruption came before its start.
+/// Result of one run; `None` if the execution was interrupted before its start.
 pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<RunReport, RunError>>);
 
-/// Does the runs in the order of `runs`, at most `jobs` side by side and only as many as fit the memory, and returns what
-/// became of each. The failure of one does not stop the others. `after` hears of each run that left a finished recording, on the thread
-/// that did it.
+/// Executes the runs in the given order, at most `jobs` in parallel and only as many as fit into the memory, and returns their
+/// results. The failure of one run does not stop the others. `after` is called for each finished recording, on the thread of its
+/// run.
 pub fn run_all<'a>(
     runs: &[&'a PlannedRun],
     folder: &Path,
@@ -52,7 +52,7 @@ pub fn run_all<'a>(
                     let on_frame = |done, of| bar.frame(done, of);
                     let context = RunContext { on_frame: &on_frame, ..context };
                     let run_it = || execute(run.spec(folder), run.take_start(), context);
-                    // Without threads of its own a run has the pool that all share.
+                    // If the pool cannot be built, the run uses the global one.
                     let report =
                         pool.as_ref().map_or_else(|_| run_it(), |pool| pool.install(run_it));
                     bar.finish(&report);
@@ -78,7 +78,7 @@ pub fn run_all<'a>(
     results
 }
 
-/// Writes the timing file of a run that has ended.
+/// Writes the timing file of a finished run.
 fn keep_timing(run: &PlannedRun, folder: &Path, report: &RunReport, jobs: NonZeroUsize) {
     if let Err(error) = sidecars::write_host(folder, &run.stem, report, jobs.get()) {
         eprintln!("warning: no timing file for {}: {error}", run.stem);

@@ -1,17 +1,17 @@
-//! Memory that runs side by side share: a run waits until what it may take is free.
+//! The memory budget of parallel runs: a run starts when its estimated memory is free.
 
 use std::fs;
 use std::sync::{Condvar, Mutex, PoisonError};
 
-/// Bytes that are handed out and given back.
+/// A number of bytes shared by the runs.
 #[derive(Debug)]
 pub struct MemoryBudget {
     total: u64,
     free: Mutex<u64>,
-    given_back: Condvar,
+    released: Condvar,
 }
 
-/// A part of the budget, given back when it is dropped.
+/// A reserved part of the budget; dropping it releases the bytes.
 #[derive(Debug)]
 pub struct Share<'a> {
     budget: &'a MemoryBudget,
@@ -19,24 +19,24 @@ pub struct Share<'a> {
 }
 
 impl MemoryBudget {
-    /// A budget of so many bytes.
+    /// A budget of `total` bytes.
     #[must_use]
     pub fn new(total: u64) -> Self {
-        Self { total, free: Mutex::new(total), given_back: Condvar::new() }
+        Self { total, free: Mutex::new(total), released: Condvar::new() }
     }
 
-    /// What is available now; without bounds where the operating system does not say (`MemAvailable` of Linux).
+    /// The available memory (`MemAvailable` of Linux); unlimited on other operating systems.
     #[must_use]
     pub fn of_this_machine() -> Self {
         Self::new(available_bytes().unwrap_or(u64::MAX))
     }
 
-    /// Waits until so many bytes are free. A run that needs more than there is gets all, and runs alone.
+    /// Blocks until the bytes are free. A run that needs more than the total reserves all of it and executes alone.
     pub fn take(&self, bytes: u64) -> Share<'_> {
         let bytes = bytes.min(self.total);
         let free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
         let mut free = self
-            .given_back
+            .released
             .wait_while(free, |free| *free < bytes)
             .unwrap_or_else(PoisonError::into_inner);
         *free -= bytes;
@@ -47,7 +47,7 @@ impl MemoryBudget {
 impl Drop for Share<'_> {
     fn drop(&mut self) {
         *self.budget.free.lock().unwrap_or_else(PoisonError::into_inner) += self.bytes;
-        self.budget.given_back.notify_all();
+        self.budget.released.notify_all();
     }
 }
 
@@ -64,7 +64,7 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
     use std::thread;
 
-    /// Never more than the budget is out, a share above all of it included.
+    /// Includes a share larger than the whole budget.
     #[test]
     fn shares_never_exceed_the_budget() {
         let budget = MemoryBudget::new(10);

@@ -1,4 +1,6 @@
-//! Executes the plan: on this machine or on a cluster. A run counts as finished when its recording exists, whatever a scheduler reports.
+//! Execution of the plan on this machine or on a cluster.
+//!
+//! Invariant: a run counts as finished if and only if its recording exists, whatever a scheduler reports.
 
 pub mod analyze;
 pub mod cluster;

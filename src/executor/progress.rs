@@ -1,4 +1,4 @@
-//! The progress display: a bar a running job and one for all on a terminal, a line a finished run elsewhere.
+//! The progress display: on a terminal, one bar per run in progress and one in total; otherwise, one line per finished run.
 
 use crate::run::{RunError, RunReport, RunStart};
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
@@ -7,14 +7,14 @@ use std::fmt;
 use std::io::IsTerminal;
 use std::time::Duration;
 
-/// Where progress is shown.
+/// Amount of progress output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verbosity {
-    /// Nowhere.
+    /// None.
     Quiet,
-    /// Bars on a terminal, else a line now and then.
+    /// Bars on a terminal, otherwise lines.
     Normal,
-    /// A line for each finished run too.
+    /// One line per finished run in addition.
     Verbose,
 }
 
@@ -34,7 +34,7 @@ pub struct RunProgress<'a> {
 }
 
 impl ProgressDisplay {
-    /// A display for so many runs.
+    /// A display for `runs` runs.
     #[must_use]
     pub fn new(runs: usize, verbosity: Verbosity) -> Self {
         let on_terminal = std::io::stderr().is_terminal();
@@ -49,7 +49,7 @@ impl ProgressDisplay {
         Self { bars, total, verbosity, on_terminal }
     }
 
-    /// Shows that a run has begun.
+    /// Shows the start of a run.
     #[must_use]
     pub fn start_run(&self, stem: &str) -> RunProgress<'_> {
         let bar = if self.verbosity == Verbosity::Quiet || !self.on_terminal {
@@ -62,23 +62,23 @@ impl ProgressDisplay {
         RunProgress { display: self, stem: stem.to_owned(), bar }
     }
 
-    /// So many runs are finished elsewhere, and what is under way, in words.
-    pub fn elsewhere(&self, finished: usize, under_way: &str) {
+    /// Shows the number of runs finished on other machines, and a message about those in progress.
+    pub fn show_remote(&self, finished: usize, message: &str) {
         self.total.set_position(finished as u64);
-        self.total.set_message(under_way.to_owned());
+        self.total.set_message(message.to_owned());
     }
 
-    /// Says something beside the bars, unless nothing is to be said.
+    /// Prints a line above the bars, unless the output is quiet.
     pub fn remark(&self, text: &str) {
         if self.verbosity != Verbosity::Quiet {
             self.line(text);
         }
     }
 
-    /// Takes all bars away.
+    /// Removes all bars.
     pub fn close(&self) {
         self.total.finish_and_clear();
-        // Nothing can be done about a terminal that is gone.
+        // An error means that the terminal was closed.
         let _ = self.bars.clear();
     }
 
@@ -92,13 +92,13 @@ impl ProgressDisplay {
 }
 
 impl RunProgress<'_> {
-    /// So many of so many frames are recorded.
+    /// Shows the number of recorded frames.
     pub fn frame(&self, done: u64, of: u64) {
         self.bar.set_length(of);
         self.bar.set_position(done);
     }
 
-    /// The run has ended.
+    /// Shows the end of the run.
     pub fn finish(self, report: &Result<RunReport, RunError>) {
         self.bar.finish_and_clear();
         self.display.total.inc(1);
@@ -131,21 +131,21 @@ impl RunProgress<'_> {
     }
 }
 
-/// A number of bytes as people read it, such as "1.50 MiB".
+/// Formats a number of bytes, such as "1.50 MiB".
 #[must_use]
 pub fn size(bytes: u64) -> String {
     HumanBytes(bytes).to_string()
 }
 
-/// Frames a second: whole ones, but where they are few.
+/// Formats the frames per second, below 10 with one decimal.
 fn rate(state: &ProgressState, text: &mut dyn fmt::Write) {
     let frames = state.per_sec();
     let digits = if frames < 10.0 { 1 } else { 0 };
-    // A bar that can't be written is shown again with the next frame.
+    // A failed write is repeated with the next frame.
     let _ = write!(text, "{frames:.digits$}/s");
 }
 
 fn style(template: &str) -> ProgressStyle {
-    // The templates are constants of this file and valid; were one not, the default style shows the same numbers.
+    // The templates are valid constants of this file; the default style would show the same numbers.
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }

@@ -1,4 +1,4 @@
-//! The files beside the recordings: the experiment as run, the viewer's layout, and host and timing of each run.
+//! The side files of recordings: the experiment as executed, the viewer's layout, and host and timing of each run.
 
 use crate::plan::Plan;
 use crate::run::RunReport;
@@ -10,10 +10,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Writes `experiment.toml`: name, description, checks, sweep and replicates as run, with the files that belong to them.
+/// Writes `experiment.toml`: name, description, checks, sweep and replicates as executed, with their files.
 ///
 /// # Errors
-/// Whatever the operating system says of the file.
+/// A folder that cannot be written.
 pub fn write_experiment(experiment: &Experiment, plan: &Plan) -> io::Result<()> {
     let files = plan.runs.iter().map(|run| (run.file_name(), run.run_key.clone()));
     let record = ExperimentRecord::new(experiment, files);
@@ -32,10 +32,10 @@ pub fn write_layout(plan: &Plan) -> io::Result<()> {
     }
 }
 
-/// Writes `timing.json` beside the recordings of an experiment, and returns where it stands.
+/// Writes `timing.json` to the folder of the experiment's recordings and returns its path.
 ///
 /// # Errors
-/// Whatever the operating system says of folder or file.
+/// A folder that cannot be written.
 pub fn write_timing(output: &Path, table: &TimingTable) -> io::Result<PathBuf> {
     let folder = output.join(&table.experiment);
     fs::create_dir_all(&folder)?;
@@ -62,10 +62,10 @@ struct Host<'a> {
     peak_memory_of_the_program_bytes: Option<u64>,
 }
 
-/// Writes `STEM.host.json`: where and how fast a run was done. No metric of physics reads it.
+/// Writes `STEM.host.json`: machine and speed of a run. No physical metric reads it.
 ///
 /// # Errors
-/// Whatever the operating system says of the file.
+/// A folder that cannot be written.
 pub fn write_host(folder: &Path, stem: &str, report: &RunReport, jobs: usize) -> io::Result<()> {
     let wall_time_s = report.wall_time.as_secs_f64();
     let host = Host {
@@ -88,20 +88,20 @@ pub fn write_host(folder: &Path, stem: &str, report: &RunReport, jobs: usize) ->
         peak_memory_of_the_program_bytes: peak_memory_bytes(),
     };
     let text = serde_json::to_string_pretty(&host)?;
-    // Not brought to the disk at once: a lost one costs nothing but itself, and the wait is longer than a short run.
+    // Not synced: a lost file has no consequence, and the sync takes longer than a short run.
     fs::write(folder.join(format!("{stem}.host.json")), text)
 }
 
-/// A run that left no recording, as its task says of it in `STEM.failed.txt`: the exit code's class, then why.
+/// A run without a recording, as its task reports it in `STEM.failed.txt`: the class of the exit code, then the reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
     /// Whether the same run may succeed later.
     pub is_retryable: bool,
-    /// Why, in words for the user.
+    /// The reason, for the user.
     pub message: String,
 }
 
-/// Where a task says that a run failed.
+/// File name of a task's failure report.
 #[must_use]
 pub fn failure_name(stem: &str) -> String {
     format!("{stem}.failed.txt")
@@ -110,14 +110,14 @@ pub fn failure_name(stem: &str) -> String {
 /// Writes `STEM.failed.txt`.
 ///
 /// # Errors
-/// Whatever the operating system says of the file.
+/// A folder that cannot be written.
 pub fn write_failure(folder: &Path, stem: &str, failure: &Failure) -> io::Result<()> {
     let class = if failure.is_retryable { "retryable" } else { "final" };
     let text = format!("{class}\n{}\n", failure.message);
     replace(&folder.join(failure_name(stem)), text.as_bytes())
 }
 
-/// Reads `STEM.failed.txt`; `None` where it can't be read.
+/// Reads `STEM.failed.txt`; `None` if it cannot be read.
 #[must_use]
 pub fn read_failure(folder: &Path, stem: &str) -> Option<Failure> {
     let text = fs::read_to_string(folder.join(failure_name(stem))).ok()?;
@@ -125,10 +125,10 @@ pub fn read_failure(folder: &Path, stem: &str) -> Option<Failure> {
     Some(Failure { is_retryable: class == "retryable", message: message.trim_end().to_owned() })
 }
 
-/// Removes `STEM.failed.txt` of an earlier try.
+/// Removes `STEM.failed.txt` of an earlier attempt.
 ///
 /// # Errors
-/// A folder that can't be written.
+/// A folder that cannot be written.
 pub fn remove_failure(folder: &Path, stem: &str) -> io::Result<()> {
     match fs::remove_file(folder.join(failure_name(stem))) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
@@ -136,7 +136,7 @@ pub fn remove_failure(folder: &Path, stem: &str) -> io::Result<()> {
     }
 }
 
-/// `VmHWM` of Linux; elsewhere unknown.
+/// Peak resident memory (`VmHWM` of Linux); `None` on other operating systems.
 fn peak_memory_bytes() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

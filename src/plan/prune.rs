@@ -1,4 +1,4 @@
-//! Recordings that a manifest no longer asks for: of another seed, other values or another version of the physics.
+//! Stale recordings: those of another seed, other values or another version of the physics than the manifest's.
 
 use crate::plan::Plan;
 use kinetoscope_recording::reader::Recording;
@@ -8,14 +8,14 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What stands beside a recording, by the end of its name.
+/// Extensions of the side files of a recording.
 const SIDE_FILES: [&str; 5] =
     ["host.json", "verified.json", "checkpoint", "partial.mcap", "failed.txt"];
 
-/// The recordings in the plan's folder that no run of the plan makes, sorted. A file that is no recording of ours is none.
+/// The recordings in the plan's folder that belong to no run of the plan, sorted. Files of other programs are skipped.
 ///
 /// # Errors
-/// A folder that is there and can't be read.
+/// A folder that exists and cannot be read.
 pub fn stale(plan: &Plan) -> io::Result<Vec<PathBuf>> {
     let wanted: BTreeSet<String> = plan.runs.iter().map(|run| run.file_name()).collect();
     let entries = match fs::read_dir(&plan.folder) {
@@ -27,7 +27,7 @@ pub fn stale(plan: &Plan) -> io::Result<Vec<PathBuf>> {
     for entry in entries {
         let path = entry?.path();
         let Some(name) = path.file_name().and_then(OsStr::to_str) else { continue };
-        if !wanted.contains(name) && carries_its_key(name, &path) {
+        if !wanted.contains(name) && has_its_key(name, &path) {
             stale.push(path);
         }
     }
@@ -35,10 +35,10 @@ pub fn stale(plan: &Plan) -> io::Result<Vec<PathBuf>> {
     Ok(stale)
 }
 
-/// Removes recordings with what stands beside them.
+/// Removes recordings and their side files.
 ///
 /// # Errors
-/// A folder that can't be written.
+/// A folder that cannot be written.
 pub fn remove(recordings: &[PathBuf]) -> io::Result<()> {
     for recording in recordings {
         fs::remove_file(recording)?;
@@ -53,7 +53,7 @@ pub fn remove(recordings: &[PathBuf]) -> io::Result<()> {
 }
 
 /// Whether a file is a recording whose name ends in the start of its run key.
-fn carries_its_key(name: &str, path: &Path) -> bool {
+fn has_its_key(name: &str, path: &Path) -> bool {
     let key =
         name.strip_suffix(".mcap").and_then(|stem| stem.rsplit_once("__")).map(|(_, key)| key);
     key.is_some_and(|key| {

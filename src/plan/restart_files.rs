@@ -1,4 +1,4 @@
-//! Recordings that other runs begin with: found by path or by what a canonical manifest says of them, and read once.
+//! Recordings from which other runs start: found by path or by the identity in a canonical manifest, and read once.
 
 use kinetoscope_manifest::model::RecordedState;
 use kinetoscope_recording::reader::{Outcome, Recording};
@@ -16,17 +16,17 @@ pub struct StartFiles {
 }
 
 impl StartFiles {
-    /// Paths are relative to `folder`. A recording named by its run key is looked for there and in the folders beside
-    /// and below it, by the part of the key that its file's name ends in.
+    /// Paths are relative to `folder`. A recording named by its run key is searched in this folder and in the adjacent and inner
+    /// folders, by the part of the key at the end of its file name.
     #[must_use]
     pub fn relative_to(folder: &Path) -> Self {
         Self { folder: folder.to_owned(), found: RefCell::default() }
     }
 
-    /// The last state of the recording of a name.
+    /// Reads the last state of a recording.
     ///
     /// # Errors
-    /// Why no run can begin with it: it is missing, damaged, or not finished, or it is not the recording that is meant.
+    /// A recording that is missing, damaged, unfinished, or not the named one.
     pub fn read(&self, name: &str) -> Result<Arc<RecordedState>, String> {
         if let Some(state) = self.found.borrow().get(name) {
             return Ok(Arc::clone(state));
@@ -67,7 +67,7 @@ impl StartFiles {
     }
 }
 
-/// What is in a folder, in the order of the names; nothing where it can't be read.
+/// The entries of a folder, sorted by name; empty if it cannot be read.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
@@ -75,7 +75,7 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// The state in the last frame of a finished recording, which is read from end to end: damage anywhere is found.
+/// The state in the last frame of a finished recording. The whole recording is read, so that any damage is found.
 fn last_state(path: &Path) -> Result<RecordedState, String> {
     let recording = Recording::open(path).map_err(|error| error.to_string())?;
     let provenance = recording.provenance();

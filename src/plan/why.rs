@@ -1,4 +1,4 @@
-//! Why a run is to be done: what of it differs from the nearest recording that is there already.
+//! The reason why a run is to be executed: how it differs from the most similar existing recording.
 
 use crate::plan::{PlannedRun, Status};
 use kinetoscope_manifest::differing_keys;
@@ -12,27 +12,27 @@ use std::fmt;
 use std::fs;
 use std::path::Path;
 
-/// Whether a run is to be done, and why.
+/// Whether a run is to be executed, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// It was done, and ended so.
+    /// It is finished, with this outcome.
     Done(Outcome),
-    /// It can't be done.
+    /// It cannot be executed.
     Rejected(String),
-    /// It was begun: this file is there.
+    /// It was started: this file exists.
     Unfinished(String),
-    /// Its file is there and can't be used.
+    /// Its file exists but cannot be used.
     Unusable(String),
-    /// The same run was recorded under another name: the sweep or the replicates have another form.
+    /// The run was recorded under another name, because the sweep or the number of replicates has changed.
     OtherName(String),
-    /// The nearest recording differs in this.
+    /// The most similar recording differs in these keys or versions.
     Changed {
         /// Its file name.
         file: String,
         /// Each key or version that differs, with both values.
         changes: Vec<String>,
     },
-    /// There is no recording of it.
+    /// No recording of it exists.
     NeverRecorded,
 }
 
@@ -43,7 +43,7 @@ impl fmt::Display for Reason {
                 write!(formatter, "done; it ended in a fault ({fault}), --force does it again")
             }
             Self::Done(_) => formatter.write_str("done"),
-            Self::Rejected(refusal) => write!(formatter, "can't be done: {refusal}"),
+            Self::Rejected(error) => write!(formatter, "can't be done: {error}"),
             Self::Unfinished(file) => write!(formatter, "to do: {file} is unfinished"),
             Self::Unusable(what) => write!(formatter, "to do: {what}"),
             Self::OtherName(file) => {
@@ -60,7 +60,7 @@ impl fmt::Display for Reason {
 /// The recordings of a folder, each opened once.
 #[derive(Debug, Default)]
 pub struct Earlier {
-    /// By the file's stem without its key: the experiment's name, the coordinates and the replicate.
+    /// By the file's stem without the key: the experiment's name, the coordinates and the replicate.
     by_place: BTreeMap<String, Vec<EarlierRecording>>,
     /// File names by run key.
     by_key: BTreeMap<String, String>,
@@ -79,7 +79,7 @@ enum Contents {
 }
 
 impl Earlier {
-    /// The finished recordings of a folder; none where there is no such folder. What is no recording is passed over.
+    /// Reads the finished recordings of a folder; empty if the folder does not exist. Other files are skipped.
     #[must_use]
     pub fn in_folder(folder: &Path) -> Self {
         let mut earlier = Self::default();
@@ -112,12 +112,12 @@ impl Earlier {
         earlier
     }
 
-    /// Whether a run is to be done, and why.
+    /// Determines whether a run is to be executed, and why.
     #[must_use]
     pub fn reason(&self, run: &PlannedRun, folder: &Path) -> Reason {
         match &run.status {
             Status::Done(outcome) => return Reason::Done(outcome.clone()),
-            Status::Rejected(refusal) => return Reason::Rejected(refusal.to_string()),
+            Status::Rejected(error) => return Reason::Rejected(error.to_string()),
             Status::ToDo(_) => {}
         }
         if let Some(what) = unusable(&final_path(folder, &run.stem)) {
@@ -145,7 +145,7 @@ fn place_of(stem: &str) -> &str {
     stem.rsplit_once("__").map_or(stem, |(place, _)| place)
 }
 
-/// Why the file of a run that is to be done is no recording of it; `None` where there is no file.
+/// Why an existing file cannot serve as the run's recording; `None` if there is no file.
 fn unusable(path: &Path) -> Option<String> {
     if !path.exists() {
         return None;

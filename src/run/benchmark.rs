@@ -1,8 +1,8 @@
-//! `--time`: how long the runs of an experiment take. The engine alone, one run after the other, nothing recorded; the
-//! figures belong to the machine and say so. Where a folder is named, the table goes beside the recordings there.
+//! Benchmark of an experiment: the time of each run, measured without recording, one run after the other. The table names the
+//! machine.
 //!
-//! Runs that differ in one key of two values are taken in turn (A B A B …), so that their ratio suffers least from what
-//! else the machine does.
+//! Runs that differ in a key with two values are executed alternately (A B A B …), so that other load on the machine affects
+//! their ratio as little as possible.
 
 use kinetoscope_manifest::{
     Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,
@@ -33,7 +33,7 @@ struct Measurement {
     steps_or_events: u64,
 }
 
-/// All replicates of one point of the sweep, in their order.
+/// The replicates of one point of the sweep, in order.
 #[derive(Clone, Debug)]
 struct Point {
     coordinates: Vec<Coordinate>,
@@ -41,17 +41,17 @@ struct Point {
     steps_or_events: u64,
 }
 
-/// Times every run of an experiment.
+/// Measures every run of an experiment.
 ///
 /// # Errors
-/// The first run that can't be run, or whose physics goes wrong.
+/// The first run that cannot start or fails.
 pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
     let mut points: Vec<Point> = Vec::new();
     let mut runs: Vec<&Run> = experiment.runs.iter().collect();
     runs.sort_by_key(|run| run.replicate);
     let first_replicate = runs.first().map(|run| run.replicate);
     for run in runs {
-        // The first run of a point warms the processor up and counts only when it is done again.
+        // The first run of a point is a warm-up and is repeated.
         if Some(run.replicate) == first_replicate {
             measure(&run.manifest)?;
         }
@@ -89,7 +89,7 @@ fn measure(manifest: &RunManifest) -> Result<Measurement, TimingError> {
     Ok(Measurement { seconds: started.elapsed().as_secs_f64(), steps_or_events: model.count() })
 }
 
-/// What the figures were measured on.
+/// Description of the machine.
 fn machine() -> String {
     let processor = fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;
@@ -120,7 +120,7 @@ impl Point {
     }
 }
 
-/// The ratios between the two values of the last key that has two, all other coordinates and the replicate being equal.
+/// The time ratios between the two values of the last key with two values, for equal other coordinates and replicates.
 fn comparison(points: &[Point]) -> Option<TimingComparison> {
     let first = points.first()?;
     let (axis, [one, other]) = (0..first.coordinates.len()).rev().find_map(|axis| {
@@ -150,7 +150,7 @@ fn comparison(points: &[Point]) -> Option<TimingComparison> {
     Some(TimingComparison { of, over, ratios, all: ratio(Vec::new(), &all) })
 }
 
-/// The mean is the geometric one: a run that something else on the machine delayed weighs the same on either side.
+/// Median and geometric mean of the ratios. In a geometric mean, a delayed run has the same weight in numerator and denominator.
 fn ratio(coordinates: Vec<Coordinate>, ratios: &[f64]) -> TimingRatio {
     let logarithms: Vec<f64> = ratios.iter().map(|&ratio| libm::log(ratio)).collect();
     let (mean, deviation) = mean_and_deviation(&logarithms);
@@ -159,7 +159,7 @@ fn ratio(coordinates: Vec<Coordinate>, ratios: &[f64]) -> TimingRatio {
     TimingRatio { coordinates, median: quantile(ratios, 0.5), mean, standard_error }
 }
 
-/// The table as the terminal shows it.
+/// Formats the table for a terminal.
 #[must_use]
 pub fn text(table: &TimingTable) -> String {
     let runs = table.points.first().map_or(0, |point| point.runs);

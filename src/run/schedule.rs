@@ -1,9 +1,9 @@
-//! When frames are taken: from what the manifest asks and how long the run is to one target a frame.
+//! The schedule of a run's frames: one target per frame, from the manifest's interval and the length of the run.
 
 use kinetoscope_manifest::record::{Decades, FramesPerDecade, RecordInterval};
 use kinetoscope_physics::model::{Extent, SetupError, Target};
 
-/// The targets of all frames after the start, in order. The last is always the run's end.
+/// The targets of all frames after the start, in order. Invariant: the last one is the end of the run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Schedule {
     interval: Interval,
@@ -18,7 +18,7 @@ enum Interval {
     EvenTimes { duration: f64 },
     /// Frame k at count k every.
     EveryCount { every: u64, total: u64 },
-    /// Frame k at the step next to time k every.
+    /// Frame k at the step nearest to time k every.
     EveryTimeInSteps { every: f64, step: f64, total: u64 },
     /// Frame k at time k every.
     EveryTime { every: f64, duration: f64 },
@@ -26,14 +26,14 @@ enum Interval {
     Listed(Vec<Target>),
 }
 
-/// Times closer than this to the end, in intervals, are the end.
+/// Distance from the end, in intervals, within which a time counts as the end.
 const SAME_INSTANT: f64 = 1e-9;
 
 impl Schedule {
     /// The schedule of a run of the given extent.
     ///
     /// # Errors
-    /// An interval that the run can't serve, with one that it can.
+    /// An interval that does not fit the run, with the remedy.
     pub fn new(interval: RecordInterval, extent: Extent) -> Result<Self, SetupError> {
         match (interval, extent) {
             (RecordInterval::Frames(frames), Extent::Time(duration)) => {
@@ -90,7 +90,7 @@ impl Schedule {
         self.frames
     }
 
-    /// Where frame `index` is, from 1 to [`Schedule::frames`].
+    /// The target of frame `index`, from 1 to [`Schedule::frames`].
     #[must_use]
     pub fn target(&self, index: u64) -> Target {
         let is_last = index >= self.frames;
@@ -98,7 +98,7 @@ impl Schedule {
             &Interval::EvenCounts { total } => {
                 let (index, total, frames) =
                     (u128::from(index), u128::from(total), u128::from(self.frames));
-                // At most total, hence it fits.
+                // The value is at most total; therefore, it fits.
                 Target::Count(((2 * index * total + frames) / (2 * frames)) as u64)
             }
             &Interval::EveryCount { total, .. } | &Interval::EveryTimeInSteps { total, .. }
@@ -140,13 +140,13 @@ fn every_time_in_steps(every: f64, step: f64, total: u64) -> Result<Schedule, Se
     }
     let frames = (total as f64 * step / every - SAME_INSTANT).ceil() as u64;
     let last_but_one = step_next_to(frames.saturating_sub(1) as f64 * every, step);
-    // The last but one frame may round onto the end, which is a frame of its own.
+    // The last frame but one may round to the end, which is a frame of its own.
     let frames = if frames > 1 && last_but_one >= total { frames - 1 } else { frames };
     Ok(Schedule { interval: Interval::EveryTimeInSteps { every, step, total }, frames })
 }
 
-/// Frames at 10^(-j/p) of the run's length, p a decade: the first of them after the start, the last its end. Counts are rounded, and each
-/// is taken once.
+/// Frames at the fractions 10^(-j/p) of the run's length, p per decade; the last one is its end. Counts are rounded, and equal
+/// counts are merged.
 fn logarithmic(per_decade: FramesPerDecade, decades: Decades, extent: Extent) -> Schedule {
     let frames = per_decade.get() * decades.get();
     let shares = (0..=frames)
@@ -157,7 +157,7 @@ fn logarithmic(per_decade: FramesPerDecade, decades: Decades, extent: Extent) ->
         Extent::Steps { total, .. } | Extent::Events(total) => {
             let mut counts: Vec<u64> =
                 shares.map(|share| (share * total as f64 + 0.5).floor() as u64).collect();
-            // A float knows large totals by their leading digits alone.
+            // A large total is not exact as a floating-point number.
             counts.pop();
             counts.push(total);
             counts.retain(|count| (1..=total).contains(count));
@@ -246,7 +246,7 @@ mod tests {
     #[test]
     fn more_frames_than_steps_are_refused_with_the_most_there_can_be() {
         let interval = RecordInterval::Frames(NonZeroU64::new(11).unwrap());
-        let refusal = Schedule::new(interval, Extent::Steps { total: 10, step: 0.1 }).unwrap_err();
-        assert!(refusal.0.contains("frames = 10 at most"), "{refusal}");
+        let error = Schedule::new(interval, Extent::Steps { total: 10, step: 0.1 }).unwrap_err();
+        assert!(error.0.contains("frames = 10 at most"), "{error}");
     }
 }

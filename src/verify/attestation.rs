@@ -1,4 +1,4 @@
-//! A record that a file was verified, so that others can check it without a re-run.
+//! Attestation of a verified file, which others can check without a rerun.
 
 use kinetoscope_manifest::run_key;
 use kinetoscope_recording::atomic_file;
@@ -9,22 +9,22 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Version of the attestation's own layout.
+/// Version of the attestation's layout.
 const ATTESTATION_VERSION: u32 = 1;
-/// Bytes that are hashed at once.
+/// Size of the parts in which a file is hashed.
 const HASHED_AT_ONCE: usize = 1 << 16;
 
-/// How equal file and re-run were.
+/// How the file and its rerun agreed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// In every byte.
+    /// All bytes were equal.
     Bytes,
-    /// In every message.
+    /// All messages were equal.
     Messages,
 }
 
-/// What `STEM.verified.json` says.
+/// Content of `STEM.verified.json`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Attestation {
     /// Version of this record's layout.
@@ -36,26 +36,26 @@ pub struct Attestation {
     /// The run's run key.
     #[serde(rename = "content_key")]
     pub run_key: String,
-    /// The program that did the run again.
+    /// Version of the program that verified the file.
     pub verified_by_program_version: String,
-    /// Its version of the model's physics.
+    /// Its physics version of the model.
     pub verified_by_physics_version: u32,
-    /// How equal both were.
+    /// How file and rerun agreed.
     pub verdict: Verdict,
-    /// Where the run was done again.
+    /// Operating system of the rerun.
     pub operating_system: String,
-    /// On what processors.
+    /// Processor architecture of the rerun.
     pub architecture: String,
 }
 
-/// What a file and its attestation say of each other.
+/// Result of the comparison of a file with its attestation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AttestationStatus {
-    /// The file is the one that was verified.
+    /// The file is the verified one.
     Attested(Attestation),
-    /// It is another one; in what.
+    /// The file differs in this property.
     Changed(&'static str),
-    /// There is no attestation that this program can read.
+    /// No readable attestation exists.
     Unattested(String),
 }
 
@@ -66,10 +66,10 @@ pub fn attestation_path(recording: &Path) -> PathBuf {
 }
 
 impl Attestation {
-    /// The attestation of a file that was verified just now by a program with this physics.
+    /// Attests a file that was verified with this physics version.
     ///
     /// # Errors
-    /// A file that can't be read.
+    /// A file that cannot be read.
     pub fn of(recording: &Recording, physics_version: u32, verdict: Verdict) -> io::Result<Self> {
         let (sha256, bytes) = hash(recording.path())?;
         Ok(Self {
@@ -85,10 +85,10 @@ impl Attestation {
         })
     }
 
-    /// Writes it beside the recording, and returns where.
+    /// Writes the attestation next to the recording and returns its path.
     ///
     /// # Errors
-    /// A folder that can't be written.
+    /// A folder that cannot be written.
     pub fn write(&self, recording: &Path) -> io::Result<PathBuf> {
         let path = attestation_path(recording);
         atomic_file::replace(&path, serde_json::to_string_pretty(self)?.as_bytes())?;
@@ -96,10 +96,10 @@ impl Attestation {
     }
 }
 
-/// Compares a file with its attestation: size, hash and run key, without a re-run.
+/// Compares a file with its attestation: size, hash and run key, without a rerun.
 ///
 /// # Errors
-/// A recording that can't be read.
+/// A recording that cannot be read.
 pub fn attestation_status(recording: &Path) -> io::Result<AttestationStatus> {
     let path = attestation_path(recording);
     let attestation = match read(&path) {
@@ -119,7 +119,7 @@ pub fn attestation_status(recording: &Path) -> io::Result<AttestationStatus> {
     if hash(recording)?.0 != attestation.sha256 {
         return Ok(AttestationStatus::Changed("SHA-256"));
     }
-    if !carries_key(recording, &attestation.run_key) {
+    if !has_key(recording, &attestation.run_key) {
         return Ok(AttestationStatus::Changed("run key"));
     }
     Ok(AttestationStatus::Attested(attestation))
@@ -130,8 +130,8 @@ fn read(path: &Path) -> io::Result<Attestation> {
     serde_json::from_str(&text).map_err(io::Error::other)
 }
 
-/// Whether the file's manifest and versions make this key.
-fn carries_key(path: &Path, key: &str) -> bool {
+/// Whether this run key follows from the file's manifest and versions.
+fn has_key(path: &Path, key: &str) -> bool {
     Recording::open(path).is_ok_and(|recording| {
         let provenance = recording.provenance();
         let made =

@@ -2,29 +2,29 @@
 
 use std::collections::HashSet;
 
-/// The tasks that the engine has of one plan.
+/// The active tasks of one plan.
 #[derive(Debug, Default)]
 pub struct ActiveTasks {
     /// The run keys of their runs.
     pub keys: HashSet<String>,
-    /// Tasks that run now.
+    /// Number of running tasks.
     pub running: usize,
-    /// Tasks that wait, and will be started.
+    /// Number of tasks that wait for their start.
     pub waiting: usize,
-    /// Tasks that are not started until a person acts.
+    /// Number of tasks that are not started until a person acts.
     pub held: usize,
-    /// Why those are not, and what to type; empty if there are none.
+    /// Why they are held, and the remedy; empty if there are none.
     pub hold_reasons: String,
 }
 
 impl ActiveTasks {
-    /// Adds a task that runs or will: its line of run keys, and whether it runs.
+    /// Adds a running or waiting task by its line of run keys.
     pub(super) fn add(&mut self, keys: &str, runs: bool) {
         self.add_keys(keys);
         if runs { self.running += 1 } else { self.waiting += 1 }
     }
 
-    /// Adds a task that is not started until a person acts: its line of run keys.
+    /// Adds a held task by its line of run keys.
     pub(super) fn add_held(&mut self, keys: &str) {
         self.add_keys(keys);
         self.held += 1;
@@ -34,16 +34,16 @@ impl ActiveTasks {
         self.keys.extend(keys.split(',').map(str::to_owned));
     }
 
-    /// Whether nothing goes on unless a person acts or more is submitted.
+    /// Whether no task runs or waits.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         self.running + self.waiting == 0
     }
 
-    /// How many tasks there are of each kind.
+    /// Formats the number of tasks of each kind.
     #[must_use]
-    pub fn words(&self) -> String {
-        let words = format!("{} tasks running, {} waiting", self.running, self.waiting);
-        if self.held == 0 { words } else { format!("{words}, {} held back", self.held) }
+    pub fn summary(&self) -> String {
+        let text = format!("{} tasks running, {} waiting", self.running, self.waiting);
+        if self.held == 0 { text } else { format!("{text}, {} held back", self.held) }
     }
 }

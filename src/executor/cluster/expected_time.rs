@@ -1,17 +1,17 @@
-//! How long a task will take at most, so that a cluster can place it: from the plan, with figures of a slow processor.
+//! The time limit of a task, estimated from the plan for a slow processor.
 //!
-//! A wrong figure loses nothing: what a time limit cuts goes on from its checkpoint in the next task.
+//! A wrong estimate loses no work: a run that reaches the limit resumes from its checkpoint in the next task.
 
 use crate::plan::PlannedRun;
 use kinetoscope_manifest::model::{ModelConfig, RunLength};
 
-/// No task is given less, minutes: starts and shared file systems have their own pace.
-const LEAST_MIN: u64 = 15;
-/// Limits over what is expected.
+/// Minimum limit in minutes, for the start of a task and slow file systems.
+const MIN_LIMIT_MIN: u64 = 15;
+/// Ratio of the limit to the expected time.
 const MARGIN: f64 = 3.0;
 
-/// Work that a slow processor does in a second, a tenth of what one core of a server of 2024 does: steps times particles,
-/// or events. `None` of models whose plan does not count their work.
+/// Work per second of a slow processor, 1/10 of one core of a server of 2024: steps times particles, or events. `None` for
+/// models whose work is not known from the plan.
 fn work_per_second(model: &ModelConfig) -> Option<f64> {
     match model {
         ModelConfig::Dem(_) => Some(1e6),
@@ -24,7 +24,7 @@ fn work_per_second(model: &ModelConfig) -> Option<f64> {
     }
 }
 
-/// Minutes that a task of these runs may take; `None` where the plan does not tell.
+/// Time limit of a task in minutes; `None` if it cannot be estimated.
 #[must_use]
 pub fn time_limit_min(runs: &[&PlannedRun]) -> Option<u64> {
     let mut seconds = 0.0;
@@ -33,5 +33,5 @@ pub fn time_limit_min(runs: &[&PlannedRun]) -> Option<u64> {
         seconds += work / work_per_second(&run.run.manifest.model)?;
     }
     let minutes = (MARGIN * seconds / 60.0).ceil() as u64;
-    Some(minutes.max(LEAST_MIN))
+    Some(minutes.max(MIN_LIMIT_MIN))
 }

@@ -1,8 +1,8 @@
-//! HyperQueue through its command `hq`: one job a submission, a line of run keys a task.
+//! HyperQueue through its command `hq`: one job per submission, and one line of run keys per task.
 //!
-//! Its exit codes are not believed, they are 0 for jobs that failed or do not exist; nor is a task's state, since finished
-//! tasks may run again after the server was restarted. What waits or runs is left alone, everything else is judged by the
-//! recordings. The server is the one that `hq` itself finds: by `HQ_SERVER_DIR`, or in the user's home.
+//! Its exit codes are ignored, because they are 0 for jobs that failed or do not exist. The state of a finished task is ignored,
+//! because it may run again after a restart of the server. Waiting and running tasks are kept; for all others, the recordings
+//! decide. `hq` finds the server by `HQ_SERVER_DIR`, or in the user's home folder.
 
 use crate::executor::cluster::active_tasks::ActiveTasks;
 use crate::executor::cluster::engine_command::output_of;
@@ -14,7 +14,7 @@ use std::io;
 use std::path::Path;
 use std::process::Command;
 
-/// HyperQueue has no limit of its own; so many are listed in a second.
+/// HyperQueue has no limit; it lists this number of tasks within a second.
 pub(super) const MOST_TASKS: usize = 10_000;
 
 /// As [`super::scheduler::Engine::live`].
@@ -23,7 +23,7 @@ pub(super) fn live(folder: &Path) -> io::Result<ActiveTasks> {
     for job in all(&ask(&["job", "list"])?) {
         let name = job["name"].as_str().and_then(|name| name.strip_prefix(JOB_NAME));
         let (Some(name), Some(id)) = (name, job["id"].as_u64()) else { continue };
-        // Jobs of other folders have no file of keys here.
+        // Jobs of other folders have no file of keys in this folder.
         let lines = submission::key_lines(folder, name);
         if lines.is_empty() {
             continue;
@@ -42,7 +42,7 @@ pub(super) fn live(folder: &Path) -> io::Result<ActiveTasks> {
     Ok(live)
 }
 
-/// As [`super::scheduler::Engine::submit`]. Memory is not asked for: not every worker offers it as a resource.
+/// As [`super::scheduler::Engine::submit`]. Memory is not requested, because not every worker offers it as a resource.
 pub(super) fn submit(
     folder: &Path,
     tasks: &[Vec<&PlannedRun>],
@@ -68,13 +68,13 @@ pub(super) fn submit(
     output_of(hq.args(["--", "sh"]).arg(&submission.script)).map(drop)
 }
 
-/// What `hq` says. Its JSON is documented as unstable: what is not as expected counts as not there.
+/// Runs `hq` and decodes its output. Its JSON is documented as unstable; therefore, unexpected values count as missing.
 fn ask(arguments: &[&str]) -> io::Result<Value> {
     let text = output_of(Command::new("hq").args(["--output-mode", "json"]).args(arguments))?;
     serde_json::from_str(&text).map_err(|error| io::Error::other(format!("hq: {error}")))
 }
 
-/// The elements of a list; a value that is none is its only element.
+/// The elements of a list; any other value counts as the only element.
 fn all(value: &Value) -> impl Iterator<Item = &Value> {
     match value {
         Value::Array(elements) => elements.iter(),

@@ -1,7 +1,7 @@
-//! The plan on a cluster: what is missing is submitted, and the recordings that appear are counted.
+//! Execution of the plan on a cluster: missing runs are submitted, and finished recordings are counted.
 //!
-//! Nothing is remembered but what lies in the folder. So the program may leave at any time, and the same command takes up
-//! the thread: what the cluster has in its queue is not submitted again, what it lost is.
+//! Invariant: the folder holds the whole state. The program may end at any time, and the same command continues: queued tasks
+//! are not submitted again, lost tasks are.
 
 use crate::executor::cluster::active_tasks::ActiveTasks;
 use crate::executor::cluster::expected_time;
@@ -21,35 +21,35 @@ use std::path::Path;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Submissions in a row that bring nothing, until the cluster is given up.
-const FRUITLESS_SUBMISSIONS: u32 = 5;
-/// Tasks of a plan, unless the user says how many runs a task has.
-const USUAL_TASKS: usize = 200;
-/// How soon Ctrl-C is heard.
-const SHORT: Duration = Duration::from_millis(100);
+/// Number of consecutive submissions without progress before the program gives up.
+const MAX_FRUITLESS_SUBMISSIONS: u32 = 5;
+/// Default number of tasks per plan.
+const DEFAULT_TASKS: usize = 200;
+/// Interval at which Ctrl-C is checked.
+const INTERRUPT_INTERVAL: Duration = Duration::from_millis(100);
 
-/// What became of a run; `None` where the cluster still has it.
+/// Result of a run; `None` while it is queued or running.
 pub type Result<'a> = (&'a PlannedRun, Option<std::result::Result<Outcome, Failure>>);
 
-/// How the wait for a plan ended.
+/// Result of the execution of a plan.
 #[derive(Debug)]
 pub struct End<'a> {
-    /// What became of each run.
+    /// Results of the runs.
     pub results: Vec<Result<'a>>,
-    /// Why the cluster will not start what it still has, and what to type; `None` where it will.
+    /// Why the cluster does not start the remaining tasks, and the remedy; `None` if it does.
     pub hold_reasons: Option<String>,
 }
 
-/// How the plan is submitted.
+/// The options of a submission.
 #[derive(Clone, Debug)]
 pub struct SubmissionOptions {
-    /// Who does the tasks.
+    /// The engine that executes the tasks.
     pub engine: Engine,
-    /// What all tasks have in common.
+    /// The part of the command that all tasks share.
     pub command: TaskCommand,
-    /// Runs that a task does one after the other; `None` leaves it to the plan's size.
+    /// Number of runs that a task executes one after the other; by default it depends on the size of the plan.
     pub runs_per_task: Option<usize>,
-    /// Minutes that a task may take; `None` leaves it to the plan, or to the site where that does not tell.
+    /// Time limit of a task in minutes; by default the plan's estimate, or the site's default if there is none.
     pub time_limit_min: Option<u64>,
 }
 
@@ -58,17 +58,17 @@ struct Watch<'a> {
     options: &'a SubmissionOptions,
     results: Vec<Result<'a>>,
     fruitless: u32,
-    /// Runs recorded, and bytes of unfinished recordings, at the last submission.
+    /// Number of recorded runs and bytes of unfinished recordings at the last submission.
     before: Option<(usize, u64)>,
-    /// What was last said of tasks that are not started until a person acts.
-    told: String,
+    /// The last message about held tasks.
+    last_message: String,
 }
 
-/// Does the plan's runs on the cluster, and returns what became of each. Ends when all have an end, when interrupted, when
-/// the cluster loses them again and again, or when it will start none of the tasks that are left.
+/// Executes the plan's runs on the cluster and returns their results. Returns when all runs have ended, on an interruption, if
+/// the cluster loses the tasks repeatedly, or if it does not start any of the remaining tasks.
 ///
 /// # Errors
-/// A folder that can't be read or written, or a cluster that takes nothing.
+/// A folder that cannot be read or written, or a cluster that rejects the submission.
 pub fn run_all<'a>(
     plan: &'a Plan,
     options: &'a SubmissionOptions,
@@ -86,19 +86,19 @@ pub fn run_all<'a>(
         results,
         fruitless: 0,
         before: None,
-        told: String::new(),
+        last_message: String::new(),
     };
     let (started, mut silent) = (Instant::now(), false);
     while !interrupt.is_raised() && watch.results.iter().any(|(_, end)| end.is_none()) {
-        // In this order: a task that ends in between is found among the recordings.
+        // The order matters: a task that ends after this query is found among the recordings.
         match options.engine.live(&plan.folder) {
             Ok(live) => {
-                watch.look()?;
+                watch.scan_folder()?;
                 let ended = watch.results.iter().filter(|(_, end)| end.is_some()).count();
-                progress.elsewhere(ended, &live.words());
+                progress.show_remote(ended, &live.summary());
                 if watch.is_held(&live) {
-                    // A person may be days away, and nobody may look at what is said here. So who started this hears of it
-                    // by an exit code; the tasks stay where they are, and the same command waits for them again.
+                    // A user may not read the messages for days; therefore, the program ends with an exit code. The tasks
+                    // stay queued, and the same command waits for them again.
                     return Ok(End {
                         results: watch.results,
                         hold_reasons: Some(live.hold_reasons),
@@ -125,18 +125,18 @@ pub fn run_all<'a>(
     Ok(End { results: watch.results, hold_reasons: None })
 }
 
-/// Waits a fiftieth of the time so far, between one and thirty seconds: a cluster is not to be asked without end.
+/// Waits 1/50 of the time so far, between 1 and 30 s, to limit the number of queries.
 fn rest(so_far: Duration, interrupt: &Interrupt) {
     let until =
         Instant::now() + (so_far / 50).clamp(Duration::from_secs(1), Duration::from_secs(30));
     while Instant::now() < until && !interrupt.is_raised() {
-        sleep(SHORT);
+        sleep(INTERRUPT_INTERVAL);
     }
 }
 
 impl Watch<'_> {
-    /// Looks for recordings and for reports of failures.
-    fn look(&mut self) -> io::Result<()> {
+    /// Scans the folder for recordings and failure reports.
+    fn scan_folder(&mut self) -> io::Result<()> {
         let names: HashSet<String> = fs::read_dir(self.folder)?
             .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
             .collect();
@@ -155,7 +155,7 @@ impl Watch<'_> {
         Ok(())
     }
 
-    /// Whether all that is left are tasks that are not started until a person acts.
+    /// Whether only held tasks remain.
     fn is_held(&self, live: &ActiveTasks) -> bool {
         let mut left = self.results.iter().filter(|(_, end)| end.is_none()).peekable();
         left.peek().is_some()
@@ -163,15 +163,15 @@ impl Watch<'_> {
             && left.all(|(run, _)| live.keys.contains(run.run_key.as_str()))
     }
 
-    /// Says what hinders tasks while others go on, whenever that has changed.
+    /// Reports why tasks are held, whenever the reason changes.
     fn report_hold_reasons(&mut self, hold_reasons: &str, progress: &ProgressDisplay) {
-        if hold_reasons != self.told && !hold_reasons.is_empty() {
+        if hold_reasons != self.last_message && !hold_reasons.is_empty() {
             progress.remark(hold_reasons);
         }
-        hold_reasons.clone_into(&mut self.told);
+        hold_reasons.clone_into(&mut self.last_message);
     }
 
-    /// Submits the runs that have no end and no task, in job arrays that the site takes.
+    /// Submits the runs without a result and without a task, in job arrays within the site's limit.
     fn submit_what_is_missing(&mut self, live: &HashSet<String>) -> io::Result<()> {
         let missing: Vec<&PlannedRun> = self
             .results
@@ -186,7 +186,7 @@ impl Watch<'_> {
             self.give_up(live);
             return Ok(());
         }
-        let usual = self.results.len().div_ceil(USUAL_TASKS);
+        let usual = self.results.len().div_ceil(DEFAULT_TASKS);
         let tasks = dealt(&missing, self.options.runs_per_task.unwrap_or(usual));
         let needed = missing.iter().filter_map(|run| run.estimate()).map(|run| run.memory_bytes);
         let memory_mib = needed.max().unwrap_or_default().div_ceil(1 << 20);
@@ -208,7 +208,7 @@ impl Watch<'_> {
         Ok(())
     }
 
-    /// Whether several submissions in a row brought neither a recording nor a byte of one.
+    /// Whether several consecutive submissions recorded no byte.
     fn is_fruitless(&mut self, missing: &[&PlannedRun]) -> bool {
         let recorded = self.results.iter().filter(|(_, end)| end.is_some()).count();
         let bytes = missing
@@ -219,7 +219,7 @@ impl Watch<'_> {
         let now = Some((recorded, bytes));
         self.fruitless = if self.before == now { self.fruitless + 1 } else { 0 };
         self.before = now;
-        self.fruitless >= FRUITLESS_SUBMISSIONS
+        self.fruitless >= MAX_FRUITLESS_SUBMISSIONS
     }
 
     fn give_up(&mut self, live: &HashSet<String>) {
@@ -229,7 +229,7 @@ impl Watch<'_> {
                 *end = Some(Err(failure.unwrap_or_else(|| Failure {
                     is_retryable: true,
                     message: format!(
-                        "its task ended {FRUITLESS_SUBMISSIONS} times without a recording. \
+                        "its task ended {MAX_FRUITLESS_SUBMISSIONS} times without a recording. \
                          Look at the logs in {}, then run the same command again",
                         self.folder.join(".tasks").display()
                     ),

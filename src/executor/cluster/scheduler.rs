@@ -8,20 +8,20 @@ use crate::plan::PlannedRun;
 use std::io;
 use std::path::Path;
 
-/// Who does tasks.
+/// An engine that executes tasks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
-    /// Slurm: a job array a submission.
+    /// Slurm: one job array per submission.
     Slurm,
-    /// HyperQueue: a job of tasks a submission.
+    /// HyperQueue: one job per submission.
     HyperQueue,
 }
 
 impl Engine {
-    /// Asks which tasks the engine has of the plan that records into `folder`.
+    /// Queries the tasks of the plan that records into `folder`.
     ///
     /// # Errors
-    /// An engine that does not answer: then nothing is known, and nothing must be concluded.
+    /// An engine that does not answer. The state of the tasks is then unknown.
     pub fn live(self, folder: &Path) -> io::Result<ActiveTasks> {
         match self {
             Self::Slurm => slurm::live(folder),
@@ -29,7 +29,7 @@ impl Engine {
         }
     }
 
-    /// The most tasks that one submission may have.
+    /// Maximum number of tasks per submission.
     #[must_use]
     pub fn most_tasks(self) -> usize {
         match self {
@@ -41,7 +41,7 @@ impl Engine {
     /// Submits tasks together.
     ///
     /// # Errors
-    /// A folder that can't be written, or what the engine says against it.
+    /// A folder that cannot be written, or the engine's error.
     pub fn submit(
         self,
         folder: &Path,

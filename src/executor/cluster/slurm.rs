@@ -1,6 +1,6 @@
-//! Slurm through its own commands: one job array a submission, a line of run keys an index.
+//! Slurm through its commands: one job array per submission, and one line of run keys per index.
 //!
-//! Partition, account and the like are Slurm's own business: `sbatch` reads them from `SBATCH_PARTITION`, `SBATCH_ACCOUNT` …
+//! `sbatch` reads partition, account and similar options from `SBATCH_PARTITION`, `SBATCH_ACCOUNT` …
 
 use crate::executor::cluster::active_tasks::ActiveTasks;
 use crate::executor::cluster::engine_command::output_of;
@@ -12,9 +12,9 @@ use std::io;
 use std::path::Path;
 use std::process::Command;
 
-/// Slurm's own default where a site says nothing.
-const USUAL_ARRAY_SIZE: usize = 1001;
-/// Before its time limit a task hears SIGTERM, saves its run and ends.
+/// Slurm's default.
+const DEFAULT_ARRAY_SIZE: usize = 1001;
+/// Time between SIGTERM and the time limit, in which a task saves its run.
 const SECONDS_TO_SAVE: u32 = 30;
 
 /// As [`super::scheduler::Engine::live`].
@@ -35,7 +35,7 @@ pub(super) fn live(folder: &Path) -> io::Result<ActiveTasks> {
             name.clone_into(&mut submission);
             lines = submission::key_lines(folder, name);
         }
-        // Job arrays of other folders have no file of keys here.
+        // Job arrays of other folders have no file of keys in this folder.
         let Some(keys) = lines.get(task.index) else { continue };
         match task.state {
             TaskState::Runs => live.add(keys, true),
@@ -50,7 +50,7 @@ pub(super) fn live(folder: &Path) -> io::Result<ActiveTasks> {
     Ok(live)
 }
 
-/// The most tasks that one job array of the site may have.
+/// Maximum number of tasks per job array of the site.
 pub(super) fn most_tasks() -> usize {
     let configuration = output_of(Command::new("scontrol").args(["show", "config"]));
     configuration
@@ -60,7 +60,7 @@ pub(super) fn most_tasks() -> usize {
             line.split('=').nth(1)?.trim().parse().ok()
         })
         .filter(|size| *size > 0)
-        .unwrap_or(USUAL_ARRAY_SIZE)
+        .unwrap_or(DEFAULT_ARRAY_SIZE)
 }
 
 /// As [`super::scheduler::Engine::submit`].

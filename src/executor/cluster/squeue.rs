@@ -1,24 +1,24 @@
-//! What `squeue` says of tasks: which run, which wait, and which Slurm will not start until a person acts.
+//! The output of `squeue`: tasks that run, tasks that wait, and tasks that Slurm does not start until a person acts.
 //!
-//! Slurm's own mark of a task that it holds back is the priority 0 (`_job_runnable_test1` in its `job_scheduler.c`): held by its
-//! user or an operator, after a prolog or a launch that failed, too many requeues, a reservation that was deleted. Other tasks
-//! have a priority and are still never started, since one alone asks for more than it may have. All else is later: full or
-//! drained nodes, other people's turn, limits on what a user has at a time.
+//! Slurm marks a held task by the priority 0 (`_job_runnable_test1` in its `job_scheduler.c`). Reasons are a hold by its user or
+//! an operator, a failed prolog or launch, too many requeues, and a deleted reservation. Other tasks have a priority but never
+//! start, because they request more than a single task may have. All other tasks start later: nodes are full or drained, or the
+//! user's limit is reached.
 //!
-//! Nothing is released from here: Slurm holds back what failed on a broken node, so that it does not fail there without end.
+//! The program does not release held tasks: Slurm holds a task that failed on a broken node, so that it does not fail repeatedly.
 
 use std::collections::BTreeSet;
 
-/// The states of tasks that are under way or still to come. `PENDING` is that alone in Slurm's eyes: tasks that wait under a
-/// mark of their own, such as `REQUEUE_HOLD`, have to be asked for by it.
+/// The states of running and waiting tasks. `PENDING` does not include tasks that wait in a state of their own, such as
+/// `REQUEUE_HOLD`.
 pub(super) const STATES: &str = "PENDING,RUNNING,CONFIGURING,COMPLETING,SUSPENDED,REQUEUED,STOPPED,SIGNALING,\
     REQUEUE_HOLD,RESV_DEL_HOLD,SPECIAL_EXIT";
-/// Name, index, state, priority, job and reason. The reason comes last: it is free text.
+/// Name, index, state, priority, job and reason. The reason is the last field because it is free text.
 pub(super) const FORMAT: &str = "%j|%K|%T|%Q|%F|%r";
 
-/// States of a task that has not been started. A suspended one has the priority 0, too.
+/// States of a task that has not been started. A suspended task has the priority 0 as well.
 const NOT_STARTED: [&str; 4] = ["PENDING", "REQUEUE_HOLD", "RESV_DEL_HOLD", "SPECIAL_EXIT"];
-/// Reasons for which a task of any priority is never started, and besides these every limit "PerJob".
+/// Reasons for which a task of any priority is never started, in addition to every limit "PerJob".
 const NEVER: [&str; 7] = [
     "AccountNotAllowed",
     "DependencyNeverSatisfied",
@@ -41,25 +41,25 @@ pub(super) struct QueuedTask<'a> {
     pub(super) state: TaskState<'a>,
 }
 
-/// How far a task is from running.
+/// State of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TaskState<'a> {
     Runs,
     Waits,
-    /// Will not start until a person acts, for the reason that Slurm gives.
+    /// Does not start until a person acts, for the reason reported by Slurm.
     Held(HoldReason, &'a str),
 }
 
-/// What keeps a task from ever starting by itself.
+/// Why a task does not start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum HoldReason {
-    /// It is held back, and can be released.
+    /// The task is held and can be released.
     Held,
-    /// It asks for what it may not have.
-    Refused,
+    /// The task requests more than is allowed.
+    Rejected,
 }
 
-/// The tasks in what `squeue` printed in [`FORMAT`]; other lines are other people's ways of naming jobs.
+/// Parses the output of `squeue` in [`FORMAT`]; lines of other jobs are skipped.
 pub(super) fn tasks(queue: &str) -> impl Iterator<Item = QueuedTask<'_>> {
     queue.lines().filter_map(|line| {
         let mut parts = line.splitn(6, '|');
@@ -77,15 +77,15 @@ fn task_state<'a>(state: &str, priority: &str, reason: &'a str) -> TaskState<'a>
     } else if priority == "0" {
         TaskState::Held(HoldReason::Held, reason)
     } else if NEVER.contains(&reason) || reason.contains("PerJob") {
-        TaskState::Held(HoldReason::Refused, reason)
+        TaskState::Held(HoldReason::Rejected, reason)
     } else {
         TaskState::Waits
     }
 }
 
-/// How many of the tasks Slurm will not start, why, in its own words, and what to type; empty where there are none.
+/// Formats the number of tasks that Slurm does not start, its reasons, and the remedy; empty if there are none.
 pub(super) fn hold_reasons(tasks: &[QueuedTask<'_>]) -> String {
-    let sentences = [HoldReason::Held, HoldReason::Refused].map(|kind| kind.sentence(tasks));
+    let sentences = [HoldReason::Held, HoldReason::Rejected].map(|kind| kind.sentence(tasks));
     sentences.into_iter().flatten().collect::<Vec<_>>().join("\n")
 }
 
@@ -107,7 +107,7 @@ impl HoldReason {
                 "Slurm holds back {number} ({reasons}). `scontrol release {jobs}` lets them start; where Slurm denies \
                  that, an operator has to"
             ),
-            Self::Refused => format!(
+            Self::Rejected => format!(
                 "Slurm will not start {number} as submitted ({reasons}). Stop this command, type `scancel --state=PENDING {jobs}`, \
                  and start it again with a shorter --time-limit or another SBATCH_PARTITION, SBATCH_ACCOUNT or SBATCH_QOS"
             ),
@@ -115,7 +115,7 @@ impl HoldReason {
     }
 }
 
-/// The words in their order, each once.
+/// The distinct words in alphabetical order.
 fn listed(words: Vec<&str>, between: &str) -> String {
     BTreeSet::from_iter(words).into_iter().collect::<Vec<_>>().join(between)
 }
@@ -151,7 +151,7 @@ mod tests {
     fn tasks_that_slurm_will_not_start_are_told_from_those_that_wait() {
         let states: Vec<TaskState<'_>> = tasks(QUEUE).map(|task| task.state).collect();
         let held = |reason| TaskState::Held(HoldReason::Held, reason);
-        let refused = |reason| TaskState::Held(HoldReason::Refused, reason);
+        let refused = |reason| TaskState::Held(HoldReason::Rejected, reason);
         assert_eq!(
             states,
             [

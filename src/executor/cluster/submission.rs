@@ -1,5 +1,5 @@
-//! What a submission leaves below the folder of the recordings: a line of run keys a task, the manifest as it was, and
-//! the script of a task, which is told its index.
+//! The files of a submission, below the folder of the recordings: one line of run keys per task, a copy of the manifest, and the
+//! script of a task, which receives its index.
 
 use crate::executor::cluster::task::{TaskCommand, keys, quoted};
 use crate::plan::PlannedRun;
@@ -13,24 +13,24 @@ use std::path::{Path, PathBuf};
 /// Start of the name of every job of this program; the name of the submission follows.
 pub(super) const JOB_NAME: &str = "kinetoscope-";
 
-/// What a task asks of the engine.
+/// The resources that a task requests.
 #[derive(Clone, Copy, Debug)]
 pub struct Resources {
-    /// Processors.
+    /// Number of processors.
     pub processors: usize,
     /// Memory.
     pub memory_mib: u64,
-    /// Minutes; `None` is the site's default.
+    /// Time limit in minutes; `None` is the site's default.
     pub time_limit_min: Option<u64>,
 }
 
 /// A submission in its folder.
 pub(super) struct Submission {
-    /// Its name: the same tasks always have the same, so that a submission whose answer was lost is found again.
+    /// Its name, a hash of the tasks, so that a submission is recognized if the engine's answer was lost.
     pub(super) name: String,
-    /// Its folder, absolute: tasks run in another working folder.
+    /// Its absolute folder, because tasks run in another working folder.
     pub(super) place: PathBuf,
-    /// What a task does.
+    /// The script of a task.
     pub(super) script: PathBuf,
 }
 
@@ -39,13 +39,13 @@ fn folder_of_all(folder: &Path) -> PathBuf {
     folder.join(".tasks")
 }
 
-/// The run keys of a submission's tasks, a line each; none where it belongs to another folder.
+/// The run keys of a submission, one line per task; empty if the submission belongs to another folder.
 pub(super) fn key_lines(folder: &Path, name: &str) -> Vec<String> {
     let text = fs::read_to_string(folder_of_all(folder).join(name).join("keys"));
     text.unwrap_or_default().lines().map(str::to_owned).collect()
 }
 
-/// Writes a submission. The engine tells a task its index in the environment variable `index_variable`.
+/// Writes a submission. A task receives its index in the environment variable `index_variable`.
 pub(super) fn write(
     folder: &Path,
     tasks: &[Vec<&PlannedRun>],
@@ -53,7 +53,7 @@ pub(super) fn write(
     index_variable: &str,
 ) -> io::Result<Submission> {
     let lines: String = tasks.iter().fold(String::new(), |mut text, runs| {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{}", keys(runs));
         text
     });
@@ -62,7 +62,7 @@ pub(super) fn write(
     let place = folder_of_all(folder).join(&name);
     fs::create_dir_all(&place)?;
     let place = fs::canonicalize(place)?;
-    // A manifest that is edited later does not change what was submitted. Its name may be that of the experiment.
+    // A later change of the manifest does not affect the submission. The experiment may be named after the manifest's file.
     let manifest = place.join(command.manifest.file_name().unwrap_or_default());
     replace(&manifest, &fs::read(&command.manifest)?)?;
     let keys_file = place.join("keys");

@@ -1,31 +1,31 @@
-//! A task: "do the runs with these run keys", as a command that any machine with the same folder can run, again and again.
+//! A task: a command that executes the runs with given run keys. Any machine with the same folder can execute it repeatedly.
 
 use crate::plan::PlannedRun;
 use std::path::PathBuf;
 
-/// What all tasks of a plan have in common. Every path is absolute.
+/// The part of the command that all tasks of a plan share. Every path is absolute.
 #[derive(Clone, Debug)]
 pub struct TaskCommand {
     /// This program.
     pub program: PathBuf,
     /// The manifest.
     pub manifest: PathBuf,
-    /// The folder that paths in it are relative to, where it is not the manifest's own.
+    /// The folder to which paths in the manifest are relative, if it is not the manifest's folder.
     pub starts_in: Option<PathBuf>,
-    /// The part of a shell's command line that says where recordings go.
+    /// The options of the output folder, quoted for a shell.
     pub destination: String,
     /// The overrides of the manifest, `key=value`.
     pub overrides: Vec<String>,
-    /// Whether it has its recordings analyzed.
+    /// Whether a task analyzes its recordings.
     pub analyze: bool,
-    /// Threads that a run computes with.
+    /// Number of threads per run.
     pub threads: usize,
     /// Seconds between checkpoints.
     pub checkpoint_every_s: f64,
 }
 
 impl TaskCommand {
-    /// The command line for a shell. `keys` is put in as it is: run keys with commas between, or a shell's variable.
+    /// The command line for a shell. `keys` is inserted unquoted: run keys separated by commas, or a shell variable.
     #[must_use]
     pub fn line(&self, keys: &str) -> String {
         let mut words = vec![
@@ -48,25 +48,25 @@ impl TaskCommand {
     }
 }
 
-/// The run keys of a task's runs, as `--only` takes them.
+/// The run keys of a task's runs, in the form of the option `--only`.
 #[must_use]
 pub fn keys(runs: &[&PlannedRun]) -> String {
     let keys: Vec<&str> = runs.iter().map(|run| run.run_key.as_str()).collect();
     keys.join(",")
 }
 
-/// Runs that a task has at most: one word of a command line holds 128 KiB on Linux, and a key has 64 digits.
+/// Maximum number of runs per task: an argument has at most 128 KiB on Linux, and a key has 64 digits.
 pub const MOST_RUNS_OF_A_TASK: usize = 1000;
 
-/// Deals the runs, which come in the order of their cost, like cards: every task gets runs of about the same cost in all.
-/// Fewer a task than asked for where that is more than [`MOST_RUNS_OF_A_TASK`].
+/// Distributes the runs, which are in descending order of cost, in turn over the tasks, so that all tasks have about the same
+/// cost. A task has at most [`MOST_RUNS_OF_A_TASK`] runs.
 #[must_use]
 pub fn dealt<'a>(runs: &[&'a PlannedRun], runs_per_task: usize) -> Vec<Vec<&'a PlannedRun>> {
     let tasks = runs.len().div_ceil(runs_per_task.clamp(1, MOST_RUNS_OF_A_TASK));
     (0..tasks).map(|task| runs.iter().copied().skip(task).step_by(tasks).collect()).collect()
 }
 
-/// A word of a shell's command line that stands for itself.
+/// Quotes a word for a shell.
 pub(crate) fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', r"'\''"))
 }
