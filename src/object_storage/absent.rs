@@ -1,4 +1,4 @@
-//! What a program has in the place of object storage that was built without it.
+//! The store of a program that was built without object storage.
 
 use crate::address::Address;
 use crate::error::StoreError;
@@ -8,7 +8,7 @@ use std::convert::Infallible;
 use std::io;
 use std::path::Path;
 
-/// A place on object storage. This program has none.
+/// A store that cannot be opened.
 #[derive(Debug)]
 pub struct Store(Infallible);
 

@@ -1,10 +1,10 @@
-//! A place on object storage: a bucket, and what the names of its objects begin with.
+//! An address on object storage: a bucket and the prefix of the objects' names.
 
 use crate::error::StoreError;
 use std::fmt;
 use std::path::Path;
 
-/// What an address begins with.
+/// Scheme of an address.
 const SCHEME: &str = "s3://";
 
 /// `s3://BUCKET/PREFIX`.
@@ -15,7 +15,7 @@ pub struct Address {
 }
 
 impl Address {
-    /// Whether a path of the command line is such an address. It may still be a wrong one.
+    /// Whether a path has the scheme of an address. The address may still be invalid.
     #[must_use]
     pub fn is_one(path: &Path) -> bool {
         path.to_str().is_some_and(|text| text.starts_with(SCHEME))
@@ -24,7 +24,7 @@ impl Address {
     /// Reads `s3://BUCKET/PREFIX`; the prefix may be empty or have slashes.
     ///
     /// # Errors
-    /// An address that names no bucket, or whose parts no folder could be named by: empty ones, `.` and `..`.
+    /// An address without a bucket, or with a part that cannot be the name of a folder: empty, `.` or `..`.
     pub fn parse(text: &str) -> Result<Self, StoreError> {
         let wrong =
             |why: &str| StoreError::wrong(format!("{text}: {why}; write s3://BUCKET/PREFIX"));
@@ -41,7 +41,7 @@ impl Address {
         Ok(Self { bucket: bucket.to_owned(), prefix: prefix.to_owned() })
     }
 
-    /// The place one level below.
+    /// The address one level below.
     #[must_use]
     pub fn below(&self, name: &str) -> Self {
         let prefix = if self.prefix.is_empty() {
@@ -58,7 +58,7 @@ impl Address {
         &self.bucket
     }
 
-    /// What the objects' names begin with, without a slash at the end.
+    /// The prefix of the objects' names, without a slash at the end.
     #[must_use]
     pub fn prefix(&self) -> &str {
         &self.prefix
@@ -79,7 +79,7 @@ mod tests {
     use super::Address;
 
     #[test]
-    fn an_address_is_read_and_written() {
+    fn address_round_trips() {
         for text in ["s3://bucket", "s3://bucket/a", "s3://bucket/a/b c"] {
             assert_eq!(Address::parse(text).unwrap().to_string(), text);
             assert_eq!(Address::parse(&format!("{text}/")).unwrap().to_string(), text);
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leads_nowhere_is_refused() {
+    fn invalid_addresses_are_rejected() {
         for text in
             ["s3://", "s3:///a", "s3://bucket//a", "s3://bucket/../a", "s3://bucket/.", "bucket/a"]
         {

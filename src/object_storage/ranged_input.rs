@@ -1,4 +1,4 @@
-//! An object as an input that is read from any place on: a range is fetched when its bytes are asked for.
+//! An object as an input with random access: a range is fetched when its bytes are read.
 
 use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};

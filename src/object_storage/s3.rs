@@ -1,4 +1,4 @@
-//! S3, and whatever speaks its protocol, through `object_store`: its requests, signatures and retries, without its futures.
+//! S3 and compatible stores through `object_store`, whose requests, signatures and retries are used behind a blocking interface.
 
 use crate::address::Address;
 use crate::error::StoreError;
@@ -23,21 +23,21 @@ use std::time::Duration;
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
-/// Files up to here are put by one request, larger ones in parts of this size: what an upload holds in memory.
+/// Size up to which a file is uploaded by one request, and size of the parts of a larger file. It bounds the memory of an upload.
 const PART: u64 = 8 << 20;
-/// Parts that an object may have; a larger file has larger parts.
+/// Maximum number of parts of an object; a larger file has larger parts.
 const MOST_PARTS: u64 = 10_000;
-/// Under this name an object carries the SHA-256 of its bytes: two objects are compared without fetching one.
+/// Attribute with the SHA-256 of an object, so that two objects are compared without a download.
 const HASH: &str = "sha256";
-/// Bytes that are hashed at once.
+/// Size of the parts in which a file is hashed.
 const HASHED_AT_ONCE: usize = 64 << 10;
-/// How soon a stop is heard.
+/// Interval at which a stop is checked.
 const SHORT: Duration = Duration::from_millis(100);
-/// How long an upload that failed is given to take back its parts.
+/// Time limit for the removal of the parts of a failed upload.
 const TO_CLEAN_UP: Duration = Duration::from_secs(5);
-/// A connection that lies unused may be closed at the other end, and nobody looks meanwhile.
+/// Time after which an idle connection is closed, because the store may have closed it.
 const UNUSED_CONNECTIONS: &str = "5 seconds";
-/// A request is tried again for some seconds where nobody answers, for a minute at most where somebody does.
+/// Retries of a request: for some seconds without an answer, for at most a minute with error answers.
 const PATIENCE: RetryConfig = RetryConfig {
     backoff: BackoffConfig {
         init_backoff: Duration::from_millis(100),
@@ -48,7 +48,7 @@ const PATIENCE: RetryConfig = RetryConfig {
     retry_timeout: Duration::from_secs(60),
 };
 
-/// A place on object storage, opened. It may be used by several threads at once.
+/// An open location on object storage, for use by several threads.
 #[derive(Debug)]
 pub struct Store(Arc<Place>);
 
@@ -60,7 +60,7 @@ struct Place {
     runtime: Runtime,
 }
 
-/// What tells whether two files are the same.
+/// Size and hash of a file, to compare two files.
 #[derive(PartialEq, Eq)]
 struct Fingerprint {
     bytes: u64,
@@ -69,8 +69,7 @@ struct Fingerprint {
 }
 
 impl Store {
-    /// Opens a place; nothing is asked of it yet. Credentials, region and endpoint come from the variables that S3's own programs
-    /// know: `AWS_ACCESS_KEY_ID`, `AWS_SECRET_ACCESS_KEY`, `AWS_REGION`, `AWS_ENDPOINT_URL` …
+    /// Opens a location without a request. Credentials, region and endpoint are read from the standard variables of S3: `AWS_ACCESS_KEY_ID`, `AWS_SECRET_ACCESS_KEY`, `AWS_REGION`, `AWS_ENDPOINT_URL` …
     ///
     /// # Errors
     /// Settings that make no sense.
@@ -93,7 +92,7 @@ impl Store {
         Ok(Self(Arc::new(Place { address: address.clone(), bucket, prefix, runtime })))
     }
 
-    /// Where it is.
+    /// The address.
     #[must_use]
     pub fn address(&self) -> &Address {
         &self.0.address

@@ -1,5 +1,5 @@
-//! A recorder on a thread of its own: the model goes on while frames are encoded, compressed and written. They come in the
-//! same order, hence the bytes are the same.
+//! A recorder on its own thread, so that the model advances while frames are encoded, compressed and written. The order of the
+//! frames does not change; therefore, the bytes are the same.
 
 use crate::error::RecordError;
 use crate::file::RecordingFile;
@@ -9,22 +9,22 @@ use std::io::Write;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
-/// Frames in memory at most: one that is filled, one that is written, and two that wait while the disk is slow.
+/// Maximum number of frames in memory: one being filled, one being written, and two queued for a slow disk.
 const FRAMES: usize = 4;
-/// What they may take together, bytes. A frame that alone takes more is filled when the last one has been written.
+/// Maximum size of these frames in bytes. A larger frame is filled after the previous one has been written.
 const FRAMES_BYTES: usize = 32 << 20;
 
-/// What the thread is asked for.
+/// A request to the thread.
 enum Task<W: Write> {
     Write(Clock, Frame),
     Remark(LogLine),
-    /// Anything that needs the recorder itself, after all that was asked before.
+    /// An action on the recorder, after all earlier requests.
     With(Action<W>),
 }
 
 type Action<W> = Box<dyn FnOnce(&Recorder<W>) + Send>;
 
-/// Writes one recording beside the caller's work, on a thread of its own.
+/// Writes one recording on its own thread.
 pub struct FrameWriter<W: Write> {
     tasks: Sender<Task<W>>,
     // Frames that have been written, empty.
@@ -40,7 +40,7 @@ pub struct FrameWriter<W: Write> {
 }
 
 impl<W: Write + Send + 'static> FrameWriter<W> {
-    /// Gives a recorder a thread of its own.
+    /// Moves a recorder to its own thread.
     #[must_use]
     pub fn start(recorder: Recorder<W>) -> Self {
         // The frames in memory are a bound for both.
@@ -53,11 +53,10 @@ impl<W: Write + Send + 'static> FrameWriter<W> {
 }
 
 impl<W: Write> FrameWriter<W> {
-    /// Writes the next frame after all that was handed over before. `fill` fills it, from empty; while too many frames wait
-    /// to be written, it is not called yet.
+    /// Queues the next frame. `fill` fills the empty frame; the call blocks while too many frames are queued.
     ///
     /// # Errors
-    /// As [`Recorder::write`], of a frame handed over before.
+    /// As [`Recorder::write`], for an earlier frame.
     pub fn write(
         &mut self,
         clock: Clock,
@@ -71,7 +70,7 @@ impl<W: Write> FrameWriter<W> {
         Ok(())
     }
 
-    /// A frame that has been written, or a new one where there may be one more.
+    /// An empty frame: one that has been written, or a new one if the maximum is not reached.
     fn empty_frame(&mut self) -> Result<Frame, RecordError> {
         loop {
             if self.in_memory < self.at_most {
@@ -97,7 +96,7 @@ impl<W: Write> FrameWriter<W> {
         self.ask(Task::Remark(line))
     }
 
-    /// Frames handed over so far.
+    /// Number of frames queued so far.
     #[must_use]
     pub fn frames_written(&self) -> u64 {
         self.frames
@@ -115,7 +114,7 @@ impl<W: Write> FrameWriter<W> {
         self.tasks.send(task).map_err(|_| self.failure())
     }
 
-    /// Why the thread has ended before it was asked to.
+    /// Why the thread has ended early.
     fn failure(&mut self) -> RecordError {
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(Err(error))) => error,
@@ -123,7 +122,7 @@ impl<W: Write> FrameWriter<W> {
         }
     }
 
-    /// Lets the thread do what is left and takes the recorder back.
+    /// Waits until the thread has finished all requests and returns the recorder.
     fn join(self) -> Result<Recorder<W>, RecordError> {
         drop(self.tasks);
         match self.thread.map(JoinHandle::join) {
@@ -134,7 +133,7 @@ impl<W: Write> FrameWriter<W> {
 }
 
 impl FrameWriter<RecordingFile> {
-    /// As [`Recorder::save_point`], after all frames handed over so far.
+    /// As [`Recorder::save_point`], after all queued frames.
     ///
     /// # Errors
     /// A disk that fails, now or before.

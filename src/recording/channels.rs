@@ -1,5 +1,5 @@
-//! Every message of ours: its topic, its schema, its fields with their units. Writer, reader, schema and
-//! documentation follow from this file. Tags are never reused: a changed meaning takes a new tag and a new [`SCHEMA_VERSION`].
+//! The messages of Kinetoscope: topic, schema, and fields with their units. Writer, reader, schema and documentation are derived
+//! from this file. Tags are never reused: a changed meaning takes a new tag and a new [`SCHEMA_VERSION`].
 
 use prost::Message;
 

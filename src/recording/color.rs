@@ -1,7 +1,7 @@
 //! Speeds to colors: from blue at rest over green to yellow at the top speed, in 64 steps.
 //!
-//! Equal steps of speed look equally far apart, and lightness rises all the way: the order is seen with any color vision, and on a
-//! gray print. The darkest color is light enough for black force chains on it, and for dark grounds.
+//! The scale is perceptually uniform, and lightness increases monotonically, so that the order is visible with any color vision
+//! and on a gray print. Black force chains are visible on the darkest color, which is visible on a dark background.
 
 use foxglove::messages::Color;
 

@@ -1,5 +1,5 @@
-//! MCAP records from a file whose length is known, without trust: no length is believed that the file can't hold, and
-//! no memory is filled ahead of the bytes.
+//! MCAP records of an untrusted file of known length. A length that exceeds the file is rejected, and memory is filled only by
+//! bytes that were read.
 //!
 //! Layout of the records: <https://mcap.dev/spec>.
 
@@ -11,14 +11,14 @@ use std::io::{self, Read};
 pub(crate) const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 /// Bytes before a record's body: its kind and its length.
 pub(crate) const PREFIX: u64 = 9;
-/// Room that a record's body gets before its first byte has come, at most.
+/// Maximum memory reserved for a record's body before its first byte is read.
 const ROOM: u64 = 4 << 20;
-/// A chunk may unpack to this much whatever its size...
+/// Size to which any chunk may be decompressed...
 const UNPACKED_FLOOR: u64 = 64 << 20;
-/// ...or to so many times its size: more than any recorded state packs.
+/// ...or this multiple of its compressed size, which exceeds the compression ratio of any recorded state.
 const UNPACKED_RATIO: u64 = 1024;
 
-/// Kinds of records that the reader looks into.
+/// Kinds of records that the reader decodes.
 pub(crate) mod kind {
     pub(crate) const HEADER: u8 = 0x01;
     pub(crate) const FOOTER: u8 = 0x02;
@@ -32,7 +32,7 @@ pub(crate) mod kind {
     pub(crate) const DATA_END: u8 = 0x0f;
 }
 
-/// Why no further record can be had.
+/// Why the next record cannot be read.
 #[derive(Debug)]
 pub(crate) enum Broken {
     /// The file can't be read.
@@ -41,7 +41,7 @@ pub(crate) enum Broken {
     NotMcap,
     /// The file ends inside a record.
     Torn,
-    /// The bytes are not what was written.
+    /// The bytes differ from those that were written.
     Damaged(String),
 }
 
@@ -51,7 +51,7 @@ impl From<io::Error> for Broken {
     }
 }
 
-/// Damage, in words.
+/// An error for damaged bytes.
 pub(crate) fn damaged(what: &str) -> Broken {
     Broken::Damaged(what.to_owned())
 }
@@ -63,7 +63,7 @@ pub(crate) struct Prefix {
     pub(crate) length: u64,
 }
 
-/// Reads records one after the other; keeps the position and a checksum of all bytes so far.
+/// Reads records in order, with the position and a checksum of all bytes read.
 pub(crate) struct Records<R> {
     input: R,
     position: u64,
@@ -77,12 +77,12 @@ impl<R: Read> Records<R> {
         Self { input, position, end, checksum: crc32fast::Hasher::new() }
     }
 
-    /// The input, wherever it stands.
+    /// The input at its current position.
     pub(crate) fn into_input(self) -> R {
         self.input
     }
 
-    /// The byte that comes next.
+    /// Position of the next byte.
     pub(crate) fn position(&self) -> u64 {
         self.position
     }
@@ -108,7 +108,7 @@ impl<R: Read> Records<R> {
         self.checksum.clone()
     }
 
-    /// Forgets the checksum of the bytes so far.
+    /// Restarts the checksum.
     pub(crate) fn restart_checksum(&mut self) {
         self.checksum = crc32fast::Hasher::new();
     }
@@ -125,7 +125,7 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// So many bytes, as an array.
+    /// The next `N` bytes.
     pub(crate) fn array<const N: usize>(&mut self) -> Result<[u8; N], Broken> {
         let mut bytes = [0; N];
         if self.end - self.position < N as u64 {
@@ -143,8 +143,7 @@ impl<R: Read> Records<R> {
         read
     }
 
-    /// A record's body, left out of the checksum. A large buffer grows with the bytes that come, not with the length that
-    /// is claimed.
+    /// A record's body, excluded from the checksum. The buffer grows with the bytes read, not with the declared length.
     pub(crate) fn body_without_checksum(
         &mut self,
         prefix: Prefix,
@@ -157,7 +156,7 @@ impl<R: Read> Records<R> {
         if count as u64 == prefix.length { Ok(()) } else { Err(Broken::Torn) }
     }
 
-    /// Passes over a record's body.
+    /// Skips a record's body.
     pub(crate) fn skip(&mut self, prefix: Prefix) -> Result<(), Broken> {
         let mut buffer = [0; 8192];
         let mut left = prefix.length;
@@ -232,7 +231,7 @@ pub(crate) fn is_packed(body: &[u8]) -> bool {
     body.get(28..32).is_some_and(|length| length != [0; 4])
 }
 
-/// Unpacks chunks, one after the other.
+/// Decompresses chunks.
 pub(crate) struct Unpacker {
     // Kept from chunk to chunk: its tables cost more memory than a chunk.
     zstd: Option<zstd::bulk::Decompressor<'static>>,
@@ -242,7 +241,7 @@ pub(crate) struct Unpacker {
 pub(crate) struct Unpacked {
     /// The chunk's records.
     pub(crate) content: Bytes,
-    /// The memory of the packed chunk, where the content does not lie in it.
+    /// Memory of the compressed chunk, if the content is not in it.
     pub(crate) spare: Option<Vec<u8>>,
 }
 
@@ -251,7 +250,7 @@ impl Unpacker {
         Self { zstd: None }
     }
 
-    /// The records in a chunk record's body, unpacked and checked.
+    /// The records in a chunk record's body, decompressed and checked.
     pub(crate) fn unpack(&mut self, body: Vec<u8>) -> Result<Unpacked, Broken> {
         let mut fields = Fields(&body);
         let _start_and_end_time = (fields.u64()?, fields.u64()?);
@@ -312,7 +311,7 @@ fn room(expected: u64) -> io::Result<Vec<u8>> {
     Ok(room)
 }
 
-/// A decoder's errors speak of its data, never of the file.
+/// An error of a decoder means damaged data, not a failed read.
 fn cannot_be_unpacked(error: io::Error) -> Broken {
     Broken::Damaged(format!("a chunk can't be unpacked ({error})"))
 }

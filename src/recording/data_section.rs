@@ -1,4 +1,4 @@
-//! The records between a file's first bytes and its last, in order, with chunks read ahead so that threads can unpack them.
+//! The data section of a file: its records in order. Chunks are read ahead, so that threads can decompress them.
 
 use crate::container::{Broken, Fields, MAGIC, Prefix, Records, damaged, kind, metadata};
 use crate::storage::Input;
@@ -8,17 +8,17 @@ use std::collections::{BTreeMap, VecDeque};
 use std::io::BufReader;
 use std::num::NonZeroUsize;
 
-/// A record that says something of frames.
+/// A record with data of frames.
 pub(crate) enum DataRecord {
     /// The records of a chunk.
     Chunk(Bytes),
     /// A metadata record's name and entries.
     Metadata(String, BTreeMap<String, String>),
-    /// The file's end; all its checksums fit.
+    /// The end of the file; all checksums are correct.
     End,
 }
 
-/// A record that was read and not judged yet.
+/// A record that is read but not checked yet.
 enum Ahead {
     Chunk {
         /// Checksum of the bytes between the last chunk's body and this one's.
@@ -33,19 +33,19 @@ enum Ahead {
     },
 }
 
-/// Reads a file from its first byte to its last. What comes, and which error, does not depend on the number of threads: a
-/// record is judged when its turn comes, whatever was read behind it.
+/// Reads a file from its first byte to its last. Records and errors do not depend on the number of threads, because records are
+/// checked in order.
 pub(crate) struct DataSection {
     records: Records<BufReader<Box<dyn Input>>>,
     unpackers: Unpackers,
-    /// What was read ahead, each with its first byte; an error, or the data's end, is the last.
+    /// The records read ahead, each with its position; the last one may be an error or the end of the data.
     ahead: VecDeque<(u64, Result<Ahead, Broken>)>,
     all_read: bool,
-    /// Memory of chunks that were unpacked, for those to come.
+    /// Memory of delivered chunks, for reuse.
     spare: Vec<Vec<u8>>,
-    /// Checksum of the bytes before the record at hand.
+    /// Checksum of the bytes before the current record.
     checksum: crc32fast::Hasher,
-    /// Start of the record at hand.
+    /// Start of the current record.
     byte: u64,
 }
 
@@ -63,7 +63,7 @@ impl DataSection {
         }
     }
 
-    /// Where the record at hand starts.
+    /// Start of the current record.
     pub(crate) fn byte(&self) -> u64 {
         self.byte
     }
@@ -96,7 +96,7 @@ impl DataSection {
         }
     }
 
-    /// Reads until enough chunks are on their way.
+    /// Reads ahead until enough chunks are being decompressed.
     fn read_ahead(&mut self) {
         while !self.all_read && self.ahead.len() < self.unpackers.look_ahead() {
             let mut byte = self.records.position();
@@ -106,7 +106,7 @@ impl DataSection {
         }
     }
 
-    /// Reads up to the end of the next record that says something of frames; `byte` becomes the start of the last one seen.
+    /// Reads up to the end of the next record with data of frames; sets `byte` to the start of the last record.
     fn read(&mut self, byte: &mut u64) -> Result<Ahead, Broken> {
         if self.records.position() == 0 {
             self.records.magic()?;
@@ -140,7 +140,7 @@ impl DataSection {
         }
     }
 
-    /// Checks all that follows the data: viewers go by it.
+    /// Checks the summary after the data, which viewers use.
     fn summary(&mut self) -> Result<(), Broken> {
         self.records.restart_checksum();
         loop {

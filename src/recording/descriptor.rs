@@ -1,4 +1,4 @@
-//! The protobuf schema of our own messages, as readers in other languages want it: a serialized `FileDescriptorSet`.
+//! The protobuf schemas of Kinetoscope's messages, as serialized `FileDescriptorSet`s for readers in other languages.
 
 use crate::channels::{ChannelDeclaration, Field};
 use crate::error::RecordError;

@@ -1,4 +1,4 @@
-//! A drawing read back from a recording: what its scenes show, seen from above.
+//! A drawing decoded from a recording: the contents of its scenes in top view.
 
 use foxglove::messages::{Color, Pose, SceneUpdate, line_primitive};
 use prost::Message;

@@ -1,4 +1,4 @@
-//! The fields of a message of ours by name, read without its Rust type: to say which of them differ.
+//! The fields of a message by name, decoded without its Rust type, so that a comparison can name the differing fields.
 
 use crate::channels::ChannelDeclaration;
 use prost::bytes::Buf;

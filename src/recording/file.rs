@@ -1,58 +1,58 @@
-//! A recording's file: it grows under a partial name and takes its final name only when it is whole.
+//! The file of a recording. It has a partial name while it is written and gets its final name only when it is complete.
 
 use crate::error::RecordError;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-/// Tries to take a file that another process may be renaming under our hands.
+/// Number of attempts to open a file that another process may rename meanwhile.
 const LOCK_TRIALS: u32 = 8;
-/// Bytes after which the disk is asked to catch up: what is left for the run's end to wait for is short.
+/// Number of bytes between two syncs, so that the last sync at the end of a run is short.
 const SYNCED_EVERY: u64 = 16 << 20;
-/// Bytes of two files that are compared at once.
+/// Size of the parts in which two files are compared.
 const COMPARED_AT_ONCE: u64 = 1 << 20;
 
 /// `STEM.partial.mcap` while it is written; `STEM.mcap` after [`RecordingFile::commit`].
 ///
-/// The file is locked while this value lives, so that two processes never write the same recording.
+/// Invariant: the file is locked while this value exists, so that two processes never write the same recording.
 pub struct RecordingFile {
     file: File,
     partial: PathBuf,
     destination: PathBuf,
-    /// Where the next byte belongs.
+    /// Position of the next byte.
     position: u64,
-    /// Bytes that were there before: what is written up to here is compared with them, and only then the file grows.
+    /// Number of existing bytes. Bytes written up to here are compared with them; later bytes extend the file.
     kept: u64,
     compared: Vec<u8>,
-    /// Bytes written since the disk was last asked to catch up.
+    /// Number of bytes since the last sync.
     unsynced: u64,
 }
 
 /// Whether the final name was free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Committed {
-    /// It was, and is now taken.
+    /// The file was renamed.
     New,
-    /// A recording with the same bytes was there.
+    /// A recording with the same bytes existed.
     AlreadyThere,
 }
 
 impl RecordingFile {
-    /// Starts an empty partial file; what an earlier try left under its name is cut off.
+    /// Creates an empty partial file; an existing one is truncated.
     ///
     /// # Errors
-    /// A folder that can't be written, or another process at the same recording.
+    /// A folder that cannot be written, or another process that writes the same recording.
     pub fn create(folder: &Path, stem: &str) -> Result<Self, RecordError> {
         let file = Self::open(folder, stem, 0)?;
         file.file.set_len(0).map_err(|error| at(&file.partial, &error))?;
         Ok(file)
     }
 
-    /// Goes on with a partial file after its first `kept` bytes. These must be written once more: they are compared with
-    /// what is there, and what follows them is cut off when they have passed.
+    /// Resumes a partial file after its first `kept` bytes. The caller writes these bytes again; they are compared with the existing
+    /// ones, and the rest of the file is then truncated.
     ///
     /// # Errors
-    /// A file that is shorter or can't be opened, or another process at the same recording.
+    /// A file that is shorter or cannot be opened, or another process that writes the same recording.
     pub fn reopen(folder: &Path, stem: &str, kept: u64) -> Result<Self, RecordError> {
         let file = Self::open(folder, stem, kept)?;
         let length = file.file.metadata().map_err(|error| at(&file.partial, &error))?.len();
@@ -76,28 +76,28 @@ impl RecordingFile {
         })
     }
 
-    /// A second handle, through which the file's bytes so far are brought to the disk while a recorder owns this one.
+    /// A second handle to sync the file while a recorder owns this one.
     ///
     /// # Errors
-    /// An operating system that has no handle left.
+    /// An operating system without free handles.
     pub fn syncer(&self) -> Result<Syncer, RecordError> {
         let file = self.file.try_clone().map_err(|error| at(&self.partial, &error))?;
         Ok(Syncer { file, path: self.partial.clone() })
     }
 
-    /// The name while it is written.
+    /// The partial name.
     #[must_use]
     pub fn partial_path(&self) -> &Path {
         &self.partial
     }
 
-    /// The name that it takes in the end.
+    /// The final name.
     #[must_use]
     pub fn final_path(&self) -> &Path {
         &self.destination
     }
 
-    /// Brings all bytes to the disk; the file stays under its partial name (an orderly stop).
+    /// Syncs the file and keeps its partial name, after an interruption.
     ///
     /// # Errors
     /// A disk that fails.
@@ -106,7 +106,7 @@ impl RecordingFile {
         Ok(self.partial)
     }
 
-    /// Brings all bytes to the disk and takes the final name, if that is free or holds the same bytes.
+    /// Syncs the file and renames it to its final name, if that is free or holds the same bytes.
     ///
     /// # Errors
     /// A disk that fails, or other bytes under the final name; the partial file then stays.
@@ -134,7 +134,7 @@ impl RecordingFile {
         self.file.sync_all().map_err(|error| at(&self.partial, &error))
     }
 
-    /// Appends bytes; how many of them were taken.
+    /// Appends bytes and returns their number.
     fn append(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let count = self.file.write(bytes)?;
         self.position += count as u64;
@@ -146,7 +146,7 @@ impl RecordingFile {
         Ok(count)
     }
 
-    /// Compares bytes with those that are there; how many of them were compared.
+    /// Compares bytes with the existing ones and returns their number.
     fn compare(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let left = self.kept - self.position;
         let count = left.min(bytes.len() as u64).min(COMPARED_AT_ONCE) as usize;
@@ -176,7 +176,7 @@ impl Write for RecordingFile {
     }
 }
 
-/// Brings a recording's bytes to the disk.
+/// Syncs the file of a recording.
 pub struct Syncer {
     file: File,
     path: PathBuf,
@@ -192,16 +192,16 @@ impl Syncer {
     }
 }
 
-/// Name of a recording that is not finished.
+/// Path of an unfinished recording.
 #[must_use]
 pub fn partial_path(folder: &Path, stem: &str) -> PathBuf {
     folder.join(format!("{stem}.partial.mcap"))
 }
 
-/// Removes what an earlier try left beside a finished recording: a partial file that nobody writes, and its checkpoint.
+/// Removes the partial file and the checkpoint of a finished recording, unless another process writes the file.
 ///
 /// # Errors
-/// A folder that can't be written.
+/// A folder that cannot be written.
 pub fn remove_leftovers(folder: &Path, stem: &str) -> Result<(), RecordError> {
     crate::checkpoint::remove(folder, stem)?;
     let partial = partial_path(folder, stem);
@@ -215,14 +215,14 @@ pub fn remove_leftovers(folder: &Path, stem: &str) -> Result<(), RecordError> {
     }
 }
 
-/// Name of a finished recording.
+/// Path of a finished recording.
 #[must_use]
 pub fn final_path(folder: &Path, stem: &str) -> PathBuf {
     folder.join(format!("{stem}.mcap"))
 }
 
-/// Opens and locks the partial file, and makes sure that it is still the one of that name: a process that committed
-/// between our opening and our lock has turned it into a finished recording.
+/// Opens and locks the partial file and checks that it still has this name: between opening and locking, another process may have
+/// renamed it to a finished recording.
 fn locked(partial: &Path) -> Result<File, RecordError> {
     for _ in 0..LOCK_TRIALS {
         let file = OpenOptions::new()
@@ -260,7 +260,7 @@ fn is_still_named(_file: &File, path: &Path) -> bool {
     path.exists()
 }
 
-/// Gives the file its final name only if that is free. File systems without hard links get a check and a rename.
+/// Renames the file if the final name is free. Without hard links, the name is checked before the rename.
 fn take_name(partial: &Path, destination: &Path) -> io::Result<()> {
     match fs::hard_link(partial, destination) {
         Ok(()) => fs::remove_file(partial),
@@ -273,7 +273,7 @@ fn take_name(partial: &Path, destination: &Path) -> io::Result<()> {
 /// Whether two files hold the same bytes.
 ///
 /// # Errors
-/// A file that can't be read.
+/// A file that cannot be read.
 pub fn same_bytes(left: &Path, right: &Path) -> Result<bool, RecordError> {
     let open = |path: &Path| File::open(path).map_err(|error| at(path, &error));
     let (mut left_file, mut right_file) = (open(left)?, open(right)?);
@@ -296,7 +296,7 @@ fn read_part(file: &mut File, part: &mut Vec<u8>) -> io::Result<()> {
     file.take(COMPARED_AT_ONCE).read_to_end(part).map(|_| ())
 }
 
-/// Makes the new name last. Only Unix opens folders.
+/// Syncs the folder of a renamed file; only on Unix, where a folder can be opened.
 pub(crate) fn sync_folder(path: &Path) -> io::Result<()> {
     let folder = match path.parent() {
         Some(folder) if cfg!(unix) && !folder.as_os_str().is_empty() => folder,

@@ -1,4 +1,4 @@
-//! The messages of one instant, in memory: all that physics sees of recording.
+//! The messages of one instant in memory: the interface between physics and recording.
 
 pub use crate::force_lines::ContactLine;
 pub use crate::state_column::StateColumn;

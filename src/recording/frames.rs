@@ -1,4 +1,4 @@
-//! Frames of a recording, one after the other, in the memory of a few chunks.
+//! Iterator over the frames of a recording, with only a few chunks in memory.
 
 use crate::channels::{self, Channel, FrameClock};
 use crate::container::{Broken, Fields, damaged, kind};

@@ -1,4 +1,4 @@
-//! What is fixed for a recording, and which channels it has.
+//! The header of a recording: its constant properties and its channels.
 
 use crate::channels::{self, Channel as _, ChannelDeclaration, FrameClock, SCHEMA_VERSION};
 use crate::error::RecordError;
@@ -24,18 +24,18 @@ pub enum Compression {
 /// Which channels are recorded. `/frame` and `/log` always are; `/walls` and `/legend` are with any drawing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Selection {
-    /// All that the model has, but those that are recorded only when named.
+    /// All channels of the model except those that are recorded only on request.
     All,
     /// These topics, without the leading slash.
     Named(Vec<String>),
 }
 
-/// All that is fixed for a recording.
+/// The constant properties of a recording.
 #[derive(Clone, Debug)]
 pub struct Header {
     /// Canonical manifest of the run, embedded as it is.
     pub manifest: String,
-    /// The run's run key.
+    /// The run key.
     pub run_key: String,
     /// Name of the model.
     pub model: &'static str,
@@ -53,15 +53,15 @@ pub struct Header {
     pub selection: Selection,
     /// The drawing's fixed part.
     pub scenery: Scenery,
-    /// Frames a second of playback, above 0 and up to 50.
+    /// Frames per second of playback, in (0, 50].
     pub playback_rate: f64,
-    /// Particles drawn at most; of more, every k-th.
+    /// Maximum number of particles drawn; of more particles, every k-th is drawn.
     pub drawn_particles: NonZeroU32,
     /// Compression of the chunks.
     pub compression: Compression,
-    /// Number of frames, where it is known beforehand.
+    /// Number of frames, if known in advance.
     pub frames_expected: Option<u64>,
-    /// Simulated time of the whole run in `time_unit`, where it is known beforehand.
+    /// Simulated time of the whole run in `time_unit`, if known in advance.
     pub model_time: Option<f64>,
 }
 
@@ -108,7 +108,7 @@ impl Header {
         }
     }
 
-    /// What one second of playback stands for, such as "75 ms"; `None` where that is not known beforehand.
+    /// Simulated time per second of playback, such as "75 ms"; `None` if it is not known in advance.
     #[must_use]
     pub fn simulated_per_second(&self) -> Option<String> {
         simulated_per_second(
@@ -134,7 +134,7 @@ impl Header {
         }
     }
 
-    /// Refuses a selection that can't be recorded, and a playback that viewers can't show.
+    /// Checks that the selection can be recorded and that viewers can show the playback.
     ///
     /// # Errors
     /// A channel that the model does not have; a rate outside (0, 50]; a playback of more than 93 days.

@@ -1,5 +1,5 @@
-//! The viewer's layout for a run: a model's template with the run's camera and time scale, and without panels for what the run
-//! does not record.
+//! The viewer's layout for a run: the model's template with the run's camera and time scale, without panels for topics that are
+//! not recorded.
 
 use crate::error::RecordError;
 use crate::header::Header;

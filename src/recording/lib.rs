@@ -1,6 +1,6 @@
-//! One run, one MCAP file: what a recording holds, how it is written and how it is read.
+//! Recordings: one MCAP file per run, its contents, its writer and its reader.
 //!
-//! Nothing here knows physics beyond the columns and messages that a model declares.
+//! Invariant: the package depends on no model; a model declares its columns and messages.
 
 pub mod atomic_file;
 pub mod background;

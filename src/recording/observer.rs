@@ -1,4 +1,4 @@
-//! Somebody who watches a run: sees the messages of its recording while they are recorded, and changes none of them.
+//! Observer of a run: receives the messages of the recording while they are written.
 
 use crate::error::RecordError;
 use crate::header::Header;
@@ -16,14 +16,14 @@ pub struct ChannelInfo {
     pub schema: Vec<u8>,
 }
 
-/// What there will be to see.
+/// The channels and the playback of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelList {
     /// The channels, in file order.
     pub channels: Vec<ChannelInfo>,
-    /// Frames a second of playback.
+    /// Frames per second of playback.
     pub playback_rate: f64,
-    /// Log time of the last frame, ns, where the number of frames is known.
+    /// Log time of the last frame, ns, if the number of frames is known.
     pub end_ns: Option<u64>,
 }
 
@@ -43,14 +43,14 @@ impl ChannelList {
     }
 }
 
-/// Sees every message, in the recording's order. What takes long in here delays the run; nothing changes its bytes.
+/// Receives every message in the order of the recording. A slow observer delays the run; none can change its bytes.
 pub trait FrameObserver: Send {
-    /// The show begins. It may begin in the middle of a run that is gone on with.
+    /// Called once before the first message. A resumed run starts in the middle of the recording.
     fn begin(&mut self, channel_list: ChannelList);
 
-    /// A message, as it is recorded.
+    /// Called for each recorded message.
     fn message(&mut self, topic: &'static str, log_time_ns: u64, payload: &[u8]);
 
-    /// The frame of the last message is whole. A line of the log may still follow.
+    /// Called after the last message of a frame. A line of the log may still follow.
     fn end_of_frame(&mut self);
 }

@@ -1,4 +1,4 @@
-//! The messages of the chunk that is not on the disk yet.
+//! The messages of the open chunk, which is not on the disk yet.
 
 use serde::{Deserialize, Serialize};
 

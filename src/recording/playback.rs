@@ -1,4 +1,4 @@
-//! The viewers' clock: frame index over playback rate, from 0, and how simulated time maps onto it.
+//! Log times of frames: frame index over playback rate, and the simulated time per second of playback.
 
 /// Most frames a second that viewers play without a warning.
 pub(crate) const LARGEST_RATE: f64 = 50.0;

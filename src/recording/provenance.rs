@@ -1,4 +1,4 @@
-//! Who wrote a recording and how the run ended: two metadata records, each defined once for writer and reader.
+//! Provenance and outcome of a recording: two metadata records, defined once for writer and reader.
 
 use std::collections::BTreeMap;
 
@@ -12,11 +12,11 @@ pub(crate) const OUTCOME_RECORD: &str = "kinetoscope.outcome";
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// It reached its end.
+    /// The run reached its end.
     Complete,
-    /// Physics went wrong, in words.
+    /// The simulation failed, for this reason.
     Fault(String),
-    /// It was stopped in order and can be continued.
+    /// The run was interrupted in order and can resume.
     Interrupted,
 }
 
@@ -43,7 +43,7 @@ impl Outcome {
     }
 }
 
-/// Who wrote a recording.
+/// Origin of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Provenance {
     /// Version of the program.
@@ -54,11 +54,11 @@ pub struct Provenance {
     pub physics_version: u32,
     /// Version of the recording's layout.
     pub schema_version: u32,
-    /// The run's run key.
+    /// The run key.
     pub run_key: String,
     /// "s", "d", or "" for dimensionless time.
     pub time_unit: String,
-    /// Frames a second of playback.
+    /// Frames per second of playback.
     pub playback_rate: f64,
     /// Names of the state's columns.
     pub state_columns: Vec<String>,
@@ -84,7 +84,7 @@ impl Provenance {
         ])
     }
 
-    /// `None` where a value is missing or is no number.
+    /// Decodes the record; `None` if a value is missing or is not a number.
     pub(crate) fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
         Some(Self {
             program_version: metadata.get("program_version")?.clone(),

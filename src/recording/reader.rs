@@ -1,4 +1,4 @@
-//! A recording on disk: its manifest, who wrote it, its frames. Nothing that the file says is believed unchecked.
+//! Reader of a recording: its manifest, provenance and frames. All contents of the file are checked before use.
 
 pub use crate::frames::{Frames, RecordedFrame, RecordedMessage};
 pub use crate::provenance::{Outcome, Provenance};

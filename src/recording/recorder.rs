@@ -1,4 +1,6 @@
-//! Frames in, one MCAP file out. Nothing in the bytes depends on the clock, the host, the threads, the path or the user.
+//! Writer of a recording: frames to one MCAP file.
+//!
+//! Invariant: the bytes do not depend on the clock, the host, the threads, the path or the user.
 
 pub use crate::header::{Compression, Header, Selection};
 pub use crate::provenance::Outcome;
@@ -26,22 +28,23 @@ use std::io::Write;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A chunk is closed at the first frame end where it holds this many bytes of messages.
+/// Size at which a chunk is closed, at the next end of a frame.
 const CHUNK_PAYLOAD: u64 = 1 << 20;
 
 /// Simulated time of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
-    /// Steps or events since the start.
+    /// Number of steps or events since the start.
     pub count: u64,
     /// Time since the start, in the header's unit.
     pub time: f64,
 }
 
-/// Writes one recording. Dropped before [`Recorder::finish`] it leaves whole chunks of whole frames, and no footer.
+/// Writes one recording. If it is dropped before [`Recorder::finish`], the file has complete chunks of complete frames and no
+/// footer.
 pub struct Recorder<W: Write> {
     header: Header,
-    stage: SceneBuilder,
+    scenes: SceneBuilder,
     trails: Trails,
     // Empty only while being dropped.
     writer: Option<mcap::Writer<CountingSink<W>>>,
@@ -65,7 +68,7 @@ impl<W: Write> Recorder<W> {
     /// A header that can't be recorded, or a sink that fails.
     pub fn create(sink: W, header: &Header) -> Result<Self, RecordError> {
         header.check()?;
-        let stage =
+        let scenes =
             SceneBuilder::new(&header.scenery, header.state_columns, header.drawn_particles)?;
         let written = Arc::new(AtomicU64::new(0));
         let sink = CountingSink::new(sink, Arc::clone(&written));
@@ -83,7 +86,7 @@ impl<W: Write> Recorder<W> {
         })?;
         Ok(Self {
             header: header.clone(),
-            stage,
+            scenes,
             trails: Trails::new(),
             writer: Some(writer),
             recorded: header.topics().into_iter().filter(|topic| header.wants(topic)).collect(),
@@ -104,7 +107,7 @@ impl<W: Write> Recorder<W> {
         self.recorded.contains(&topic)
     }
 
-    /// Shows all that is recorded from here on to a observer; what was drawn once, at the start, is shown again.
+    /// Sends all messages from now on to an observer, starting with those that are drawn once at the start.
     ///
     /// # Errors
     /// A channel without a schema: a defect of the program.
@@ -113,8 +116,8 @@ impl<W: Write> Recorder<W> {
         if self.frames > 0 {
             let start = Timestamp::new(0, 0);
             for (topic, drawn) in [
-                (channels::WALLS, self.stage.walls_at_rest(start)),
-                (channels::LEGEND, self.stage.legend(start)),
+                (channels::WALLS, self.scenes.walls_at_rest(start)),
+                (channels::LEGEND, self.scenes.legend(start)),
             ] {
                 if self.wants(topic) {
                     observer.message(topic, 0, &drawn.encode_to_vec());
@@ -125,20 +128,20 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
-    /// An empty frame that keeps what this recording shows of contact forces, and no more.
+    /// An empty frame that keeps only the contact forces that this recording draws.
     #[must_use]
     pub fn empty_frame(&self) -> Frame {
         let draws = self.wants(channels::CONTACTS);
-        Frame::drawing_contacts(if draws { self.stage.contacts_at_most() } else { 0 })
+        Frame::drawing_contacts(if draws { self.scenes.contacts_at_most() } else { 0 })
     }
 
-    /// Frames written so far.
+    /// Number of frames written.
     #[must_use]
     pub fn frames_written(&self) -> u64 {
         self.frames
     }
 
-    /// Bytes that went to the sink so far; those of an open chunk are not among them.
+    /// Number of bytes written to the sink, without the open chunk.
     #[must_use]
     pub fn bytes_written(&self) -> u64 {
         self.written.load(Ordering::Relaxed)
@@ -194,7 +197,7 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
-    /// A frame whose state alone fills the chunk closes it at its end: its messages need not be remembered.
+    /// If the state of a frame fills the chunk, the chunk is closed at the end of the frame, and its messages are not stored.
     fn expect(&mut self, state_bytes: u64) {
         if let Some(Resumable { open, .. }) = &mut self.resumable
             && state_bytes >= CHUNK_PAYLOAD
@@ -204,7 +207,7 @@ impl<W: Write> Recorder<W> {
         }
     }
 
-    /// Adds a line to the log of the last frame written: what ended the run, say. Nothing before the first frame.
+    /// Adds a line to the log of the last frame, such as the reason for the end of the run. No effect before the first frame.
     ///
     /// # Errors
     /// A sink that fails.
@@ -218,7 +221,7 @@ impl<W: Write> Recorder<W> {
         self.write_log(&[line], log_time, time)
     }
 
-    /// Ends the recording with its outcome and gives the sink back, flushed but not synced.
+    /// Ends the recording with its outcome and returns the sink, flushed but not synced.
     ///
     /// # Errors
     /// A sink that fails; the recording is then torn.
@@ -282,33 +285,33 @@ impl<W: Write> Recorder<W> {
 
     fn draw(&mut self, frame: &Frame, log_time: u64, time: Timestamp) -> Result<(), RecordError> {
         if self.wants(channels::DISCS) {
-            self.message(channels::DISCS, log_time, &self.stage.discs(frame.state(), time))?;
+            self.message(channels::DISCS, log_time, &self.scenes.discs(frame.state(), time))?;
         }
         if self.wants(channels::VELOCITY) {
-            self.message(channels::VELOCITY, log_time, &self.stage.velocity(frame.state(), time))?;
+            self.message(channels::VELOCITY, log_time, &self.scenes.velocity(frame.state(), time))?;
         }
         if self.wants(channels::CONTACTS) {
             self.message(
                 channels::CONTACTS,
                 log_time,
-                &self.stage.contacts(frame.contacts(), time),
+                &self.scenes.contacts(frame.contacts(), time),
             )?;
         }
         if self.wants(channels::TRAIL) {
-            if let Some(positions) = self.stage.traced(frame.state()) {
+            if let Some(positions) = self.scenes.traced(frame.state()) {
                 self.trails.push(self.frames, positions);
             }
-            self.message(channels::TRAIL, log_time, &self.stage.trail(&self.trails, time))?;
+            self.message(channels::TRAIL, log_time, &self.scenes.trail(&self.trails, time))?;
         }
         if self.wants(channels::WALLS) {
             if !frame.walls().is_empty() {
-                self.message(channels::WALLS, log_time, &self.stage.walls(frame.walls(), time))?;
+                self.message(channels::WALLS, log_time, &self.scenes.walls(frame.walls(), time))?;
             } else if self.frames == 0 {
-                self.message(channels::WALLS, log_time, &self.stage.walls_at_rest(time))?;
+                self.message(channels::WALLS, log_time, &self.scenes.walls_at_rest(time))?;
             }
         }
         if self.frames == 0 && self.wants(channels::LEGEND) {
-            self.message(channels::LEGEND, log_time, &self.stage.legend(time))?;
+            self.message(channels::LEGEND, log_time, &self.scenes.legend(time))?;
         }
         Ok(())
     }
@@ -389,7 +392,7 @@ impl<W: Write> Drop for Recorder<W> {
     }
 }
 
-/// Every option, so that no default of a release or of this machine gets into the bytes.
+/// Sets every option, so that the bytes do not depend on defaults of a release or of the machine.
 fn write_options(compression: Compression) -> mcap::WriteOptions {
     mcap::WriteOptions::new()
         .profile("")

@@ -1,4 +1,4 @@
-//! What of a run is drawn and does not change: the container, the view, the range of colors.
+//! The constant part of a drawing: the container, the view and the color range.
 
 /// A wall.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! Where the container's bytes go, counted.
+//! The sink of the container's bytes, which counts them.
 
 use std::io::{self, Seek, SeekFrom, Write};
 use std::sync::Arc;

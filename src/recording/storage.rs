@@ -1,4 +1,4 @@
-//! Where recordings lie: in folders, or anywhere else that gives bytes from any place on.
+//! Storage of recordings: folders, or any other source of bytes with random access.
 
 use std::fmt;
 use std::fs::File;
@@ -6,27 +6,27 @@ use std::io::{self, Read, Seek};
 use std::path::Path;
 use std::time::SystemTime;
 
-/// Bytes that are read from any place on.
+/// An input with random access.
 pub trait Input: Read + Seek + Send {}
 
 impl<T: Read + Seek + Send> Input for T {}
 
 /// A file, opened.
 pub struct Opened {
-    /// Its bytes, from the first one on.
+    /// Its bytes, from the first one.
     pub input: Box<dyn Input>,
-    /// How many there are.
+    /// Number of bytes.
     pub bytes: u64,
-    /// When it was last changed, where that is known.
+    /// Time of the last change, if known.
     pub changed: Option<SystemTime>,
 }
 
-/// Where recordings lie.
+/// A storage of recordings.
 pub trait Storage: fmt::Debug + Send + Sync {
     /// Opens a file.
     ///
     /// # Errors
-    /// [`io::ErrorKind::NotFound`] where it is not there, else why it can't be read.
+    /// [`io::ErrorKind::NotFound`] if the file does not exist, or another error of the storage.
     fn open(&self, path: &Path) -> io::Result<Opened>;
 }
 

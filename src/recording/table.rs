@@ -1,4 +1,4 @@
-//! The exact state of one frame: a row a particle, a column a quantity.
+//! The exact state of one frame: one row per particle, one column per quantity.
 
 use crate::scene::{FRAME_ID, pose};
 use crate::state_column::StateColumn;

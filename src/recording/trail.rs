@@ -1,4 +1,4 @@
-//! The paths of the first particles so far, in a bounded number of points.
+//! The trajectories of the first particles, with a bounded number of points.
 
 use serde::{Deserialize, Serialize};
 

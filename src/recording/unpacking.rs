@@ -1,4 +1,4 @@
-//! Chunks unpacked side by side: a few threads take chunks as they come, and each result is taken by its ticket.
+//! Parallel decompression of chunks: threads take chunks in order of arrival, and each result is collected by its ticket.
 
 use crate::container::{Broken, Unpacked, Unpacker, is_packed};
 use std::io;

@@ -1,4 +1,4 @@
-//! Going on with a recording after a kill: what is kept beside the file, and how the file's bytes are taken up.
+//! Resumption of a recording after a kill: the recorder's part of the checkpoint, and the reuse of the file's bytes.
 
 use super::{Header, Recorder};
 use crate::error::RecordError;
