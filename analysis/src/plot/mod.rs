@@ -3,11 +3,16 @@
 mod axis;
 mod canvas;
 mod chart;
+pub mod drawing;
+mod error;
+pub(crate) mod page;
 mod picture;
+pub(crate) mod shapes_svg;
 
 pub use axis::{Axis, Scale, short_number, three_digits};
 pub use chart::{Chart, Curve, CurveStyle, Point, thinned};
-pub use picture::{Container, DrawnParticle, InnerWall, MAX_DRAWN_PARTICLES, Picture};
+pub use error::DrawingError;
+pub use picture::Picture;
 
 use serde::{Deserialize, Serialize};
 
@@ -19,11 +24,6 @@ pub enum Plot {
     /// A picture of particles in their container, to scale.
     Picture(Picture),
 }
-
-/// A plot that could not be drawn, with the message of the drawing library.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct DrawingError(pub String);
 
 impl Plot {
     /// The file name without its extension.
@@ -62,7 +62,7 @@ impl Plot {
     pub fn svg(&self) -> Result<Option<String>, DrawingError> {
         match self {
             Self::Chart(chart) => chart.svg(),
-            Self::Picture(picture) => picture.svg().map(Some),
+            Self::Picture(picture) => Ok(picture.svg()),
         }
     }
 }
