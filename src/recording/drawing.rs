@@ -2,12 +2,13 @@
 
 use foxglove::messages::{Color, Pose, SceneUpdate, line_primitive};
 use prost::Message;
+use serde::{Deserialize, Serialize};
 
 /// Red, green, blue.
 pub type Rgb = [u8; 3];
 
 /// What a scene shows. Lengths are in the state's unit, widths of lines in pixels of the viewer.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Shape {
     /// A filled disc.
     Disc {

@@ -1,6 +1,6 @@
 //! Plots of a run, and what the models' plots share.
 
-use crate::models::snapshots::NamedSnapshot;
+use crate::models::snapshots::{NamedSnapshot, Snapshots};
 use crate::plot::{Axis, Chart, Curve, CurveStyle, Picture, Plot, Point, short_number, thinned};
 use serde::{Deserialize, Serialize};
 
@@ -48,32 +48,37 @@ pub(crate) fn chart(stem: &str, title: &str, x: Axis, y: Axis, curves: Vec<Curve
     Plot::Chart(Chart { stem, title, x, y, equal_aspect: false, curves })
 }
 
-/// Pictures of the snapshots of a run; `caption` takes the number of particles and the time as text.
+/// Pictures of the snapshots of a run; `caption` takes the number of particles and the time as text, and `size` is that of
+/// the container.
 pub(crate) fn pictures(
-    placed: Vec<NamedSnapshot>,
-    what: &str,
+    snapshots: &Snapshots,
+    particles: &str,
     caption: impl Fn(&str, &str) -> String,
-    sheet: &Picture,
+    size: &str,
 ) -> Vec<Plot> {
-    placed
-        .into_iter()
-        .map(|NamedSnapshot { stem, words, snapshot }| {
-            let count = count_text(snapshot.particles, snapshot.bodies.len());
-            Plot::Picture(Picture {
-                stem: format!("state_at_{stem}"),
-                title: format!("{what} {words}"),
-                caption: caption(&count, &short_number(snapshot.time)),
-                bodies: snapshot.bodies,
-                ..sheet.clone()
-            })
+    let picture = |NamedSnapshot { stem, words, snapshot }: NamedSnapshot| {
+        let count = count_text(snapshot.particles, snapshot.drawing.discs.len());
+        Plot::Picture(Picture {
+            stem: format!("state_at_{stem}"),
+            title: format!("{particles} {words}"),
+            caption: caption(&count, &short_number(snapshot.time)),
+            size: size.to_owned(),
+            drawing: snapshot.drawing,
         })
-        .collect()
+    };
+    snapshots.named().into_iter().map(picture).collect()
+}
+
+/// Formats the size of a box.
+pub(crate) fn box_text(sides: [f64; 2], unit: &str) -> String {
+    let [width, height] = sides.map(|side| format!("{} {unit}", short_number(side)));
+    format!("box of {} × {}", width.trim_end(), height.trim_end())
 }
 
 /// Formats the number of particles and, if fewer are drawn, their number.
 fn count_text(particles: usize, drawn: usize) -> String {
     if drawn < particles {
-        format!("N = {particles} (the first {drawn} drawn)")
+        format!("N = {particles} ({drawn} drawn)")
     } else {
         format!("N = {particles}")
     }

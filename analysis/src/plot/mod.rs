@@ -3,11 +3,14 @@
 mod axis;
 mod canvas;
 mod chart;
+pub mod drawing;
+pub(crate) mod page;
 mod picture;
+pub(crate) mod shapes_svg;
 
 pub use axis::{Axis, Scale, short_number, three_digits};
 pub use chart::{Chart, Curve, CurveStyle, Point, thinned};
-pub use picture::{Container, DrawnParticle, InnerWall, MAX_DRAWN_PARTICLES, Picture};
+pub use picture::Picture;
 
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +65,7 @@ impl Plot {
     pub fn svg(&self) -> Result<Option<String>, DrawingError> {
         match self {
             Self::Chart(chart) => chart.svg(),
-            Self::Picture(picture) => picture.svg().map(Some),
+            Self::Picture(picture) => Ok(picture.svg()),
         }
     }
 }

@@ -3,22 +3,15 @@
 mod glyphs;
 mod png_file;
 mod raster;
-mod sheet;
-mod svg;
 
-use kinetoscope_recording::drawing::{Shape, read_shapes};
+use crate::plot::drawing::{Drawing, InvalidScene};
+use crate::plot::page::PageLayout;
+use crate::plot::shapes_svg;
 use kinetoscope_recording::error::ReadError;
-use kinetoscope_recording::reader::{RecordedFrame, Recording};
+use kinetoscope_recording::reader::Recording;
 use raster::Raster;
-use sheet::PageLayout;
 use std::num::NonZeroU32;
 use std::path::Path;
-
-/// Topics in drawing order, the lowest first. Arrows and force chains would cover a small picture.
-const LAYERS: [&str; 4] = ["/trail", "/walls", "/discs", "/legend"];
-
-/// The shapes of a frame by layer.
-type Drawing = [Vec<Shape>; LAYERS.len()];
 
 /// The format of a thumbnail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +56,9 @@ pub enum ThumbnailError {
     /// The recording cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// A recorded scene cannot be decoded.
+    #[error(transparent)]
+    Scene(#[from] InvalidScene),
     /// It cannot be drawn, with the reason.
     #[error("{0}")]
     NotDrawn(String),
@@ -90,15 +86,15 @@ pub fn thumbnail(
     let undrawn = || {
         ThumbnailError::NotDrawn("the recording has no drawing: record \"discs\" too".to_owned())
     };
-    let sheet = PageLayout::new(&drawings, options.width.get()).ok_or_else(undrawn)?;
+    let page = PageLayout::new(&drawings, options.width).ok_or_else(undrawn)?;
     match options.format {
         ThumbnailFormat::Svg => {
             let last = drawings.last().ok_or_else(undrawn)?;
-            Ok(svg::document(&sheet, last).into_bytes())
+            Ok(shapes_svg::document(&page, last).into_bytes())
         }
         ThumbnailFormat::Png { .. } => {
             let rasters: Vec<Raster> =
-                drawings.iter().map(|drawing| Raster::of(&sheet, drawing)).collect();
+                drawings.iter().map(|drawing| Raster::of(&page, drawing)).collect();
             let seconds = frames as f64 / playback_rate / rasters.len() as f64;
             png_file::file(&rasters, seconds).map_err(ThumbnailError::NotDrawn)
         }
@@ -123,26 +119,13 @@ fn drawings(recording: &Recording, chosen: &[u64]) -> Result<Vec<Drawing>, Thumb
         let frame = frame?;
         let wanted = chosen.contains(&frame.clock.frame);
         if wanted || frame.clock.frame == 0 {
-            draw(&frame, &mut layers)?;
+            layers.update(&frame)?;
         }
         if wanted {
             drawings.push(layers.clone());
         }
     }
     Ok(drawings)
-}
-
-fn draw(frame: &RecordedFrame, layers: &mut Drawing) -> Result<(), ThumbnailError> {
-    for (topic, layer) in LAYERS.iter().zip(layers) {
-        let message = frame.messages().iter().find(|message| message.topic() == *topic);
-        if let Some(message) = message {
-            *layer = read_shapes(message.payload()).ok_or_else(|| {
-                let frame = frame.clock.frame;
-                ThumbnailError::NotDrawn(format!("{topic} of frame {frame} is no drawing"))
-            })?;
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

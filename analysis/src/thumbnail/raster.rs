@@ -1,9 +1,9 @@
 //! Rasterization of a drawing. The coverage of a pixel follows from the distance of its center to the edge of the
 //! shape.
 
-use super::Drawing;
 use super::glyphs;
-use super::sheet::PageLayout;
+use crate::plot::drawing::Drawing;
+use crate::plot::page::PageLayout;
 use kinetoscope_recording::drawing::{Rgb, Shape};
 
 /// Dark gray, for text.
@@ -22,33 +22,33 @@ pub(super) struct Raster {
 
 impl Raster {
     /// Draws on a white background.
-    pub(super) fn of(sheet: &PageLayout, drawing: &Drawing) -> Self {
-        let (width, height) = (sheet.width, sheet.height);
+    pub(super) fn of(page: &PageLayout, drawing: &Drawing) -> Self {
+        let (width, height) = (page.width, page.height);
         let pixels = vec![[0xff; 3]; width as usize * height as usize];
         let mut raster = Self { width, height, pixels };
-        for shape in drawing.iter().flatten() {
-            raster.draw(sheet, shape);
+        for shape in drawing.shapes() {
+            raster.draw(page, shape);
         }
         raster
     }
 
-    fn draw(&mut self, sheet: &PageLayout, shape: &Shape) {
+    fn draw(&mut self, page: &PageLayout, shape: &Shape) {
         match shape {
             Shape::Disc { center, radius, color } => {
-                let (center, radius) = (sheet.place(*center), sheet.length(*radius));
+                let (center, radius) = (page.place(*center), page.length(*radius));
                 self.fill(*color, [center, center], radius, |point| {
                     radius - (point[0] - center[0]).hypot(point[1] - center[1])
                 });
             }
             Shape::Segments { segments, width_px, color } => {
-                let half_width = sheet.line_width(*width_px) / 2.0;
+                let half_width = page.line_width(*width_px) / 2.0;
                 for [from, to] in segments {
-                    self.segment([sheet.place(*from), sheet.place(*to)], half_width, *color);
+                    self.segment([page.place(*from), page.place(*to)], half_width, *color);
                 }
             }
             Shape::Rectangle { center, size, color } => {
-                let center = sheet.place(*center);
-                let [width, height] = size.map(|length| sheet.length(length) / 2.0);
+                let center = page.place(*center);
+                let [width, height] = size.map(|length| page.length(length) / 2.0);
                 // Neighbors overlap slightly, so that no seam is visible.
                 let half = [width + 0.5, height];
                 let reach = half[0].max(half[1]);
@@ -58,8 +58,8 @@ impl Raster {
                 });
             }
             Shape::Text { center, text } => {
-                let height = sheet.text_height();
-                for segment in glyphs::strokes(text, sheet.place(*center), height) {
+                let height = page.text_height();
+                for segment in glyphs::strokes(text, page.place(*center), height) {
                     self.segment(segment, (height / 14.0).max(0.55), INK);
                 }
             }
@@ -131,12 +131,13 @@ mod tests {
         };
         let black = [0; 3];
         let disc = Shape::Disc { center: [0.43, 0.52], radius: 0.2, color: black };
-        let drawing = [Vec::new(), vec![container], vec![disc], Vec::new()];
-        let sheet = PageLayout::new(std::slice::from_ref(&drawing), 106).unwrap();
-        let raster = Raster::of(&sheet, &drawing);
+        let drawing = Drawing { walls: vec![container], discs: vec![disc], ..Drawing::default() };
+        let page =
+            PageLayout::new(std::slice::from_ref(&drawing), 106.try_into().unwrap()).unwrap();
+        let raster = Raster::of(&page, &drawing);
         let covered: f64 =
             raster.pixels.iter().map(|pixel| 1.0 - f64::from(pixel[0]) / 255.0).sum();
-        let radius = sheet.length(0.2);
+        let radius = page.length(0.2);
         let area = std::f64::consts::PI * radius * radius;
         assert!((covered / area - 1.0).abs() < 0.01, "{covered} px of {area}");
     }

@@ -3,14 +3,11 @@
 use super::observe::{DemRun, EnergyBalance};
 use super::stress::StressLayer;
 use crate::models::contract::PlottedObserver;
-use crate::models::figures::{Figures, SharedCurve, chart, curve, pictures};
-use crate::plot::{
-    Axis, Container, Curve, CurveStyle, InnerWall, Picture, Plot, Point, short_number, thinned,
-};
+use crate::models::figures::{Figures, SharedCurve, box_text, chart, curve, pictures};
+use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, short_number, thinned};
 use crate::statistics::Estimate;
-use kinetoscope_manifest::model::{DemWall, DemWallShape, DiscRadius};
-use kinetoscope_manifest::quantity::Finite;
-use std::f64::consts::{PI, TAU};
+use kinetoscope_manifest::model::DiscRadius;
+use std::f64::consts::PI;
 
 impl PlottedObserver for DemRun {
     fn figures(&self) -> Figures {
@@ -175,45 +172,14 @@ fn states(run: &DemRun) -> Vec<Plot> {
         (DiscRadius::Equal(radius), _) => format!("r = {} m", short_number(radius.get())),
         (_, (min, max)) => format!("r = {} to {} m", short_number(min), short_number(max)),
     };
-    let [width, height] = [run.config.width_m.get(), run.config.height_m.get()];
-    let sheet = Picture::empty(Container::Rectangle([0.0, 0.0], [width, height]), "m", "m/s");
     let caption = |count: &str, time: &str| format!("{count}, {radius}, t = {time} s");
-    let placed = run.snapshots.named(run.equal_radius());
-    let times: Vec<f64> = placed.iter().map(|picture| picture.snapshot.time).collect();
-    let mut plots = pictures(placed, "Discs", caption, &sheet);
-    for (plot, time) in plots.iter_mut().zip(times) {
-        if let Plot::Picture(picture) = plot {
-            picture.inner_walls = run.config.walls.iter().map(|wall| wall_at(wall, time)).collect();
-        }
-    }
-    plots
-}
-
-/// Position of a wall at a time: displaced by u t + A sin(2 pi f t), where t advances only while the wall moves.
-pub(crate) fn wall_at(wall: &DemWall, time: f64) -> InnerWall {
-    let clock = match wall.moves_s {
-        Some([begin, end]) => time.clamp(begin.get(), end.get()) - begin.get(),
-        None => time,
-    };
-    let phase = (TAU * wall.frequency_hz.get() * clock).sin();
-    let moved = |place: [Finite; 2]| {
-        [0, 1].map(|axis: usize| {
-            let velocity = wall.velocity_m_per_s[axis].get();
-            place[axis].get() + velocity * clock + wall.amplitude_m[axis].get() * phase
-        })
-    };
-    match wall.shape {
-        DemWallShape::Segment { from_m, to_m } => InnerWall::Segment(moved(from_m), moved(to_m)),
-        DemWallShape::Drum { center_m, radius_m, .. } => {
-            InnerWall::Circle(moved(center_m), radius_m.get())
-        }
-    }
+    let size = box_text([run.config.width_m.get(), run.config.height_m.get()], "m");
+    pictures(&run.snapshots, "Discs", caption, &size)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kinetoscope_manifest::quantity::NonNegative;
 
     #[test]
     fn the_area_below_a_line_is_that_of_the_segment() {
@@ -223,27 +189,5 @@ mod tests {
         // A circular segment of height r/2: r^2 (pi/3 - sqrt(3)/4).
         let segment = PI / 3.0 - 3.0_f64.sqrt() / 4.0;
         assert!((area_below(-0.5, 1.0) - segment).abs() < 1e-14);
-    }
-
-    /// Setup: a wall with u = (1, 0) m/s that moves only between 0.1 s and 0.3 s.
-    #[test]
-    fn a_wall_is_drawn_where_it_is() {
-        let zero = NonNegative::literal(0.0);
-        let wall = DemWall {
-            shape: DemWallShape::Segment {
-                from_m: [Finite::literal(0.0); 2],
-                to_m: [Finite::literal(0.0), Finite::literal(1.0)],
-            },
-            velocity_m_per_s: [Finite::literal(1.0), Finite::literal(0.0)],
-            amplitude_m: [Finite::literal(0.0); 2],
-            frequency_hz: zero,
-            moves_s: Some([NonNegative::literal(0.1), NonNegative::literal(0.3)]),
-        };
-        for (time, x) in [(0.0, 0.0), (0.1, 0.0), (0.2, 0.1), (0.3, 0.2), (5.0, 0.2)] {
-            let InnerWall::Segment([from, _], _) = wall_at(&wall, time) else {
-                panic!("no segment")
-            };
-            assert!((from - x).abs() < 1e-15, "{time}: {from}");
-        }
     }
 }

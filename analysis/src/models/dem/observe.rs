@@ -12,8 +12,9 @@ use crate::metric::Measurement;
 use crate::models::contract::Observer;
 use crate::models::relative_change;
 use crate::models::series::Series;
-use crate::models::snapshots::Snapshots;
-use kinetoscope_manifest::model::{DemConfig, DiscRadius, PeriodicSides};
+use crate::models::snapshots::{Snapshots, StateStyle};
+use crate::plot::drawing;
+use kinetoscope_manifest::model::{DemConfig, DemWallShape, DiscRadius, PeriodicSides};
 use kinetoscope_recording::channels::{
     DemContactForces, DemContacts, DemEnergy, DemTemperature, DemWalls,
 };
@@ -95,8 +96,8 @@ impl DemRun {
         Self {
             rebounds: drop.then(|| Rebounds::new(-along, sag)),
             stress: StressProfile::new(&config),
+            snapshots: snapshots.with_style(state_style(&config)),
             config,
-            snapshots,
             energy_balance: Series::default(),
             outflow: Outflow::default(),
             cooling: Cooling::default(),
@@ -411,13 +412,14 @@ impl Observer for DemRun {
                 self.add_stress(time_s, &state, &forces);
             }
             self.add_state(time_s, &state, energy_balance.as_ref());
-            self.snapshots.add_frame(time_s, state, self.equal_radius());
+            self.snapshots.add_state(&frame, state);
             if self.reach_at_start_m.is_none() {
                 let width = self.config.width_m.get();
                 let discs = self.discs_at_end();
                 self.reach_at_start_m = discs.and_then(|discs| bed_shape::reach_m(&discs, width));
             }
         }
+        self.snapshots.keep_scenes(frame);
         Ok(())
     }
 
@@ -454,6 +456,22 @@ impl Observer for DemRun {
         self.scene_measurements(&mut found);
         found
     }
+}
+
+/// How states without scenes are drawn: in the box with its walls at rest.
+fn state_style(config: &DemConfig) -> StateStyle {
+    let outline = [[0.0; 2], [config.width_m.get(), config.height_m.get()]];
+    let at_rest = config.walls.iter().filter(|wall| wall.is_at_rest());
+    let inner = at_rest.map(|wall| match wall.shape {
+        DemWallShape::Segment { from_m, to_m } => {
+            drawing::wall(vec![[from_m, to_m].map(|end| end.map(|coordinate| coordinate.get()))])
+        }
+        DemWallShape::Drum { center_m, radius_m, .. } => {
+            drawing::circle(center_m.map(|coordinate| coordinate.get()), radius_m.get())
+        }
+    });
+    let walls = [drawing::rectangle(outline)].into_iter().chain(inner).collect();
+    StateStyle { walls, radius: config.radius_m.mean() }
 }
 
 /// All indices; `None` if one is missing.

@@ -9,11 +9,10 @@
 //! discs at rest between frictionless walls, the balance of forces at every height gives sigma_yy exactly: the weight
 //! of the discs whose centers are above, over the width.
 
-use super::figures::wall_at;
-use crate::plot::InnerWall;
 use crate::statistics::Estimate;
-use kinetoscope_manifest::model::{DemConfig, PeriodicSides};
+use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape, PeriodicSides};
 use kinetoscope_recording::channels::DemContactForces;
+use std::f64::consts::TAU;
 
 /// Maximum number of layers.
 const MOST_LAYERS: f64 = 200.0;
@@ -229,14 +228,52 @@ impl StressProfile {
 pub(super) fn floor_m(config: &DemConfig, time_s: f64) -> Option<f64> {
     match config.walls.as_slice() {
         [] => Some(0.0),
-        [wall] => match wall_at(wall, time_s) {
-            InnerWall::Segment(from, to) => {
-                let (left, right) = (from[0].min(to[0]), from[0].max(to[0]));
-                let spans = left <= 0.0 && right >= config.width_m.get();
-                (spans && from[1] == to[1]).then_some(from[1])
-            }
-            InnerWall::Circle(..) => None,
-        },
+        [wall] => {
+            let [from, to] = segment_at(wall, time_s)?;
+            let (left, right) = (from[0].min(to[0]), from[0].max(to[0]));
+            let spans = left <= 0.0 && right >= config.width_m.get();
+            (spans && from[1] == to[1]).then_some(from[1])
+        }
         _ => None,
+    }
+}
+
+/// Ends of a straight wall at a time, displaced by u t + A sin(2 pi f t), where t advances only while the wall moves; `None`
+/// for a drum. The stress needs the floor also in recordings without scenes.
+fn segment_at(wall: &DemWall, time_s: f64) -> Option<[[f64; 2]; 2]> {
+    let DemWallShape::Segment { from_m, to_m } = wall.shape else { return None };
+    let clock = match wall.moves_s {
+        Some([begin, end]) => time_s.clamp(begin.get(), end.get()) - begin.get(),
+        None => time_s,
+    };
+    let phase = (TAU * wall.frequency_hz.get() * clock).sin();
+    Some([from_m, to_m].map(|end| {
+        std::array::from_fn(|axis| {
+            let velocity = wall.velocity_m_per_s[axis].get();
+            end[axis].get() + velocity * clock + wall.amplitude_m[axis].get() * phase
+        })
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kinetoscope_manifest::quantity::{Finite, NonNegative};
+
+    /// Setup: a wall with u = (1, 0) m/s that moves only between 0.1 s and 0.3 s.
+    #[test]
+    fn a_wall_moves_only_in_its_interval() {
+        let [zero, one] = [0.0, 1.0].map(Finite::literal);
+        let wall = DemWall {
+            shape: DemWallShape::Segment { from_m: [zero; 2], to_m: [zero, one] },
+            velocity_m_per_s: [one, zero],
+            amplitude_m: [zero; 2],
+            frequency_hz: NonNegative::literal(0.0),
+            moves_s: Some([0.1, 0.3].map(NonNegative::literal)),
+        };
+        for (time, x) in [(0.0, 0.0), (0.1, 0.0), (0.2, 0.1), (0.3, 0.2), (5.0, 0.2)] {
+            let [[from, _], _] = segment_at(&wall, time).unwrap();
+            assert!((from - x).abs() < 1e-15, "{time}: {from}");
+        }
     }
 }

@@ -4,7 +4,7 @@ use super::laws as law;
 use super::observe::GasRun;
 use crate::models::contract::PlottedObserver;
 use crate::models::figures::{Figures, chart, curve, pictures};
-use crate::plot::{Axis, Container, CurveStyle, Picture, Plot, short_number};
+use crate::plot::{Axis, CurveStyle, Plot, short_number};
 use kinetoscope_recording::channels::GasSpeeds;
 
 impl PlottedObserver for GasRun {
@@ -89,10 +89,7 @@ fn speeds(histogram: &GasSpeeds, particles: u32) -> Plot {
 }
 
 fn states(run: &GasRun) -> Vec<Plot> {
-    let radius = run.config.radius_m.get();
-    let center = run.config.center_m.map(|center| center.get());
-    let sheet = Picture::empty(Container::Circle(center, radius), "m", "m/s");
-    let caption =
-        |count: &str, time: &str| format!("{count}, r = {} m, t = {time} s", short_number(radius));
-    pictures(run.snapshots.named(None), "Gas", caption, &sheet)
+    let radius = short_number(run.config.radius_m.get());
+    let caption = |count: &str, time: &str| format!("{count}, r = {radius} m, t = {time} s");
+    pictures(&run.snapshots, "Gas", caption, &format!("circle of radius {radius} m"))
 }

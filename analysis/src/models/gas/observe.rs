@@ -9,7 +9,8 @@ use crate::models::contract::Observer;
 use crate::models::max_or_nan;
 use crate::models::relative_change;
 use crate::models::series::Series;
-use crate::models::snapshots::Snapshots;
+use crate::models::snapshots::{Snapshots, StateStyle};
+use crate::plot::drawing;
 use crate::statistics::{Estimate, mean, standard_deviation};
 use kinetoscope_manifest::model::{GasConfig, PlaceDistribution};
 use kinetoscope_recording::channels::{
@@ -52,17 +53,25 @@ pub struct GasRun {
     first_mean_speed_m_per_s: Option<f64>,
 }
 
+/// Radius of a drawn point over that of the container.
+const POINT_OVER_CONTAINER: f64 = 0.006;
+
 impl GasRun {
     /// Creates an observer without frames.
     #[must_use]
     pub fn new(config: GasConfig, snapshots: Snapshots) -> Self {
+        let radius = config.radius_m.get();
+        let walls = vec![drawing::circle(config.center_m.map(|part| part.get()), radius)];
+        let particle =
+            config.disc_radius_m.map_or(POINT_OVER_CONTAINER * radius, |disc| disc.get());
+        let style = StateStyle { walls, radius: particle };
         Self {
             config,
             time_s: 0.0,
             pressure_series: Series::default(),
             pressure: None,
             histogram: None,
-            snapshots,
+            snapshots: snapshots.with_style(style),
             recorded_speeds: None,
             wall_collision_rates: Vec::new(),
             wall_collisions: None,
@@ -305,7 +314,7 @@ impl Observer for GasRun {
             if self.kinetics.inside_half_at_start.is_none() {
                 self.kinetics.inside_half_at_start = share_inside_half(&state, &self.config);
             }
-            self.snapshots.add_frame(self.time_s, state, None);
+            self.snapshots.add_state(&frame, state);
         }
         if let Some(speeds) = frame.get::<GasSpeeds>()? {
             self.kinetics.bins = speeds.density.len();
@@ -328,6 +337,7 @@ impl Observer for GasRun {
             self.kinetics.energy_j = Some(invariants.kinetic_j);
             self.add_invariants(invariants);
         }
+        self.snapshots.keep_scenes(frame);
         Ok(())
     }
 

@@ -3,9 +3,9 @@
 use super::laws as law;
 use super::observe::{PackingRun, VelocityMoments};
 use crate::models::contract::PlottedObserver;
-use crate::models::figures::{Figures, SharedCurve, chart, curve, pictures};
+use crate::models::figures::{Figures, SharedCurve, box_text, chart, curve, pictures};
 use crate::models::series::Series;
-use crate::plot::{Axis, Container, CurveStyle, Picture, Plot, Point, short_number, thinned};
+use crate::plot::{Axis, CurveStyle, Plot, Point, short_number, thinned};
 
 impl PlottedObserver for PackingRun {
     fn figures(&self) -> Figures {
@@ -133,8 +133,6 @@ fn displacement(run: &PackingRun) -> Vec<Plot> {
 }
 
 fn states(run: &PackingRun) -> Vec<Plot> {
-    let half = [run.config.width.get() / 2.0, run.config.height.get() / 2.0];
-    let container = Container::Rectangle(half.map(|side| -side), half);
     let fraction = run.packing_fraction().map_or("unknown".to_owned(), short_number);
     let radius = match run.equal_radius() {
         Some(radius) => format!("r = {}", short_number(radius)),
@@ -143,6 +141,6 @@ fn states(run: &PackingRun) -> Vec<Plot> {
     let caption = |count: &str, time: &str| {
         format!("{count}, {radius}, packing fraction {fraction}, t = {time}")
     };
-    let sheet = Picture::empty(container, "", "");
-    pictures(run.snapshots.named(run.equal_radius()), "Discs", caption, &sheet)
+    let size = box_text([run.config.width.get(), run.config.height.get()], "");
+    pictures(&run.snapshots, "Discs", caption, &size)
 }

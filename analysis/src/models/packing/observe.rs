@@ -9,7 +9,8 @@ use crate::metric::Measurement;
 use crate::models::contract::Observer;
 use crate::models::relative_change;
 use crate::models::series::Series;
-use crate::models::snapshots::Snapshots;
+use crate::models::snapshots::{Snapshots, StateStyle};
+use crate::plot::drawing;
 use crate::statistics::{Blocking, Estimate, Sum, mean};
 use kinetoscope_manifest::model::{Boundary, PackingConfig};
 use kinetoscope_recording::channels::{
@@ -88,12 +89,15 @@ impl PackingRun {
         let sides = [config.width.get(), config.height.get()];
         let periodic = config.boundary == Boundary::Periodic;
         let structure = Structure::new(config.radius.get(), sides, periodic);
+        let half = sides.map(|side| side / 2.0);
+        let walls = vec![drawing::rectangle([half.map(|side| -side), half])];
+        let style = StateStyle { walls, radius: config.radius.get() };
         Self {
             config,
             frames: Series::default(),
             pairs: Series::default(),
             collisions: Series::default(),
-            snapshots,
+            snapshots: snapshots.with_style(style),
             structure,
             displacement: Displacement::new(periodic.then_some(sides)),
             last_of_collisions: None,
@@ -404,7 +408,7 @@ impl Observer for PackingRun {
             }
             self.displacement.add_frame(time, &state);
             self.sizes = self.sizes_of(&state).or(self.sizes);
-            self.snapshots.add_frame(time, state, self.equal_radius());
+            self.snapshots.add_state(&frame, state);
         }
         let counts = frame.get::<PackingCollisions>()?;
         let pressure = frame.get::<PackingPressure>()?;
@@ -425,6 +429,7 @@ impl Observer for PackingRun {
             self.counts = Some(counts);
         }
         self.pressure = pressure.or(self.pressure.take());
+        self.snapshots.keep_scenes(frame);
         Ok(())
     }
 

@@ -1,34 +1,39 @@
-//! A drawing as an SVG document.
+//! Drawings as SVG elements.
 
-use super::Drawing;
-use super::sheet::PageLayout;
+use super::drawing::Drawing;
+use super::page::PageLayout;
 use kinetoscope_recording::drawing::{Rgb, Shape};
 use std::fmt::Write;
 
-/// Draws on a white background.
-pub(super) fn document(sheet: &PageLayout, drawing: &Drawing) -> String {
-    let (width, height) = (sheet.width, sheet.height);
+/// A whole document on a white background.
+pub(crate) fn document(page: &PageLayout, drawing: &Drawing) -> String {
+    let (width, height) = (page.width, page.height);
     let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#FFFFFF\"/>\n"
     );
-    for shape in drawing.iter().flatten() {
-        // Writing to a String cannot fail.
-        let _ = write_shape(&mut svg, sheet, shape);
-    }
+    write_shapes(&mut svg, page, drawing);
     svg + "</svg>\n"
 }
 
-fn write_shape(svg: &mut String, sheet: &PageLayout, shape: &Shape) -> std::fmt::Result {
+/// Writes the shapes of a drawing as SVG elements.
+pub(super) fn write_shapes(svg: &mut String, page: &PageLayout, drawing: &Drawing) {
+    for shape in drawing.shapes() {
+        // Writing to a String cannot fail.
+        let _ = write_shape(svg, page, shape);
+    }
+}
+
+fn write_shape(svg: &mut String, page: &PageLayout, shape: &Shape) -> std::fmt::Result {
     match shape {
         Shape::Disc { center, radius, color } => {
-            let ([x, y], radius) = (sheet.place(*center), sheet.length(*radius));
+            let ([x, y], radius) = (page.place(*center), page.length(*radius));
             let fill = hexadecimal(*color);
             writeln!(svg, "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius:.2}\" fill=\"{fill}\"/>")
         }
         Shape::Rectangle { center, size, color } => {
             let corner = [center[0] - size[0] / 2.0, center[1] + size[1] / 2.0];
             let ([x, y], [width, height]) =
-                (sheet.place(corner), size.map(|length| sheet.length(length)));
+                (page.place(corner), size.map(|length| page.length(length)));
             // Neighbors overlap slightly, so that no seam is visible.
             let (width, fill) = (width + 0.3, hexadecimal(*color));
             writeln!(
@@ -37,23 +42,23 @@ fn write_shape(svg: &mut String, sheet: &PageLayout, shape: &Shape) -> std::fmt:
             )
         }
         Shape::Segments { segments, width_px, color } => {
-            let (width, stroke) = (sheet.line_width(*width_px), hexadecimal(*color));
+            let (width, stroke) = (page.line_width(*width_px), hexadecimal(*color));
             write!(
                 svg,
                 "<path fill=\"none\" stroke-linecap=\"round\" stroke-width=\"{width:.2}\" stroke=\"{stroke}\" d=\""
             )?;
             for [from, to] in segments {
-                let ([x0, y0], [x1, y1]) = (sheet.place(*from), sheet.place(*to));
+                let ([x0, y0], [x1, y1]) = (page.place(*from), page.place(*to));
                 write!(svg, "M{x0:.2} {y0:.2}L{x1:.2} {y1:.2}")?;
             }
             writeln!(svg, "\"/>")
         }
         Shape::Text { center, text } => {
-            let ([x, y], size) = (sheet.place(*center), 1.4 * sheet.text_height());
-            let baseline = y + sheet.text_height() / 2.0;
+            let ([x, y], size) = (page.place(*center), 1.4 * page.text_height());
+            let baseline = y + page.text_height() / 2.0;
             writeln!(
                 svg,
-                "<text x=\"{x:.2}\" y=\"{baseline:.2}\" font-size=\"{size:.1}\" font-family=\"sans-serif\" text-anchor=\"middle\" fill=\"#202020\">{}</text>",
+                "<text x=\"{x:.2}\" y=\"{baseline:.2}\" font-size=\"{size:.1}\" font-family=\"sans-serif\" text-anchor=\"middle\" fill=\"#262626\">{}</text>",
                 escaped(text)
             )
         }
@@ -64,6 +69,7 @@ fn hexadecimal([red, green, blue]: Rgb) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-fn escaped(text: &str) -> String {
+/// Escapes text for XML.
+pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;")
 }

@@ -1,7 +1,8 @@
 //! Transformation from lengths to pixels of a picture.
 
-use super::Drawing;
+use super::drawing::Drawing;
 use kinetoscope_recording::drawing::Shape;
+use std::num::NonZeroU32;
 
 /// Margin over the width of the drawing.
 const MARGIN: f64 = 0.03;
@@ -16,11 +17,11 @@ const PANEL_WIDTH: f64 = 800.0;
 
 /// Page of a picture, or of all pictures of an animation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct PageLayout {
+pub(crate) struct PageLayout {
     /// Width, px.
-    pub(super) width: u32,
+    pub(crate) width: u32,
     /// Height, px.
-    pub(super) height: u32,
+    pub(crate) height: u32,
     /// Pixels per length unit.
     scale: f64,
     left: f64,
@@ -30,16 +31,17 @@ pub(super) struct PageLayout {
 impl PageLayout {
     /// Creates a page for the walls and the color bar; without walls drawn as lines, for everything in these drawings.
     /// `None` for an empty drawing.
-    pub(super) fn new(drawings: &[Drawing], width: u32) -> Option<Self> {
+    pub(crate) fn new(drawings: &[Drawing], width: NonZeroU32) -> Option<Self> {
+        let width = width.get();
         let is_line = |shape: &Shape| matches!(shape, Shape::Segments { .. });
         let mut bounds = Bounds::NOTHING;
-        for [trail, walls, discs, legend] in drawings {
+        for Drawing { trail, walls, discs, legend } in drawings {
             let enclosed = walls.iter().any(is_line);
             let beyond = trail.iter().chain(discs).filter(|_| !enclosed);
             walls.iter().chain(legend).chain(beyond).for_each(|shape| bounds.include(shape));
         }
         let letter = LETTER * TEXT_HEIGHT * (bounds.high[0] - bounds.low[0]);
-        for shape in drawings.iter().flatten().flatten() {
+        for shape in drawings.iter().flat_map(Drawing::shapes) {
             if let Shape::Text { center, text } = shape {
                 bounds.include_box(*center, [text.chars().count() as f64 * letter / 2.0, 0.0]);
             }
@@ -63,22 +65,22 @@ impl PageLayout {
     }
 
     /// Position of a point from the upper left corner, px.
-    pub(super) fn place(&self, point: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn place(&self, point: [f64; 2]) -> [f64; 2] {
         [(point[0] - self.left) * self.scale, (self.top - point[1]) * self.scale]
     }
 
     /// Converts a length to px.
-    pub(super) fn length(&self, length: f64) -> f64 {
+    pub(crate) fn length(&self, length: f64) -> f64 {
         length * self.scale
     }
 
     /// Converts a line width to px.
-    pub(super) fn line_width(&self, width_px: f64) -> f64 {
+    pub(crate) fn line_width(&self, width_px: f64) -> f64 {
         (width_px * f64::from(self.width) / PANEL_WIDTH).max(1.0)
     }
 
     /// Height of letters, px.
-    pub(super) fn text_height(&self) -> f64 {
+    pub(crate) fn text_height(&self) -> f64 {
         TEXT_HEIGHT * f64::from(self.width)
     }
 }
