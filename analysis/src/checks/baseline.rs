@@ -6,7 +6,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 
 /// Maximum difference in combined standard errors. Chance exceeds it for one in 16,000 unchanged metrics.
-const MOST_STANDARD_ERRORS: f64 = 4.0;
+const MAX_STANDARD_ERRORS: f64 = 4.0;
 /// Differences below this fraction of the value are rounding errors.
 const ROUNDING_SHARE: f64 = 1e-9;
 
@@ -149,9 +149,9 @@ fn compare(earlier: &BaselineMetric, metric: &Metric) -> BaselineComparison {
     }
     let error = errors.map(|error| error.unwrap_or(0.0));
     let common = error[0].hypot(error[1]);
-    let passed = same || apart.abs() <= MOST_STANDARD_ERRORS * common;
+    let passed = same || apart.abs() <= MAX_STANDARD_ERRORS * common;
     let finding = format!(
-        "{numbers}: {:.1} of {MOST_STANDARD_ERRORS} standard errors apart",
+        "{numbers}: {:.1} of {MAX_STANDARD_ERRORS} standard errors apart",
         if same { 0.0 } else { apart.abs() / common }
     );
     BaselineComparison::Judged(CheckResult {

@@ -1,6 +1,6 @@
 //! Text files for gnuplot, as in the exercises: `x y r` per line, one file per frame, and a script that plays them.
 
-use super::{ExportedRun, Exporter};
+use super::exporter::{ExportedRun, Exporter};
 use crate::write_file::WriteError;
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fmt::Write as _;

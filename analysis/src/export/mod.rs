@@ -1,5 +1,6 @@
 //! Export of recordings to formats of other programs, in a second pass over the frames.
 
+mod exporter;
 mod gnuplot;
 #[cfg(feature = "parquet")]
 mod parquet;
@@ -10,10 +11,9 @@ mod xyz;
 
 use crate::input::RecordingFolder;
 use crate::input::recording;
-use crate::models::contract::Extent;
 use crate::models::registry;
 use crate::write_file::{WriteError, create_folder};
-use kinetoscope_recording::reader::RecordedFrame;
+use exporter::{ExportedRun, Exporter};
 use std::path::{Path, PathBuf};
 
 /// A format of exported recordings.
@@ -52,27 +52,6 @@ pub enum ExportError {
     /// This program was built without the format.
     #[error("{NEEDS_PARQUET}")]
     NotBuiltIn,
-}
-
-/// Writes the frames of one recording in one format.
-trait Exporter {
-    /// Writes the next frame.
-    fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError>;
-
-    /// Writes buffered data and closes the files.
-    fn finish(&mut self) -> Result<(), WriteError>;
-}
-
-/// The exported run.
-struct ExportedRun {
-    extent: Extent,
-    columns: Vec<String>,
-}
-
-impl ExportedRun {
-    fn index(&self, name: &str) -> Option<usize> {
-        self.columns.iter().position(|column| column == name)
-    }
 }
 
 /// Exports the recordings of a folder to one subfolder of `folder` per recording; returns their number.

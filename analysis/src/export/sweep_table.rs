@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Maximum number of folders per table; further coordinates are columns.
-const MOST_FOLDERS: usize = 1000;
+const MAX_FOLDERS: usize = 1000;
 
 /// A metric with its run.
 type Row<'a> = (&'a Metric, &'a RunScope);
@@ -82,7 +82,7 @@ fn partition_keys(rows: &[Row<'_>]) -> Vec<String> {
         let folders: BTreeSet<PathBuf> = rows.iter().map(|row| folders(row.1, keys)).collect();
         folders.len()
     };
-    let fitting = (0..=all.len()).rev().find(|&length| count(&all[..length]) <= MOST_FOLDERS);
+    let fitting = (0..=all.len()).rev().find(|&length| count(&all[..length]) <= MAX_FOLDERS);
     all[..fitting.unwrap_or(0)].to_vec()
 }
 

@@ -1,6 +1,6 @@
 //! One table per topic, with the frame and its time in the first columns.
 
-use super::{ExportedRun, Exporter};
+use super::exporter::{ExportedRun, Exporter};
 use crate::write_file::WriteError;
 use kinetoscope_recording::channels;
 use kinetoscope_recording::fields::{FieldValue, read_fields};

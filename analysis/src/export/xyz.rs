@@ -1,6 +1,6 @@
 //! Extended XYZ for OVITO and ASE: every column of the state, the box, and the time.
 
-use super::{ExportedRun, Exporter};
+use super::exporter::{ExportedRun, Exporter};
 use crate::write_file::WriteError;
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fs::File;

@@ -29,7 +29,7 @@ pub struct SharedCurve {
 }
 
 /// Maximum number of points of a curve; more would not be visible.
-pub(crate) const MOST_POINTS: usize = 1500;
+pub(crate) const MAX_POINTS: usize = 1500;
 
 /// A curve without error bars, thinned to the visible points.
 pub(crate) fn curve(
@@ -39,7 +39,7 @@ pub(crate) fn curve(
     points: impl IntoIterator<Item = (f64, f64)>,
 ) -> Curve {
     let points = points.into_iter().map(|(x, y)| Point::bare(x, y)).collect();
-    Curve { name: name.into(), style, color, points: thinned(points, MOST_POINTS) }
+    Curve { name: name.into(), style, color, points: thinned(points, MAX_POINTS) }
 }
 
 /// A chart with unequal axes.

@@ -17,11 +17,11 @@ impl<T> Default for Series<T> {
 }
 
 impl<T> Series<T> {
-    const MOST: usize = 4096;
+    const MAX_LENGTH: usize = 4096;
 
     /// Adds the next entry.
     pub fn add(&mut self, entry: T) {
-        if self.seen.is_multiple_of(self.stride) && self.entries.len() == Self::MOST {
+        if self.seen.is_multiple_of(self.stride) && self.entries.len() == Self::MAX_LENGTH {
             let mut index = 0;
             self.entries.retain(|_| {
                 index += 1;

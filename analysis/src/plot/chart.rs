@@ -1,10 +1,10 @@
 //! Charts: curves, points with error bars, and theory lines over two axes.
 
-use super::DrawingError;
 use super::axis::{Axis, Layout};
 use super::canvas::{
     Canvas, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
 };
+use super::error::DrawingError;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use serde::{Deserialize, Serialize};

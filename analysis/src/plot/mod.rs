@@ -4,12 +4,14 @@ mod axis;
 mod canvas;
 mod chart;
 pub mod drawing;
+mod error;
 pub(crate) mod page;
 mod picture;
 pub(crate) mod shapes_svg;
 
 pub use axis::{Axis, Scale, short_number, three_digits};
 pub use chart::{Chart, Curve, CurveStyle, Point, thinned};
+pub use error::DrawingError;
 pub use picture::Picture;
 
 use serde::{Deserialize, Serialize};
@@ -22,11 +24,6 @@ pub enum Plot {
     /// A picture of particles in their container, to scale.
     Picture(Picture),
 }
-
-/// A plot that could not be drawn, with the message of the drawing library.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct DrawingError(pub String);
 
 impl Plot {
     /// The file name without its extension.

@@ -7,7 +7,7 @@ use std::num::NonZeroU32;
 /// Margin over the width of the drawing.
 const MARGIN: f64 = 0.03;
 /// Maximum ratio of height to width; taller drawings are cut off at the top.
-const HIGHEST: f64 = 2.0;
+const MAX_HEIGHT_OVER_WIDTH: f64 = 2.0;
 /// Height of letters over the picture's width.
 const TEXT_HEIGHT: f64 = 0.019;
 /// Width of a letter over its height.
@@ -53,7 +53,8 @@ impl PageLayout {
         }
         let margin = MARGIN * across;
         let scale = f64::from(width) / (across + 2.0 * margin);
-        let height = (scale * (up + 2.0 * margin)).ceil().min(HIGHEST * f64::from(width));
+        let height =
+            (scale * (up + 2.0 * margin)).ceil().min(MAX_HEIGHT_OVER_WIDTH * f64::from(width));
         Some(Self {
             width,
             height: height as u32,
@@ -67,6 +68,16 @@ impl PageLayout {
     /// Position of a point from the upper left corner, px.
     pub(crate) fn place(&self, point: [f64; 2]) -> [f64; 2] {
         [(point[0] - self.left) * self.scale, (self.top - point[1]) * self.scale]
+    }
+
+    /// Whether a disc is at least partly on the page; other shapes are always drawn.
+    pub(super) fn shows(&self, shape: &Shape) -> bool {
+        let Shape::Disc { center, radius, .. } = shape else { return true };
+        let (place, radius) = (self.place(*center), self.length(*radius));
+        // Comparisons with NaN are false.
+        [self.width, self.height].into_iter().zip(place).all(|(side, coordinate)| {
+            coordinate + radius >= 0.0 && coordinate - radius <= f64::from(side)
+        })
     }
 
     /// Converts a length to px.

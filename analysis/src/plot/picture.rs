@@ -32,13 +32,15 @@ impl Picture {
     pub fn svg(&self) -> Option<String> {
         let width = const { NonZeroU32::new(WIDTH).expect("not zero") };
         let page = PageLayout::new(std::slice::from_ref(&self.drawing), width)?;
+        let caption = match self.drawing.discs.iter().filter(|disc| !page.shows(disc)).count() {
+            0 => self.caption.clone(),
+            outside => format!("{}; {outside} far outside", self.caption),
+        };
         let (middle, height) = (WIDTH / 2, HEADER + page.height);
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} {height}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#FFFFFF\"/>\n"
         );
-        for (text, size, y) in
-            [(&self.title, 18, 26), (&self.caption, 15, 50), (&self.size, 14, 72)]
-        {
+        for (text, size, y) in [(&self.title, 18, 26), (&caption, 15, 50), (&self.size, 14, 72)] {
             svg += &format!(
                 "<text x=\"{middle}\" y=\"{y}\" font-size=\"{size}\" font-family=\"sans-serif\" text-anchor=\"middle\" fill=\"#262626\">{}</text>\n",
                 escaped(text)

@@ -15,9 +15,9 @@ pub(crate) fn document(page: &PageLayout, drawing: &Drawing) -> String {
     svg + "</svg>\n"
 }
 
-/// Writes the shapes of a drawing as SVG elements.
+/// Writes the shapes of a drawing as SVG elements, without discs outside the page.
 pub(super) fn write_shapes(svg: &mut String, page: &PageLayout, drawing: &Drawing) {
-    for shape in drawing.shapes() {
+    for shape in drawing.shapes().filter(|shape| page.shows(shape)) {
         // Writing to a String cannot fail.
         let _ = write_shape(svg, page, shape);
     }

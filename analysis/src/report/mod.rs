@@ -55,9 +55,9 @@ pub struct AnalysisReport {
 }
 
 /// Maximum number of sweep points with plots of single runs.
-const MOST_RUNS_DRAWN: usize = 6;
+const MAX_RUNS_DRAWN: usize = 6;
 /// Maximum number of sweep points in the terminal; the files contain all.
-const MOST_POINTS_SHOWN: usize = 6;
+const MAX_POINTS_SHOWN: usize = 6;
 
 /// Options of an analysis.
 #[derive(Clone, Debug, Default)]
@@ -158,7 +158,7 @@ pub fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Ve
 fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
     let mut drawn: Vec<(&[Coordinate], String)> = Vec::new();
     for run in &record.runs {
-        if drawn.len() == sweep::figures::MOST_CURVES {
+        if drawn.len() == sweep::figures::MAX_CURVES {
             break;
         }
         if !drawn.iter().any(|(coordinates, _)| *coordinates == run.coordinates) {
@@ -178,7 +178,7 @@ pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> Analy
         .map(|(run, coordinates)| {
             // One run per point is drawn, up to the number of curves in a chart, because plots take most of the memory.
             let with_figures =
-                drawn.len() < sweep::figures::MOST_CURVES && !drawn.contains(&coordinates);
+                drawn.len() < sweep::figures::MAX_CURVES && !drawn.contains(&coordinates);
             if with_figures {
                 drawn.push(coordinates.clone());
             }
@@ -285,7 +285,7 @@ fn plots(
     for plot in sweep::figures::comparisons(&drawn) {
         add(plot.stem().to_owned(), plot);
     }
-    for run in drawn.iter().take(MOST_RUNS_DRAWN) {
+    for run in drawn.iter().take(MAX_RUNS_DRAWN) {
         for plot in &run.figures.plots {
             let place = coordinates::file_part(&run.coordinates);
             let mut plot = plot.clone();
@@ -293,10 +293,10 @@ fn plots(
             add(format!("{}{place}", plot.stem()), plot);
         }
     }
-    if drawn.len() > MOST_RUNS_DRAWN {
+    if drawn.len() > MAX_RUNS_DRAWN {
         notes.push(format!(
-            "the first {MOST_RUNS_DRAWN} points of the sweep have plots of their own; plots of several runs show the first {}",
-            sweep::figures::MOST_CURVES
+            "the first {MAX_RUNS_DRAWN} points of the sweep have plots of their own; plots of several runs show the first {}",
+            sweep::figures::MAX_CURVES
         ));
     }
     all
@@ -405,7 +405,7 @@ impl AnalysisReport {
         }
         let points =
             coordinates::grouped(self.runs.iter().map(|run| (run.coordinates.clone(), run)));
-        for (place, runs) in points.iter().take(MOST_POINTS_SHOWN) {
+        for (place, runs) in points.iter().take(MAX_POINTS_SHOWN) {
             let here = |metric: &&Metric| metric.coordinates() == place.as_slice();
             let means: Vec<&Metric> = self
                 .metrics
@@ -428,8 +428,8 @@ impl AnalysisReport {
                 sections.push((format!("{name}mean of {complete} replicates"), means));
             }
         }
-        if points.len() > MOST_POINTS_SHOWN {
-            let rest = points.len() - MOST_POINTS_SHOWN;
+        if points.len() > MAX_POINTS_SHOWN {
+            let rest = points.len() - MAX_POINTS_SHOWN;
             sections
                 .push((format!("{rest} more points of the sweep: see metrics.csv"), Vec::new()));
         }

@@ -11,7 +11,7 @@ use crate::sweep::SweepPoint;
 use std::collections::BTreeSet;
 
 /// Maximum number of curves per chart: the number of distinct colors.
-pub const MOST_CURVES: usize = 7;
+pub const MAX_CURVES: usize = 7;
 
 /// All plots over the numeric axes of the sweep.
 #[must_use]
@@ -48,7 +48,7 @@ fn trade_off_plot(points: &[SweepPoint<'_>], trade_off: &TradeOff) -> Option<Plo
         trade_off.keys.iter().fold(point.coordinates.clone(), |places, key| without(&places, key))
     };
     let groups = grouped(points.iter().map(|point| (others(point), point)));
-    let groups = groups.iter().filter(|(_, group)| group.len() > 1).take(MOST_CURVES);
+    let groups = groups.iter().filter(|(_, group)| group.len() > 1).take(MAX_CURVES);
     let mut curves = Vec::new();
     for (color, (others, group)) in groups.enumerate() {
         let found = group.iter().filter_map(|point| {
@@ -87,7 +87,7 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
     let swept = points.iter().filter(|point| abscissa(point, key).is_some());
     let groups = grouped(swept.map(|point| (without(&point.coordinates, key), point)));
     let mut curves = Vec::new();
-    let groups = groups.iter().filter(|(_, group)| group.len() > 1).take(MOST_CURVES);
+    let groups = groups.iter().filter(|(_, group)| group.len() > 1).take(MAX_CURVES);
     for (index, (others, group)) in groups.enumerate() {
         let color = if ordinate.companion.is_some() { 2 * index } else { index };
         let label = coordinates::label(others);
@@ -256,7 +256,7 @@ pub fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
         };
         let curves: Vec<Curve> = runs
             .iter()
-            .take(MOST_CURVES)
+            .take(MAX_CURVES)
             .enumerate()
             .filter_map(|(color, run)| {
                 let points = of(run)?.points;

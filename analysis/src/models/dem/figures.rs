@@ -71,7 +71,7 @@ fn comparisons(run: &DemRun, start: f64) -> Vec<SharedCurve> {
     let points = |of: &dyn Fn(&EnergyBalance) -> f64| {
         let points =
             run.energy_balance.iter().map(|entry| Point::bare(entry.time_s, of(entry) / start));
-        thinned(points.collect(), crate::models::figures::MOST_POINTS)
+        thinned(points.collect(), crate::models::figures::MAX_POINTS)
     };
     vec![
         SharedCurve {
@@ -92,7 +92,7 @@ fn comparisons(run: &DemRun, start: f64) -> Vec<SharedCurve> {
 }
 
 /// Maximum number of slabs in the profile of the packing fraction; a slab is one mean diameter thick.
-const MOST_SLABS: usize = 200;
+const MAX_SLABS: usize = 200;
 
 /// Packing fraction of each slab of the box, from the floor to the highest disc.
 fn packing_by_height(run: &DemRun) -> Option<Plot> {
@@ -100,7 +100,7 @@ fn packing_by_height(run: &DemRun) -> Option<Plot> {
     let count = discs.len() as f64;
     let diameter = 2.0 * discs.iter().map(|disc| disc[2]).sum::<f64>() / count;
     let top = discs.iter().map(|disc| disc[1] + disc[2]).fold(0.0, f64::max);
-    let slabs = ((top / diameter).ceil() as usize).clamp(1, MOST_SLABS);
+    let slabs = ((top / diameter).ceil() as usize).clamp(1, MAX_SLABS);
     let thickness = top / slabs as f64;
     let mut covered = vec![0.0; slabs];
     for [_, height, radius, _] in discs {

@@ -16,7 +16,7 @@ pub(super) struct Rebounds {
 
 /// A rebound is used if its drop height is at least this multiple of the static sag m g / k: gravity during the contact
 /// then changes e by less than 0.001.
-const LEAST_HEIGHT_OVER_SAG: f64 = 1e4;
+const MIN_HEIGHT_OVER_SAG: f64 = 1e4;
 
 impl Rebounds {
     /// Creates a tracker for gravity (m/s^2, downward) and the static sag (m) of the disc on the floor.
@@ -24,7 +24,7 @@ impl Rebounds {
     pub(super) fn new(gravity: f64, sag: f64) -> Self {
         Self {
             gravity,
-            least_energy: LEAST_HEIGHT_OVER_SAG * gravity * sag,
+            least_energy: MIN_HEIGHT_OVER_SAG * gravity * sag,
             falling: None,
             restitutions: Vec::new(),
             contact_durations_s: Vec::new(),

@@ -15,9 +15,9 @@ use kinetoscope_recording::channels::DemContactForces;
 use std::f64::consts::TAU;
 
 /// Maximum number of layers.
-const MOST_LAYERS: f64 = 200.0;
+const MAX_LAYERS: f64 = 200.0;
 /// Fraction of the run's duration after which frames are averaged.
-const COUNTS_FROM: f64 = 0.9;
+const AVERAGED_FROM: f64 = 0.9;
 
 /// State of one disc, SI units.
 #[derive(Clone, Copy, Debug)]
@@ -103,13 +103,13 @@ impl StressProfile {
         let has_floor = !matches!(config.periodic, PeriodicSides::Y | PeriodicSides::Both);
         floor_m(config, 0.0).filter(|_| has_floor && gravity > 0.0)?;
         let height = config.height_m.get();
-        let thickness = (2.0 * config.radius_m.mean()).max(height / MOST_LAYERS);
+        let thickness = (2.0 * config.radius_m.mean()).max(height / MAX_LAYERS);
         let count = (height / thickness).ceil() as usize;
         Some(Self {
             width: config.width_m.get(),
             thickness,
             gravity,
-            since_s: COUNTS_FROM * config.duration_s.get(),
+            since_s: AVERAGED_FROM * config.duration_s.get(),
             layers: vec![LayerMeans::default(); count],
             horizontal_over_vertical: FrameMean::default(),
         })

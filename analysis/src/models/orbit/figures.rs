@@ -75,7 +75,7 @@ fn position_error(run: &OrbitRun) -> Plot {
 fn comparisons(run: &OrbitRun, first: &OrbitPoint) -> Vec<SharedCurve> {
     let points = |of: &dyn Fn(&OrbitPoint) -> f64| {
         let points = run.points.iter().map(|point| Point::bare(point.time_days, of(point)));
-        thinned(points.collect(), crate::models::figures::MOST_POINTS)
+        thinned(points.collect(), crate::models::figures::MAX_POINTS)
     };
     vec![
         SharedCurve {

@@ -5,7 +5,7 @@ use crate::statistics::{Estimate, mean_of_independent};
 use kinetoscope_recording::reader::StateTable;
 
 /// Maximum number of tracked particles: more would hardly reduce the errors, and each costs memory and time per frame.
-const MOST_PARTICLES: usize = 1000;
+const MAX_PARTICLES: usize = 1000;
 
 /// Fraction of a box side that a disc may travel between two frames. The nearest image is certain up to half a side;
 /// collisions may speed a disc up in between.
@@ -43,7 +43,7 @@ impl Displacement {
         let index = |name: &str| state.columns().iter().position(|column| column == name);
         let places = ["x", "y", "vx", "vy"].map(index);
         let [Some(x), Some(y), Some(vx), Some(vy)] = places else { return };
-        let rows = (0..state.rows().min(MOST_PARTICLES)).map(|particle| {
+        let rows = (0..state.rows().min(MAX_PARTICLES)).map(|particle| {
             let row = state.row(particle);
             [row[x], row[y], row[vx], row[vy]]
         });

@@ -80,7 +80,7 @@ fn comparison(run: &PackingRun) -> SharedCurve {
         title: "Temperature over its start".to_owned(),
         x: Axis::linear("collisions a disc, pair and wall", ""),
         y: Axis::linear("T / T at the start", ""),
-        points: thinned(points.collect(), crate::models::figures::MOST_POINTS),
+        points: thinned(points.collect(), crate::models::figures::MAX_POINTS),
     }
 }
 
