@@ -152,7 +152,7 @@ fn wall_collisions(criterion: &mut Criterion) {
     for particles in [1_000_u32, 100_000, 1_000_000] {
         let mut probe = gas(particles, Propagation::Exact);
         probe.advance(Target::Time(100.0 * FRAME), u64::MAX).unwrap();
-        let collisions = frame(&probe).get::<GasCollisions>().unwrap().wall / 100;
+        let collisions = frame(&probe).get::<GasCollisions>().unwrap().wall_collisions / 100;
         let mut group = criterion.benchmark_group(format!("gas_exact/{particles}"));
         group.throughput(Throughput::Elements(collisions)).sample_size(20);
         group.measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(500));

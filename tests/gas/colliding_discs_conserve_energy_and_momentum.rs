@@ -46,7 +46,7 @@ fn energy_and_angular_momentum_are_conserved() {
     let before = channel::<GasInvariants>(&gas);
     advance(&mut gas, Target::Time(60.0));
     let after = channel::<GasInvariants>(&gas);
-    let pairs = channel::<GasCollisions>(&gas).pair;
+    let pairs = channel::<GasCollisions>(&gas).pair_collisions;
     let energy = after.kinetic_j / before.kinetic_j - 1.0;
     // N m R v with the mean mass 2.
     let scale = 600.0 * config.mass_kg.get();
@@ -96,9 +96,9 @@ fn virial_theorem_holds_at_every_time() {
 fn collision_rate_follows_enskog() {
     let mut gas = gas(&discs(3000, 0.002), 5);
     advance(&mut gas, Target::Time(4.0));
-    let pairs_before = channel::<GasCollisions>(&gas).pair;
+    let pairs_before = channel::<GasCollisions>(&gas).pair_collisions;
     advance(&mut gas, Target::Time(44.0));
-    let pairs = (channel::<GasCollisions>(&gas).pair - pairs_before) as f64;
+    let pairs = (channel::<GasCollisions>(&gas).pair_collisions - pairs_before) as f64;
     let rate = 2.0 * pairs / 3000.0 / 40.0;
     let (diameter, reach) = (0.004, 0.998);
     let density = 2999.0 / (PI * reach * reach);
@@ -190,7 +190,7 @@ fn trajectory_equals_that_of_a_search_over_all_pairs() {
         .fold(0.0, f64::max);
     println!("{pairs} collisions, difference {max:e}");
     assert!(pairs > 90 && max < 1e-9);
-    assert_eq!(channel::<GasCollisions>(&gas).pair, pairs);
+    assert_eq!(channel::<GasCollisions>(&gas).pair_collisions, pairs);
 }
 
 /// Law: centers stay separated by a diameter, and inside the wall by a radius.

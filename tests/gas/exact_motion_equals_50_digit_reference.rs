@@ -48,7 +48,7 @@ fn path_after_a_thousand_wall_collisions_equals_the_reference() {
             max_difference(end.position, position).max(max_difference(end.velocity, velocity));
         println!("{collisions} wall collisions: error {error:e}");
         assert!(error < 1e-9);
-        assert_eq!(channel::<GasCollisions>(&gas).wall, collisions);
+        assert_eq!(channel::<GasCollisions>(&gas).wall_collisions, collisions);
         assert_eq!(gas.count(), collisions);
     }
 }
@@ -104,7 +104,7 @@ fn regular_polygons_close_after_their_corners() {
             let expected = [0, 1].map(|axis| from[axis] + fraction * (to[axis] - from[axis]));
             let error = max_difference(particles(&gas)[0].position, expected);
             assert!(error < 1e-10, "{corners} corners, {sides} sides: {error:e}");
-            assert_eq!(channel::<GasCollisions>(&gas).wall, done as u64);
+            assert_eq!(channel::<GasCollisions>(&gas).wall_collisions, done as u64);
             let sine = (angle / 2.0).sin();
             let impulse = 1e-26 * done * 2.0 * sine;
             let pressure = channel::<GasPressure>(&gas);
@@ -118,7 +118,7 @@ fn every_initial_state_is_defined() {
     let at = |start, time| {
         let mut gas = gas(&given(&[start]), 1);
         advance(&mut gas, Target::Time(time));
-        let collisions = channel::<GasCollisions>(&gas).wall;
+        let collisions = channel::<GasCollisions>(&gas).wall_collisions;
         (particles(&gas)[0], collisions, channel::<GasPressure>(&gas).wall_impulse_n_s)
     };
     // Initial state, time, position, velocity, wall collisions, each known without a formula.
@@ -172,7 +172,7 @@ fn number_of_frames_changes_no_bit() {
         assert_eq!(particles(&often), particles(&at_once));
         let (often, once) = (channel::<GasPressure>(&often), channel::<GasPressure>(&at_once));
         assert_eq!(often.measured_since_start_n_per_m, once.measured_since_start_n_per_m);
-        assert_eq!(collisions, channel::<GasCollisions>(&at_once).wall);
+        assert_eq!(collisions, channel::<GasCollisions>(&at_once).wall_collisions);
         // The windows cover the run without gaps: the sum of their impulses is the total, up to rounding.
         assert!((impulse / once.wall_impulse_n_s - 1.0).abs() < 1e-13);
     }

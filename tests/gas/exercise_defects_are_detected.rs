@@ -238,7 +238,7 @@ fn defect_9_without_collisions_speeds_are_constant_and_only_a_uniform_state_is_s
     let mut unchanged = gas(&GasConfig::default(), 9);
     let before = channel::<GasSpeeds>(&unchanged);
     advance(&mut unchanged, Target::Time(0.1));
-    assert!(channel::<GasCollisions>(&unchanged).wall > 10_000);
+    assert!(channel::<GasCollisions>(&unchanged).wall_collisions > 10_000);
     assert_eq!(channel::<GasSpeeds>(&unchanged).density, before.density);
     // Fraction of particles inside r/2, for the uniform initial state and for one with radius uniform in [0, r] (the control).
     let fraction = |particles: &[Particle]| {

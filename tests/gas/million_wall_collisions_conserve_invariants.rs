@@ -35,7 +35,7 @@ fn million_wall_collisions_conserve_speed_and_angular_momentum() {
         let mut run = gas(&GasConfig { propagation, ..exact.clone() }, 1);
         advance(&mut run, target);
         let invariants = channel::<GasInvariants>(&run);
-        let collisions = channel::<GasCollisions>(&run).wall;
+        let collisions = channel::<GasCollisions>(&run).wall_collisions;
         println!(
             "{name}: {collisions} wall collisions, |v| to {:e}, p x v to {:e}",
             invariants.max_speed_change_relative, invariants.max_angular_momentum_change_relative

@@ -86,7 +86,7 @@ fn path_in_a_moving_wall_equals_that_by_bisection() {
             by_bisection(Particle { position: start.0, velocity: start.1 }, wall_speed, 20.0);
         let error = max_difference(particles(&run)[0].position, end.position);
         println!("u = {wall_speed}: {collisions} wall collisions, error {error:e}");
-        assert_eq!(channel::<GasCollisions>(&run).wall, collisions);
+        assert_eq!(channel::<GasCollisions>(&run).wall_collisions, collisions);
         assert!(error < 1e-9);
         // Control: a wall at rest gives another path.
         let at_rest = by_bisection(Particle { position: start.0, velocity: start.1 }, 0.0, 20.0).0;

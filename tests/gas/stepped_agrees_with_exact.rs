@@ -93,7 +93,7 @@ fn every_time_step_follows_the_exact_path() {
         }
         println!("dt = {time_step}: error {error:e}");
         assert!(error < 1e-10);
-        assert_eq!(channel::<GasCollisions>(&gas).wall, 426 + 1174);
+        assert_eq!(channel::<GasCollisions>(&gas).wall_collisions, 426 + 1174);
     }
 }
 

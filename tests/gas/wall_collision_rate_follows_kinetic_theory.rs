@@ -70,7 +70,7 @@ fn wall_collision_rate_is_two_v_over_pi_r() {
     for seed in 0..5 {
         let mut gas = gas(&equal_speeds(10_000), seed);
         advance(&mut gas, Target::Time(time));
-        let rate = channel::<GasCollisions>(&gas).wall as f64 / (1e4 * time);
+        let rate = channel::<GasCollisions>(&gas).wall_collisions as f64 / (1e4 * time);
         let variance = (0.5 - 4.0 / (PI * PI)) + 1.0 / (6.0 * time * time);
         let deviation = (rate - 2.0 / PI) / (variance / 1e4).sqrt();
         println!("rate {rate}, theory {}, {deviation} standard errors", 2.0 / PI);

@@ -42,7 +42,7 @@ fn speed_and_angular_momentum_are_conserved_and_no_particle_leaves() {
                 *max = if change > *max { change } else { *max };
             }
         }
-        let collisions = channel::<GasCollisions>(&gas).wall;
+        let collisions = channel::<GasCollisions>(&gas).wall_collisions;
         println!(
             "{propagation:?}: {collisions} wall collisions, speed {:e}, angular momentum {:e}",
             max_change[0], max_change[1]

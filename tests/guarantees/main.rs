@@ -43,4 +43,6 @@ mod layouts_name_what_is_recorded;
 // A large recorded DEM bed stays within its bytes per disc.
 mod dem_memory_a_disc;
 // Paths named in documents exist; packages, unsafe code and imports stay where they belong.
+mod layers;
+
 mod tidy;

@@ -17,10 +17,10 @@
 use crate::run::{advance, exercise, finished, given, observe, prepare};
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
+use kinetoscope_physics::orbit::integrators::{EXPLICIT_EULER, SEMI_IMPLICIT_EULER};
 use kinetoscope_physics::orbit::kepler::Kepler;
 use kinetoscope_physics::orbit::motion::{State, angular_momentum, dot, energy, length};
 use kinetoscope_physics::orbit::single_step::{Method, take_step};
-use kinetoscope_physics::orbit::integrators::{EXPLICIT_EULER, SEMI_IMPLICIT_EULER};
 use kinetoscope_physics::orbit::{BARYCENTRIC_START, Orbit};
 
 /// Period of the exercise's initial state, days (50-digit arithmetic).

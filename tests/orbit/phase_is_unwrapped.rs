@@ -17,7 +17,7 @@ const PLANE_START: State = State { position: [2.0, 0.0, 0.0], velocity: [0.0, 0.
 
 #[test]
 fn angle_is_continuous_forward_and_backward() {
-    let plane = Plane::of(PLANE_START);
+    let plane = OrbitalPlane::of(PLANE_START);
     // Angles in tenths of pi, less than half a revolution apart.
     let path = [
         0, 4, 8, 11, 9, 12, 15, 19, 21, 18, 24, 29, 33, 28, 22, 18, 13, 8, 11, 8, 3, -3, -7, -12,
@@ -40,7 +40,7 @@ fn angle_is_continuous_forward_and_backward() {
 
 #[test]
 fn branch_cut_belongs_to_the_first_half_for_both_signs_of_zero() {
-    let plane = Plane::of(PLANE_START);
+    let plane = OrbitalPlane::of(PLANE_START);
     let [above, below] = [[-1.0, 0.5, 0.0], [-1.0, -0.5, 0.0]];
     for zero in [0.0, -0.0] {
         let branch = [-1.0, zero, zero];

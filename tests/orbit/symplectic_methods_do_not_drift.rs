@@ -39,8 +39,8 @@ fn max_errors_with_sums<const COMPENSATED: bool>(method: &impl Method) -> MaxErr
     let zeros = State { position: [0.0; 3], velocity: [0.0; 3] };
     let mut integration = IntegrationState::<_, COMPENSATED>::new(&FixedSun, state, zeros);
     for step in 0..146_100 {
-        method.step(&mut walker, 0.25);
-        let state = walker.phase;
+        method.step(&mut integration, 0.25);
+        let state = integration.phase;
         let half = &mut errors.energy[usize::from(step >= 73_050)];
         *half = half.max((energy(state) / energy_start - 1.0).abs());
         let drift = (length(angular_momentum(state)) / momentum_start - 1.0).abs();

@@ -29,7 +29,7 @@ fn temperature_follows_haffs_law() {
             .map(|replicate| {
                 let mut packing = prepare(&config, 10, replicate);
                 advance_to_count(&mut packing, 1500);
-                let pairs = message::<PackingCollisions>(&packing).pair as f64;
+                let pairs = message::<PackingCollisions>(&packing).pair_collisions as f64;
                 let ratio = message::<PackingTemperature>(&packing).temperature_over_initial;
                 -ratio.ln() / ((1.0 - restitution * restitution) * pairs / 500.0)
             })

@@ -29,7 +29,7 @@ fn trajectories_are_bitwise_identical_if_n_is_a_power_of_four() {
             advance_to_count(&mut slow, u64::from(frame * discs));
             assert_eq!(slow.time(), plain.time() * stretch, "n = {discs}, frame {frame}");
             let collisions = [&plain, &slow].map(message::<PackingCollisions>);
-            assert_eq!(collisions[0].pair, collisions[1].pair);
+            assert_eq!(collisions[0].pair_collisions, collisions[1].pair_collisions);
             for (one, other) in disc_states(&plain).iter().zip(disc_states(&slow)) {
                 assert_eq!(one.position, other.position);
                 assert_eq!(one.velocity, other.velocity.map(|component| component * stretch));
@@ -57,17 +57,19 @@ fn trajectories_agree_to_rounding_for_other_n() {
     }
 }
 
-/// Whether the mean of T over replicates is 2 (1 - 1/n) variance within 4.5 standard errors, and its scatter is sqrt(4 (n - 1)) / n variance
+/// Whether the mean of <v^2> over replicates is 2 (1 - 1/n) variance within 4.5 standard errors, and its scatter is sqrt(4 (n - 1)) / n variance
 /// within 20 %.
-fn has_temperature_of(config: &PackingConfig, variance: f64) -> bool {
+fn has_mean_square_velocity_of(config: &PackingConfig, variance: f64) -> bool {
     let discs = f64::from(config.discs.get());
-    let temperatures: Vec<f64> = (0..1000)
-        .map(|replicate| message::<PackingTemperature>(&prepare(config, 8, replicate)).temperature)
+    let mean_squares: Vec<f64> = (0..1000)
+        .map(|replicate| {
+            message::<PackingTemperature>(&prepare(config, 8, replicate)).mean_square_velocity
+        })
         .collect();
-    let (mean, error) = mean_and_standard_error(&temperatures);
+    let (mean, error) = mean_and_standard_error(&mean_squares);
     let expected = 2.0 * (1.0 - 1.0 / discs) * variance;
     let scatter = (4.0 * (discs - 1.0)).sqrt() / discs * variance / (1000.0_f64).sqrt();
-    println!("n {discs}: T {mean:.5} +- {error:.5}, expected {expected:.5} +- {scatter:.5}");
+    println!("n {discs}: <v^2> {mean:.5} +- {error:.5}, expected {expected:.5} +- {scatter:.5}");
     (mean - expected).abs() < 4.5 * scatter && (error / scatter - 1.0).abs() < 0.2
 }
 
@@ -75,10 +77,10 @@ fn has_temperature_of(config: &PackingConfig, variance: f64) -> bool {
 fn initial_temperature_follows_chi_square() {
     for discs in [2_u32, 5, 50] {
         let config = at_fraction(discs, 0.03);
-        assert!(has_temperature_of(&config, 1.0));
-        assert!(has_temperature_of(&modified(&config), 1.0 / f64::from(discs)));
+        assert!(has_mean_square_velocity_of(&config, 1.0));
+        assert!(has_mean_square_velocity_of(&modified(&config), 1.0 / f64::from(discs)));
         // Control.
-        assert!(!has_temperature_of(&modified(&config), 1.0));
+        assert!(!has_mean_square_velocity_of(&modified(&config), 1.0));
     }
 }
 

@@ -122,7 +122,7 @@ fn full_harness_energy_is_conserved_without_overlap_in_a_hundred_million_collisi
         let energy = message::<PackingTemperature>(&packing).kinetic_energy;
         drift = drift.max((energy / start - 1.0).abs());
     }
-    let pairs = message::<PackingCollisions>(&packing).pair;
+    let pairs = message::<PackingCollisions>(&packing).pair_collisions;
     println!("{pairs} collisions: largest overlap {overlap:e}, energy {drift:e}");
     assert_eq!(pairs, 100_000_000);
     assert!(overlap < 1e-12 && drift < 1e-12);

@@ -64,7 +64,7 @@ fn outcome_equals_the_closed_form() {
             let after = parts(contact, &disc_states(&packing));
             assert!(obeys(&before, &after, restitution), "offset {offset}, alpha {restitution}");
             assert!(!obeys(&before, &after, restitution - 1e-9 / before.normal.abs()));
-            assert_eq!(message::<PackingCollisions>(&packing).pair, 1);
+            assert_eq!(message::<PackingCollisions>(&packing).pair_collisions, 1);
 
             // The virial is the diameter times the normal impulse (1 + alpha) |g| / 2.
             let virial = message::<PackingPressure>(&packing).collision_virial_sum;
@@ -87,7 +87,7 @@ fn head_on_pair_collides_at_exact_times() {
         assert_eq!(packing.time(), 3.0 + 36.0 * f64::from(round) + 18.0);
     }
     let collisions = message::<PackingCollisions>(&packing);
-    assert_eq!((collisions.pair, collisions.wall), (1000, 2000));
+    assert_eq!((collisions.pair_collisions, collisions.wall_collisions), (1000, 2000));
 }
 
 /// Discs that narrowly miss each other do not collide, and neither do discs that touch and separate or move in parallel.
@@ -99,7 +99,7 @@ fn missing_separating_and_parallel_discs_do_not_collide() {
     for config in [missing, separating, parallel] {
         let mut packing = prepare(&config, 0, 0);
         advance_to_count(&mut packing, 2);
-        assert_eq!(message::<PackingCollisions>(&packing).wall, 2);
+        assert_eq!(message::<PackingCollisions>(&packing).wall_collisions, 2);
     }
 }
 

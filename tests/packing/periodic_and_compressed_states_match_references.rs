@@ -134,7 +134,7 @@ fn periodic_box_conserves_momentum_and_energy() {
     advance_to_count(&mut packing, 200_000);
     let after = message::<PackingTemperature>(&packing).kinetic_energy;
     assert!((after / energy - 1.0).abs() < 1e-12, "{:e}", after / energy - 1.0);
-    assert_eq!(message::<PackingCollisions>(&packing).wall, 0);
+    assert_eq!(message::<PackingCollisions>(&packing).wall_collisions, 0);
     for axis in 0..2 {
         let momentum: f64 = disc_states(&packing).iter().map(|disc| disc.velocity[axis]).sum();
         assert!(momentum.abs() < 1e-10, "{momentum:e}");

@@ -33,7 +33,10 @@ fn frames(_: &RunManifest) -> Frames {
             let mut frame = Frame::new();
             (0..2).for_each(|disc| frame.push_state(&state(index, disc)));
             frame.push(&PackingTemperature { a2: 0.1, ..PackingTemperature::default() });
-            frame.push(&PackingCollisions { pair: 7 * index, ..PackingCollisions::default() });
+            frame.push(&PackingCollisions {
+                pair_collisions: 7 * index,
+                ..PackingCollisions::default()
+            });
             (Clock { count: index, time: index as f64 / 7.0 }, frame)
         })
         .collect()

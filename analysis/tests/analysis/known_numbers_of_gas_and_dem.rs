@@ -55,7 +55,10 @@ fn gas_frames(run: &RunManifest) -> Frames {
                 particles_outside: 1 - index as u64,
                 ..GasInvariants::default()
             });
-            frame.push(&GasCollisions { wall: 7 * index as u64, ..GasCollisions::default() });
+            frame.push(&GasCollisions {
+                wall_collisions: 7 * index as u64,
+                ..GasCollisions::default()
+            });
             (Clock { count: index as u64, time }, frame)
         })
         .collect()

@@ -123,9 +123,9 @@ impl Gas {
     fn collisions(&self) -> GasCollisions {
         let (wall, pairs) = (&self.state.wall, self.scheme.pair_tally());
         GasCollisions {
-            wall: wall.total.collisions,
+            wall_collisions: wall.total.collisions,
             wall_collisions_since_last_frame: wall.window.collisions,
-            pair: pairs.collisions,
+            pair_collisions: pairs.collisions,
             pair_collisions_since_last_frame: pairs.window_collisions,
             pair_virial_sum_j_s: self.state.substance.mass_kg * pairs.virial.value(),
         }

@@ -131,8 +131,8 @@ impl CollisionStatistics {
         let mean_square = now.mean_square_speed();
         let initial = self.initial_mean_square_speed;
         PackingTemperature {
-            temperature: mean_square,
-            kinetic_temperature: 0.5 * mean_square,
+            mean_square_velocity: mean_square,
+            temperature: 0.5 * mean_square,
             a2: now.a2(),
             temperature_over_initial: if initial > 0.0 { mean_square / initial } else { 1.0 },
             kinetic_energy: now.kinetic_energy(),
@@ -143,8 +143,8 @@ impl CollisionStatistics {
     pub(super) fn collisions(&self, time: f64) -> PackingCollisions {
         let rate = |count: f64| if time > 0.0 { count / (self.moments.count * time) } else { 0.0 };
         PackingCollisions {
-            pair: self.pairs,
-            wall: self.walls,
+            pair_collisions: self.pairs,
+            wall_collisions: self.walls,
             pair_collision_rate_per_disc: rate(2.0 * self.pairs as f64),
             wall_collision_rate_per_disc: rate(self.walls as f64),
         }
@@ -210,7 +210,7 @@ impl CollisionSeries {
         PerCollision {
             event: self.event.clone(),
             time: self.time.clone(),
-            temperature: self.mean_square_speed.clone(),
+            mean_square_velocity: self.mean_square_speed.clone(),
             a2: self.a2.clone(),
         }
     }

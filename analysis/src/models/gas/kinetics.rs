@@ -96,10 +96,10 @@ impl Kinetics {
                 std::f64::consts::PI.sqrt() / 2.0,
             ),
             against(
-                metric::KURTOSIS,
-                fourth / (square * square),
-                2.0 / particles.sqrt(),
-                2.0 * particles / (particles + 1.0),
+                metric::A2,
+                fourth / (2.0 * square * square) - 1.0,
+                1.0 / particles.sqrt(),
+                -1.0 / (particles + 1.0),
             ),
         ]);
     }
@@ -116,8 +116,8 @@ impl Kinetics {
         let scatter = relaxed.then(|| (2.0 * freedom).sqrt() / (2.0 * particles));
         let theory = relaxed.then(|| freedom / (2.0 * particles));
         let of = |value: f64| Estimate { value, standard_error: scatter };
-        found.push(Measurement::new(metric::EXCESS_H, of(*last)).against(theory));
-        found.push(Measurement::new(metric::EXCESS_H_AT_START, *first));
+        found.push(Measurement::new(metric::RELATIVE_ENTROPY, of(*last)).against(theory));
+        found.push(Measurement::new(metric::RELATIVE_ENTROPY_AT_START, *first));
         if let Some(square) = inputs.mean_square.filter(|square| *square > 0.0) {
             let least = law::least_h(square);
             let theory = theory.map(|excess| least + excess);

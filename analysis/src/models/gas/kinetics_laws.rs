@@ -10,8 +10,8 @@ pub const MAXWELL_MEAN: Law = Law {
     source: "Maxwell's law in two dimensions",
 };
 /// Relaxation to Maxwell's distribution, by the fourth moment.
-pub const MAXWELL_KURTOSIS: Law = Law {
-    statement: "<v^4>/<v^2>^2 = 2N/(N + 1) after many collisions",
+pub const MAXWELL_A2: Law = Law {
+    statement: "a2 = -1/(N + 1) after many collisions",
     source: "Maxwell's law in two dimensions, N discs of a fixed energy",
 };
 /// Minimum of Boltzmann's H.

@@ -23,11 +23,11 @@ definitions! {
     EFFUSION_RATE: "effusion_rate", "1/s", "/energy_balance: particles that left over time; error sqrt of their number", [law::EFFUSION], 0.0;
     ADIABATIC_INVARIANT: "adiabatic_invariant", "1", "/energy_balance: energy times area, last frame over the first", [law::ADIABATIC], 0.0;
     TEMPERATURE_THERMALISED: "temperature.thermalized", "K", "speeds of the last frame; error T / sqrt(N)", [law::THERMALISATION], 0.0;
-    EXCESS_H: "relative_entropy", "1", "/energy_balance: H above Maxwell's, last frame; error of discs that have collided, sqrt(2 (bins - 2))/(2N)", [kinetics::LEAST_H], 0.0;
-    EXCESS_H_AT_START: "relative_entropy.start", "1", "/energy_balance: H above Maxwell's, first frame", [], 0.0;
+    RELATIVE_ENTROPY: "relative_entropy", "1", "/energy_balance: H above Maxwell's, last frame; error of discs that have collided, sqrt(2 (bins - 2))/(2N)", [kinetics::LEAST_H], 0.0;
+    RELATIVE_ENTROPY_AT_START: "relative_entropy.start", "1", "/energy_balance: H above Maxwell's, first frame", [], 0.0;
     H_FUNCTION: "h_function", "1", "/energy_balance and speeds, last frame: H above Maxwell's and -ln(pi e <v^2>), velocities in m/s; error as of relative_entropy", [kinetics::LEAST_H], 0.0;
     MEAN_OVER_RMS: "mean_speed_over_rms", "1", "speeds of the last frame: <v>/sqrt(<v^2>); error of discs 0.135/sqrt(N)", [kinetics::MAXWELL_MEAN], 0.0;
-    KURTOSIS: "a2", "1", "speeds of the last frame: <v^4>/<v^2>^2; error of discs 2/sqrt(N)", [kinetics::MAXWELL_KURTOSIS], 0.0;
+    A2: "a2", "1", "speeds of the last frame: <v^4>/(2 <v^2>^2) - 1; error of discs 1/sqrt(N)", [kinetics::MAXWELL_A2], 0.0;
     PAIR_RATE: "pair_collision_rate_per_disc", "1/s", "/collisions: collisions of two discs a disc over the second half of the run; error by the root of their number", [kinetics::ENSKOG_RATE], 0.0;
     COMPRESSIBILITY: "compressibility_factor", "1", "/collisions, /energy: 1 + W/(2 E t), W the virial of the pairs since the start; error 1.13 (Z - 1) over the root of their number", [kinetics::HENDERSON], 0.0;
     PRESSURE_DRIFT: "pressure.second_half_over_first", "1", "/pressure: mean over the second half of the run over that of the first; error sqrt(3) R / (v_rms t/2 sqrt(2N))", [kinetics::STATIONARY], 0.0;

@@ -321,9 +321,9 @@ impl Observer for GasRun {
             self.histogram = Some(speeds);
         }
         if let Some(collisions) = frame.get::<GasCollisions>()? {
-            self.wall_collisions = Some(collisions.wall);
-            let GasCollisions { pair, pair_virial_sum_j_s, .. } = collisions;
-            self.kinetics.pairs.add((self.time_s, pair as f64, pair_virial_sum_j_s));
+            self.wall_collisions = Some(collisions.wall_collisions);
+            let GasCollisions { pair_collisions, pair_virial_sum_j_s, .. } = collisions;
+            self.kinetics.pairs.add((self.time_s, pair_collisions as f64, pair_virial_sum_j_s));
         }
         // Computed once, because the moments take longer than all else of a frame.
         if self.first_mean_speed_m_per_s.is_none() {

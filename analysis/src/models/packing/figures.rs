@@ -34,7 +34,7 @@ fn collisions_axis() -> Axis {
 
 fn temperature(run: &PackingRun) -> Plot {
     let measured = series(run).iter().map(|moments| (moments.events, moments.temperature));
-    let mut curves = vec![curve("T = <v²>", CurveStyle::Line, 0, measured)];
+    let mut curves = vec![curve("T = <v²>/2", CurveStyle::Line, 0, measured)];
     if let Some(start) = run.frames.first() {
         let restitution = run.config.restitution.get();
         let discs = run.config.discs.get();
@@ -47,7 +47,8 @@ fn temperature(run: &PackingRun) -> Plot {
     }
     let ends = [run.frames.first(), run.frames.last()].map(|end| end.map(|end| end.temperature));
     let cooled = matches!(ends, [Some(first), Some(last)] if last < first / 30.0);
-    let y = if cooled { Axis::logarithmic("T = <v²>", "") } else { Axis::linear("T = <v²>", "") };
+    let y =
+        if cooled { Axis::logarithmic("T = <v²>/2", "") } else { Axis::linear("T = <v²>/2", "") };
     chart("temperature", "Temperature against collisions", collisions_axis(), y, curves)
 }
 

@@ -4,10 +4,11 @@ use super::laws as law;
 use crate::metric::definition::definitions;
 
 definitions! {
-    TEMPERATURE_INITIAL: "temperature.initial", "", "<v^2>, first frame", [], 0.0;
-    TEMPERATURE_FINAL: "temperature.final", "", "<v^2>, last frame", [law::COOLING], 0.0;
-    TEMPERATURE_RATIO: "temperature.final_over_initial", "1", "<v^2>, last over first", [law::COOLING], 1e-9;
-    TEMPERATURE_KINETIC: "temperature.kinetic_final", "", "<v^2>/2 = k_B T/m, last frame", [], 0.0;
+    TEMPERATURE_INITIAL: "temperature.initial", "", "<v^2>/2 = kT/m, first frame", [], 0.0;
+    TEMPERATURE_FINAL: "temperature.final", "", "<v^2>/2 = kT/m, last frame", [law::COOLING], 0.0;
+    TEMPERATURE_RATIO: "temperature.final_over_initial", "1", "<v^2>, last frame over first", [law::COOLING], 1e-9;
+    MEAN_SQUARE_VELOCITY_INITIAL: "mean_square_velocity.initial", "", "<v^2>, first frame: the packing exercise's temperature", [], 0.0;
+    MEAN_SQUARE_VELOCITY_FINAL: "mean_square_velocity.final", "", "<v^2>, last frame: the packing exercise's temperature", [], 0.0;
     ENERGY_DRIFT: "energy.drift_relative", "1", "kinetic energy, last frame against the first", [law::ELASTIC_ENERGY], 1e-9;
     A2_FINAL: "a2.final", "1", "<v^4>/(2 <v^2>^2) - 1, last frame", [], 0.0;
     A2_MEAN: "a2.mean", "1", "mean over time (over events for alpha < 1) after 5 events a disc; error by blocking", [law::A2_FIXED_ENERGY, law::A2_FIXED_MOMENTUM, law::A2_COOLING], 0.0;

@@ -27,7 +27,7 @@ pub struct VelocityMoments {
     pub events: f64,
     /// Simulated time.
     pub time: f64,
-    /// <v^2>.
+    /// <v^2>/2 = kT/m.
     pub temperature: f64,
     /// <v^4> / (2 <v^2>^2) - 1.
     pub a2: f64,
@@ -132,8 +132,10 @@ impl PackingRun {
 
     /// Adds recorded collisions; a2 is constant from one collision to the next.
     fn add_collisions(&mut self, batch: &PerCollision) {
-        let columns = batch.event.iter().zip(&batch.time).zip(&batch.temperature).zip(&batch.a2);
-        for (((&event, &time), &temperature), &a2) in columns {
+        let columns =
+            batch.event.iter().zip(&batch.time).zip(&batch.mean_square_velocity).zip(&batch.a2);
+        for (((&event, &time), &mean_square), &a2) in columns {
+            let temperature = mean_square / 2.0;
             let moments = VelocityMoments { events: event as f64, time, temperature, a2 };
             if let Some(before) = self.last_of_collisions
                 && self.settled(before.events)
@@ -158,7 +160,7 @@ impl PackingRun {
             if self.settled(before.events) {
                 self.a2_by_frames.add_weighted((before.a2 + moments.a2) / 2.0, step);
             }
-            let speed = |moments: &VelocityMoments| (moments.temperature / 2.0).sqrt();
+            let speed = |moments: &VelocityMoments| moments.temperature.sqrt();
             let mean = mean_while_cooling(speed(before), speed(&moments));
             self.thermal_speed.0.add(mean * step);
             self.thermal_speed.1.add(step);
@@ -243,7 +245,7 @@ impl PackingRun {
     fn temperature_measurements(&self, found: &mut Vec<Measurement>) {
         let (Some(first), Some(last)) = (self.frames.first(), self.frames.last()) else { return };
         let restitution = self.config.restitution.get();
-        let pairs = self.counts.as_ref().map(|counts| counts.pair as f64);
+        let pairs = self.counts.as_ref().map(|counts| counts.pair_collisions as f64);
         let cooled = match (self.elastic(), pairs) {
             (true, _) => Some(1.0),
             (false, pairs) => {
@@ -257,7 +259,8 @@ impl PackingRun {
             Measurement::new(metric::TEMPERATURE_FINAL, last.temperature)
                 .against(cooled.map(|cooled| cooled * first.temperature)),
             Measurement::new(metric::TEMPERATURE_RATIO, ratio).against(cooled),
-            Measurement::new(metric::TEMPERATURE_KINETIC, last.temperature / 2.0),
+            Measurement::new(metric::MEAN_SQUARE_VELOCITY_INITIAL, 2.0 * first.temperature),
+            Measurement::new(metric::MEAN_SQUARE_VELOCITY_FINAL, 2.0 * last.temperature),
             Measurement::new(metric::ENERGY_DRIFT, drift).against(self.elastic().then_some(0.0)),
             Measurement::new(metric::A2_FINAL, last.a2),
         ]);
@@ -419,14 +422,14 @@ impl Observer for PackingRun {
             let amount = |of: fn(&PackingPressure) -> f64| pressure.as_ref().map_or(0.0, of);
             self.add_totals(CollisionTotals {
                 time,
-                pair: count(|counts| counts.pair),
-                wall: count(|counts| counts.wall),
+                pair: count(|counts| counts.pair_collisions),
+                wall: count(|counts| counts.wall_collisions),
                 energy_integral: amount(|pressure| pressure.kinetic_energy_time_integral),
                 virial: amount(|pressure| pressure.collision_virial_sum),
             });
         }
         if let Some(counts) = counts {
-            self.pairs.add((events, counts.pair as f64));
+            self.pairs.add((events, counts.pair_collisions as f64));
             self.counts = Some(counts);
         }
         self.pressure = pressure.or(self.pressure.take());
@@ -467,6 +470,7 @@ fn moments_of(state: &StateTable) -> Option<(f64, f64)> {
         squares += square;
         fourths += square * square;
     }
-    let temperature = squares / count;
-    (count > 0.0).then(|| (temperature, fourths / count / (2.0 * temperature * temperature) - 1.0))
+    let mean_square = squares / count;
+    let a2 = fourths / count / (2.0 * mean_square * mean_square) - 1.0;
+    (count > 0.0).then_some((mean_square / 2.0, a2))
 }

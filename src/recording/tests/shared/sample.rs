@@ -85,7 +85,7 @@ pub(crate) fn fill(frame: &mut Frame, index: u64, particles: usize) {
     frame.push(&PerCollision {
         event: vec![1, 2],
         time: vec![0.1, 0.2],
-        temperature: vec![1.0, 0.9],
+        mean_square_velocity: vec![1.0, 0.9],
         a2: vec![0.0, -0.1],
     });
     if index.is_multiple_of(2) {
