@@ -1,25 +1,25 @@
-//! What the user is told in words: of the start, of a refusal, of a blow-up.
+//! Messages: the facts of a start, a rejection, a blow-up.
 
-use super::Dem;
-use super::contacts::Partner;
-use super::discs::Discs;
-use super::materials::Dashpot;
-use super::parameters::Parameters;
-use super::stability::{Diagnosis, figure};
-use super::{remedies, restitution, start, step};
-use crate::model::{Model, SimulationFault};
+use crate::dem::diagnosis::suggestions;
+use crate::dem::diagnosis::{Diagnosis, figure};
+use crate::dem::discs::Discs;
+use crate::dem::materials::Dashpot;
+use crate::dem::parameters::Parameters;
+use crate::dem::totals::{BlowUp, Partner};
+use crate::dem::{restitution, start};
+use crate::model::SimulationFault;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement, UnstableTimeStep};
 
-/// Why a start is refused and which values would do; the same words warn where it runs all the same.
-pub(super) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
+/// The reasons for a rejection and the suggestions; the same text is the warning if the run starts anyway.
+pub(in crate::dem) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> String {
     let mut sentences = diagnosis.problems();
-    let remedies = remedies::find(config);
-    if remedies.is_empty() {
+    let suggestions = suggestions::find(config);
+    if suggestions.is_empty() {
         sentences.push("No single value helps: change two of them together.".to_owned());
     } else {
         sentences.push(format!(
             "The nearest values that would do, each alone: {}.",
-            remedies.join("; ")
+            suggestions.join("; ")
         ));
     }
     if config.integrator != DemIntegrator::ImplicitDashpot {
@@ -33,8 +33,8 @@ pub(super) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
     sentences.join(" ")
 }
 
-/// The start in numbers, a line each.
-pub(super) fn facts(
+/// The figures of the start, one line each.
+pub(in crate::dem) fn facts(
     config: &DemConfig,
     parameters: &Parameters,
     diagnosis: &Diagnosis,
@@ -45,7 +45,7 @@ pub(super) fn facts(
         Placement::Lattice => "on a square lattice",
         Placement::Given(_) => "as given",
         Placement::Recorded(_) => {
-            "where the recording ended, springs of friction unstretched and numbers anew"
+            "where the recording ended, springs of friction unstretched and discs renumbered"
         }
     };
     vec![
@@ -64,7 +64,7 @@ pub(super) fn facts(
     ]
 }
 
-/// The true number of steps of a contact: the dem exercise's formula counts m where two discs have m/2.
+/// The true number of steps per contact: the DEM exercise's formula has the mass m where two discs have m/2.
 fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
     let steps = |effective_mass: f64| {
         let law = &parameters.law;
@@ -107,33 +107,39 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
     )
 }
 
-/// What went wrong, where and when, and what to do.
-pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> SimulationFault {
+/// The message of a blow-up after a number of steps, at a time in s: its place and what to change.
+pub(in crate::dem) fn fault(
+    parameters: &Parameters,
+    discs: &Discs,
+    (count, time): (u64, f64),
+    damping_step: f64,
+    blow_up: BlowUp,
+) -> SimulationFault {
     let what = match blow_up {
-        step::BlowUp::Overlap(disc, partner, over_radius) => {
+        BlowUp::Overlap(disc, partner, over_radius) => {
             let partner = match partner {
-                Partner::Disc(partner) => format!("disc {}", model.discs.ids[partner as usize]),
+                Partner::Disc(partner) => format!("disc {}", discs.ids[partner as usize]),
                 Partner::Wall(wall) => format!("wall {wall}"),
             };
             format!(
                 "disc {} and {partner} overlap by {} radii",
-                model.discs.ids[disc as usize],
+                discs.ids[disc as usize],
                 figure(over_radius)
             )
         }
-        step::BlowUp::Outside(disc) => {
-            let ([x, y], [vx, vy]) = (model.discs.positions[disc], model.discs.velocities[disc]);
-            let id = model.discs.ids[disc];
+        BlowUp::Outside(disc) => {
+            let ([x, y], [vx, vy]) = (discs.positions[disc], discs.velocities[disc]);
+            let id = discs.ids[disc];
             format!(
                 "the center of disc {id} left the box, at ({x:e}, {y:e}) m with a velocity of ({vx:e}, {vy:e}) m/s"
             )
         }
-        step::BlowUp::Residual(share) => format!(
-            "the energy ledger does not close: its residual is {} of all the energy there was",
+        BlowUp::Residual(share) => format!(
+            "the energy balance does not close: its residual is {} of all energy",
             figure(share)
         ),
     };
-    let advice = if model.damping_step >= 0.3 && !model.parameters.law.is_implicit {
+    let advice = if damping_step >= 0.3 && !parameters.law.is_implicit {
         "The dashpot is too strong for the time step: take more steps_per_wall_contact (or a shorter time_step_s), less \
          damping_n_s_per_m (or a higher restitution), or integrator = \"implicit-dashpot\"."
     } else {
@@ -142,8 +148,8 @@ pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> SimulationFault {
     };
     SimulationFault(format!(
         "Blow-up at step {} (t = {:e} s): {what}. c = eta dt/m_eff = {}. {advice}",
-        model.count,
-        model.time(),
-        figure(model.damping_step)
+        count,
+        time,
+        figure(damping_step)
     ))
 }

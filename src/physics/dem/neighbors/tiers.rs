@@ -1,0 +1,181 @@
+//! The pairs of a block in tiers of increasing gap: pairs in or near contact come first.
+//!
+//! A pair whose gap was g when the list was built stays apart while no disc has moved by g/2. Therefore, a step visits only the
+//! first tiers, and one more whenever the displacement of the fastest disc has grown by another fraction of the skin. The wider
+//! the skin, the smaller the visited part of the list: a wide skin costs memory, and lists are built less often.
+
+use crate::dem::block::TIERS;
+use crate::simd::dispatch::{self, Kernel};
+
+/// The part of the lists and of the box that a step must visit.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::dem) struct Scope {
+    /// Tiers that have pairs which may be in contact.
+    pub(in crate::dem) tiers: usize,
+    /// Bound of the displacement of any disc since the lists were built, m.
+    pub(in crate::dem) moved: f64,
+    /// Displacement up to which every disc is inside the box, m.
+    pub(in crate::dem) clearance: f64,
+    /// Sum of the largest displacements of all steps since the lists were built, m.
+    pub(in crate::dem) displacement: f64,
+    /// The number of the lists.
+    pub(in crate::dem) list: u64,
+    /// Distance beyond contact up to which pairs are listed, m.
+    pub(in crate::dem) skin: f64,
+    /// Whether there are so many discs that copies of near pairs would take too much memory.
+    pub(in crate::dem) spares_memory: bool,
+}
+
+impl Scope {
+    /// Tiers that have pairs which may come into contact before the fastest discs have moved by a distance, in m.
+    pub(in crate::dem) fn tiers_within(&self, distance: f64) -> usize {
+        if self.tiers == TIERS {
+            return TIERS;
+        }
+        Ord::max(self.tiers, in_reach(self.moved + distance, self.skin))
+    }
+}
+
+/// The number of leading tiers that contain every pair which may be in contact, if no disc has moved further than `moved`, in m,
+/// since the list was built with a skin.
+pub(in crate::dem) fn in_reach(moved: f64, skin: f64) -> usize {
+    // Gaps are rounded in their last digits.
+    let begun = 2.000_001 * moved / skin * TIERS as f64;
+    Ord::min(begun as usize + 1, TIERS)
+}
+
+/// The tier of a gap, in m, in a list with a skin.
+#[inline(always)]
+fn tier_of(gap: f64, skin: f64) -> u8 {
+    let tier = (gap / skin * TIERS as f64) as i32;
+    // Discs that overlap belong to the first.
+    Ord::clamp(tier, 0, TIERS as i32 - 1) as u8
+}
+
+/// Finds the tiers of pairs by their squared distances, m^2, and their reach r_i + r_j, m.
+pub(in crate::dem) fn find([squared, reach]: [&[f64]; 2], skin: f64, tiers: &mut [u8]) {
+    dispatch::run(Tiers { squared, reach, skin, tiers });
+}
+
+struct Tiers<'a> {
+    squared: &'a [f64],
+    reach: &'a [f64],
+    skin: f64,
+    tiers: &'a mut [u8],
+}
+
+impl Kernel for Tiers<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let gaps = self.squared.iter().zip(self.reach);
+        for (tier, (&squared, &reach)) in self.tiers.iter_mut().zip(gaps) {
+            *tier = tier_of(squared.sqrt() - reach, self.skin);
+        }
+    }
+}
+
+/// Sorts pairs by tier; within a tier they keep the order in which they were found.
+#[derive(Default)]
+pub(in crate::dem) struct Sorter {
+    order: Vec<u32>,
+    quarters: Vec<u32>,
+}
+
+/// Parts of a list that are counted and sorted in turn, so that a pair does not wait for the counter of the one before.
+const PARTS: usize = 4;
+
+impl Sorter {
+    /// Finds the order of pairs, and the end of each tier.
+    pub(in crate::dem) fn sort(&mut self, tiers: &[u8]) -> [u32; TIERS] {
+        let length = tiers.len() / PARTS;
+        let (parts, rest) = tiers.split_at(PARTS * length);
+        let parts: [&[u8]; PARTS] =
+            std::array::from_fn(|part| &parts[part * length..(part + 1) * length]);
+        // The place of the next pair of each part and tier. The remainder belongs to the last part.
+        let mut next = [[0_u32; TIERS]; PARTS];
+        for number in 0..length {
+            for (counts, tiers) in next.iter_mut().zip(parts) {
+                counts[usize::from(tiers[number]) % TIERS] += 1;
+            }
+        }
+        for &tier in rest {
+            next[PARTS - 1][usize::from(tier) % TIERS] += 1;
+        }
+        let mut end = 0;
+        let mut begin_next = |count: &mut u32| {
+            end += *count;
+            *count = end - *count;
+            end
+        };
+        let ends = std::array::from_fn(|tier| {
+            next.each_mut().map(|counts| begin_next(&mut counts[tier]))[PARTS - 1]
+        });
+        self.order.resize(tiers.len(), 0);
+        let mut place = |part: usize, number: usize, tier: u8| {
+            let next = &mut next[part][usize::from(tier) % TIERS];
+            self.order[*next as usize] = number as u32;
+            *next += 1;
+        };
+        for number in 0..length {
+            for (part, tiers) in parts.into_iter().enumerate() {
+                place(part, part * length + number, tiers[number]);
+            }
+        }
+        for (number, &tier) in rest.iter().enumerate() {
+            place(PARTS - 1, PARTS * length + number, tier);
+        }
+        ends
+    }
+
+    /// Interleaves the four quarters of the first tier, which ends at `end`; the remainder follows. Four successive pairs then
+    /// have different discs, so that no addition to a force waits for the one before.
+    pub(in crate::dem) fn interleave_quarters(&mut self, end: u32) {
+        let quarter = end as usize / 4;
+        let interleaved = &mut self.order[..4 * quarter];
+        self.quarters.clear();
+        self.quarters.extend_from_slice(interleaved);
+        for (quarter_number, numbers) in
+            self.quarters.chunks_exact(Ord::max(quarter, 1)).enumerate()
+        {
+            for (places, &number) in interleaved.as_chunks_mut::<4>().0.iter_mut().zip(numbers) {
+                places[quarter_number] = number;
+            }
+        }
+    }
+
+    /// For each place in the list, the number of the pair found.
+    pub(in crate::dem) fn order(&self) -> &[u32] {
+        &self.order
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sort_is_stable_for_any_length() {
+        for length in 0..100_u32 {
+            let tier = |number: u32| (number * number % 23 % TIERS as u32) as u8;
+            let tiers: Vec<u8> = (0..length).map(tier).collect();
+            let mut sorted: Vec<u32> = (0..length).collect();
+            sorted.sort_by_key(|&number| tier(number));
+            let mut sorter = Sorter::default();
+            let ends = sorter.sort(&tiers);
+            assert_eq!(sorter.order(), sorted);
+            for (tier, &end) in (0..).zip(&ends) {
+                assert_eq!(tiers.iter().filter(|&&other| other <= tier).count(), end as usize);
+            }
+        }
+    }
+
+    #[test]
+    fn quarters_are_interleaved() {
+        let mut sorter = Sorter { order: (0..12).collect(), quarters: Vec::new() };
+        sorter.interleave_quarters(10);
+        // Quarters of two, interleaved; two remain, and two belong to another tier.
+        assert_eq!(sorter.order(), [0, 2, 4, 6, 1, 3, 5, 7, 8, 9, 10, 11]);
+    }
+}

@@ -1,0 +1,338 @@
+//! Registers of one, four (AVX2) or eight (AVX-512) numbers, so that a formula is written once for every width.
+//!
+//! Operators act lane by lane. Each operation is rounded by IEEE 754 as that of a single number and is never fused; therefore,
+//! results have the same bits at every width. Width 1 is plain `f64` arithmetic with checked indices and runs on every processor.
+//!
+//! # Safety
+//! - A value of an [`InstructionSet`] proves that the processor has the instructions: [`run`] is the only function that creates
+//!   one, after detection. Every register comes from an instruction set, so operations on it need no second check.
+//! - Everything is inlined into a function that is compiled for the instructions.
+
+#![allow(unsafe_code)]
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// Numbers in the widest register.
+pub(crate) const MAX_WIDTH: usize = 8;
+
+/// A loop over columns of numbers that is generic over the register. `run` must be `#[inline(always)]`.
+pub(crate) trait RegisterKernel {
+    /// What the loop returns.
+    type Output;
+
+    /// Runs the loop.
+    fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> Self::Output;
+}
+
+/// A register of numbers.
+pub(crate) trait Register:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// A yes or no per lane.
+    type Mask: Mask;
+
+    fn sqrt(self) -> Self;
+    fn abs(self) -> Self;
+
+    /// `if self > other { self } else { other }`
+    fn larger(self, other: Self) -> Self;
+    fn is_less(self, other: Self) -> Self::Mask;
+    fn is_at_most(self, other: Self) -> Self::Mask;
+
+    /// `if mask { self } else { other }`
+    fn or_else(self, mask: Self::Mask, other: Self) -> Self;
+
+    /// `if mask { self } else { 0.0 }`
+    fn or_zero(self, mask: Self::Mask) -> Self;
+}
+
+/// A yes or no per lane.
+pub(crate) trait Mask: Copy {
+    /// One bit per lane, the first lane lowest.
+    fn bits(self) -> u32;
+}
+
+/// Instructions for registers of `N` numbers.
+pub(crate) trait InstructionSet<const N: usize>: Copy {
+    type Register: Register;
+
+    /// One number in all lanes.
+    fn splat(self, value: f64) -> Self::Register;
+
+    /// One number per lane.
+    fn load(self, values: &[f64; N]) -> Self::Register;
+    fn store(self, register: Self::Register, into: &mut [f64; N]);
+
+    /// The x and the y of `N` adjacent vectors.
+    fn columns(self, vectors: &[[f64; 2]; N]) -> [Self::Register; 2];
+
+    /// Vectors `first` minus vectors `second`, along x and along y.
+    ///
+    /// # Safety
+    /// - Every index is less than the number of vectors.
+    unsafe fn differences(self, vectors: &[[f64; 2]], ends: [&[u32; N]; 2]) -> [Self::Register; 2];
+
+    /// Adds rows, given by columns, to the sums at `first`, and subtracts them from those at `second`.
+    ///
+    /// # Safety
+    /// - Every index is less than the number of sums.
+    unsafe fn add_opposite(
+        self,
+        columns: [Self::Register; 4],
+        sums: &mut [[f64; 4]],
+        ends: [&[u32; N]; 2],
+    );
+
+    /// Adds rows, given by columns, to the sums at both ends.
+    fn add_to_both(self, columns: [Self::Register; 2], sums: &mut [[f64; 2]], ends: [&[u32; N]; 2]);
+
+    /// Stores the lanes whose bits are set in `lanes`, packed from the front; the rest is undefined.
+    fn store_selected(self, register: Self::Register, lanes: u32, into: &mut [f64; N]);
+
+    /// Stores the pairs (`first`, `second` + lane) of the selected lanes, packed from the front; the rest is undefined.
+    fn store_selected_pairs(self, ends: [u32; 2], lanes: u32, into: &mut [[u32; 2]; N]);
+
+    /// Stores those of eight numbers from `first` on whose bits are set in `selected`, packed from the front.
+    fn store_selected_numbers(self, first: u32, selected: u32, into: &mut [u32; 8]);
+}
+
+/// Runs a kernel with the widest registers of at most `max_width` numbers that the processor has.
+pub(crate) fn run<K: RegisterKernel>(kernel: K, max_width: usize) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("popcnt") {
+        if max_width >= 8 && std::arch::is_x86_feature_detected!("avx512f") {
+            // SAFETY: the processor has AVX-512 and POPCNT.
+            return unsafe { super::avx512::run(kernel) };
+        }
+        if max_width >= 4 && std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has AVX2 and POPCNT.
+            return unsafe { super::avx2::run(kernel) };
+        }
+    }
+    let _ = max_width;
+    kernel.run(Scalar)
+}
+
+/// Width 1.
+#[derive(Clone, Copy)]
+pub(crate) struct Scalar;
+
+impl Mask for bool {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
+}
+
+impl Register for f64 {
+    type Mask = bool;
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn is_less(self, other: Self) -> bool {
+        self < other
+    }
+
+    #[inline(always)]
+    fn is_at_most(self, other: Self) -> bool {
+        self <= other
+    }
+
+    #[inline(always)]
+    fn or_else(self, mask: bool, other: Self) -> Self {
+        if mask { self } else { other }
+    }
+
+    #[inline(always)]
+    fn or_zero(self, mask: bool) -> Self {
+        if mask { self } else { 0.0 }
+    }
+}
+
+impl InstructionSet<1> for Scalar {
+    type Register = f64;
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> f64 {
+        value
+    }
+
+    #[inline(always)]
+    fn load(self, [value]: &[f64; 1]) -> f64 {
+        *value
+    }
+
+    #[inline(always)]
+    fn store(self, value: f64, into: &mut [f64; 1]) {
+        *into = [value];
+    }
+
+    #[inline(always)]
+    fn columns(self, [[x, y]]: &[[f64; 2]; 1]) -> [f64; 2] {
+        [*x, *y]
+    }
+
+    #[inline(always)]
+    unsafe fn differences(
+        self,
+        vectors: &[[f64; 2]],
+        [[first], [second]]: [&[u32; 1]; 2],
+    ) -> [f64; 2] {
+        let ([x, y], [other_x, other_y]) = (vectors[*first as usize], vectors[*second as usize]);
+        [x - other_x, y - other_y]
+    }
+
+    #[inline(always)]
+    unsafe fn add_opposite(
+        self,
+        columns: [f64; 4],
+        sums: &mut [[f64; 4]],
+        [[first], [second]]: [&[u32; 1]; 2],
+    ) {
+        let sum = sums[*first as usize];
+        sums[*first as usize] = [0, 1, 2, 3].map(|part: usize| sum[part] + columns[part]);
+        let sum = sums[*second as usize];
+        sums[*second as usize] = [0, 1, 2, 3].map(|part: usize| sum[part] - columns[part]);
+    }
+
+    #[inline(always)]
+    fn add_to_both(
+        self,
+        columns: [f64; 2],
+        sums: &mut [[f64; 2]],
+        [[first], [second]]: [&[u32; 1]; 2],
+    ) {
+        for end in [first, second] {
+            let [x, y] = sums[*end as usize];
+            sums[*end as usize] = [x + columns[0], y + columns[1]];
+        }
+    }
+
+    #[inline(always)]
+    fn store_selected(self, value: f64, _: u32, into: &mut [f64; 1]) {
+        *into = [value];
+    }
+
+    #[inline(always)]
+    fn store_selected_pairs(self, ends: [u32; 2], _: u32, into: &mut [[u32; 2]; 1]) {
+        *into = [ends];
+    }
+
+    #[inline(always)]
+    fn store_selected_numbers(self, first: u32, selected: u32, into: &mut [u32; 8]) {
+        let selected = (0..8).filter(|number| selected >> number & 1 == 1);
+        for (place, number) in into.iter_mut().zip(selected) {
+            *place = first + number;
+        }
+    }
+}
+
+/// For a set of eight lanes, an order that puts the lanes in the set first.
+#[cfg(target_arch = "x86_64")]
+pub(super) const fn selected_first(set: usize) -> [u8; 8] {
+    let mut order = [0; 8];
+    let (mut lane, mut place) = (0, 0);
+    while lane < 8 {
+        if set >> lane & 1 == 1 {
+            order[place] = lane;
+            place += 1;
+        }
+        lane += 1;
+    }
+    order
+}
+
+/// The order of [`selected_first`] for every set of eight lanes.
+#[cfg(target_arch = "x86_64")]
+pub(super) static SELECTED_FIRST: [[u8; 8]; 256] = {
+    let mut orders = [[0; 8]; 256];
+    let mut set = 0;
+    while set < 256 {
+        orders[set] = selected_first(set);
+        set += 1;
+    }
+    orders
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every operation on columns of numbers, as bits.
+    struct Operations<'a>(&'a [[f64; 2]; 8]);
+
+    impl RegisterKernel for Operations<'_> {
+        type Output = Vec<u64>;
+
+        #[inline(always)]
+        fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> Vec<u64> {
+            let (mut results, mut sums) = (vec![Vec::new(); 9], ([[0.1; 4]; 8], [[0.2; 2]; 8]));
+            let (mut packed, mut pairs) = (Vec::new(), Vec::new());
+            for group in 0..8 / N {
+                let vectors = self.0.as_chunks::<N>().0;
+                let [x, y] = instructions.columns(&vectors[group]);
+                let values = [x + y, x - y, x * y, x / y, x.abs().sqrt(), x.larger(y)];
+                let selected = [(-x).or_else(x.is_less(y), y), x.or_zero(x.is_at_most(y))];
+                let mut stored = [0.0; N];
+                for (column, value) in results.iter_mut().zip(values.into_iter().chain(selected)) {
+                    instructions.store(value, &mut stored);
+                    column.extend(stored);
+                }
+                let first: [u32; N] = std::array::from_fn(|lane| (group * N + lane) as u32);
+                let ends = [&first, &first.map(|index| (3 * index + 1) % 8)];
+                // SAFETY: indices are less than 8.
+                let [dx, dy] = unsafe { instructions.differences(self.0, ends) };
+                let columns = [dx, dy, x, instructions.splat(3.0)];
+                // SAFETY: as above.
+                unsafe { instructions.add_opposite(columns, &mut sums.0, ends) };
+                instructions.add_to_both([dy, dx], &mut sums.1, ends);
+                let lanes = x.is_less(y).bits();
+                let count = lanes.count_ones() as usize;
+                instructions.store_selected(y, lanes, &mut stored);
+                if count > 0 {
+                    packed.extend(&stored[..count]);
+                    let mut room = [[0; 2]; N];
+                    instructions.store_selected_pairs([7, first[0]], lanes, &mut room);
+                    pairs.extend(room[..count].iter().flatten().copied());
+                }
+            }
+            let mut numbers = [0; 8];
+            instructions.store_selected_numbers(40, 0b1101_0010, &mut numbers);
+            pairs.extend(&numbers[..4]);
+            let rows = sums.0.as_flattened().iter().chain(sums.1.as_flattened());
+            let numbers = results.as_slice().concat().into_iter().chain(packed);
+            let bits = numbers.chain(rows.copied()).map(f64::to_bits);
+            bits.chain(pairs.into_iter().map(u64::from)).collect()
+        }
+    }
+
+    #[test]
+    fn every_width_gives_the_same_bits() {
+        // The fractional parts of multiples of irrational numbers fill the unit interval evenly (Weyl 1916).
+        let part = |index: usize, root: f64| (index as f64 * root.sqrt()).fract() - 0.5;
+        let vectors: [[f64; 2]; 8] = std::array::from_fn(|i| [part(i + 1, 2.0), part(i + 1, 3.0)]);
+        let scalar = run(Operations(&vectors), 1);
+        for width in [4, MAX_WIDTH] {
+            assert_eq!(run(Operations(&vectors), width), scalar, "{width}");
+        }
+    }
+}
