@@ -1,9 +1,9 @@
 //! The force of every contact with its friction, as `/contact_forces` tells it.
 
-use super::Dem;
-use super::contacts::{Contact, Partner};
-use super::touch::Touch;
-use super::walls::PlacedWall;
+use crate::dem::Dem;
+use crate::dem::forces::contact::{Contact, Partner};
+use crate::dem::forces::touch::Touch;
+use crate::dem::walls::PlacedWall;
 use kinetoscope_recording::channels::DemContactForces;
 use kinetoscope_recording::frame::ContactLine;
 

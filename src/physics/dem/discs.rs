@@ -1,7 +1,7 @@
 //! The discs in memory, in the order of the cells that they stood in when the neighbor list was built.
 
-use super::forces::Own;
-use super::neighbors::BLOCK;
+use crate::dem::forces::Own;
+use crate::dem::neighbors::BLOCK;
 use serde::{Deserialize, Serialize};
 
 /// The discs, column by column, all of one length and in one order. `ids` says who stands where.

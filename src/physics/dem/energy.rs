@@ -5,9 +5,9 @@
 //! With the mid-step velocity the work of all forces is the change of the kinetic energy, exactly: m (v' - v) . (v' + v)/2.
 //! So dashpots and walls count by that velocity; the power at a frame's time counts half before and half after it.
 
-use super::discs::Discs;
-use super::motion;
-use super::step::{Evaluation, Moved};
+use crate::dem::discs::Discs;
+use crate::dem::motion;
+use crate::dem::step::{Evaluation, Moved};
 use crate::sum::CompensatedSum;
 use serde::{Deserialize, Serialize};
 

@@ -9,7 +9,7 @@
 //! The stiffness is one for all: it sets how long a contact lasts and how deep it is, which must be short and shallow enough
 //! to matter no more, and not what it does.
 
-use super::restitution;
+use crate::dem::restitution;
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::{DISC, DemConfig, DemContactConstants, Dissipation, WALL};
 use serde::{Deserialize, Serialize};

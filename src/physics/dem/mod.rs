@@ -7,54 +7,31 @@
 pub mod motion;
 pub mod restitution;
 
-mod cells;
 mod contact_forces;
-mod contacts;
+mod diagnosis;
 mod discs;
-mod drift;
 mod energy;
-mod finder;
 mod forces;
-mod found;
-mod fours;
-mod implicit;
-mod lanes;
+mod insertion;
+mod integrate;
 mod materials;
-mod near;
 mod neighbors;
 mod observe;
-#[cfg(test)]
-mod pairs_are_all_there;
 mod parameters;
-mod places;
-mod rain;
 mod recorded;
-mod registers;
-mod remedies;
-mod report;
-mod rows;
-mod rubbing;
-mod rubbing_lanes;
-#[cfg(test)]
-mod rubbing_pairs_by_any_number;
-mod springs;
-#[cfg(test)]
-mod springs_outlive_lists;
-mod stability;
 mod start;
 mod step;
-mod tiers;
-mod touch;
-mod touched;
 mod turn;
 mod walls;
 
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::Seed;
-use contacts::Contact;
+use diagnosis::{Diagnosis, messages};
 use discs::Discs;
 use energy::{Energies, Ledger};
 use forces::Scene;
+use forces::contact::Contact;
+use insertion::Rain;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement, Stability};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, DemContactForces, DemContacts, DemEnergy, DemEnergyShare, DemTemperature,
@@ -64,9 +41,8 @@ use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
 use neighbors::{Neighbors, Scope, Surroundings};
 use parameters::Parameters;
-use rain::Rain;
+
 use serde::{Deserialize, Serialize};
-use stability::Diagnosis;
 use start::Kinds;
 use step::{BlowUp, Evaluation, Moved, Workspace};
 use walls::PlacedWall;
@@ -154,7 +130,7 @@ impl Model for Dem {
         let diagnosis = Diagnosis::of(config);
         let mut warnings = Vec::new();
         if diagnosis.is_refused() {
-            let text = report::refusal(config, &diagnosis);
+            let text = messages::refusal(config, &diagnosis);
             if config.stability == Stability::Refuse || !diagnosis.is_countable() {
                 return Err(Refusal(text));
             }
@@ -166,7 +142,7 @@ impl Model for Dem {
         let kinds = Kinds::drawn(config, &parameters, seed);
         let mut discs = start::discs(config, &parameters, seed, &kinds)?;
         let rain = Rain::new(config, &parameters, seed, kinds.rain(config, &parameters));
-        let facts = report::facts(config, &parameters, &diagnosis, &discs);
+        let facts = messages::facts(config, &parameters, &diagnosis, &discs);
         let initial_top_speed = discs.velocities.iter().fold(0.0, |top, [vx, vy]| {
             let speed = (vx * vx + vy * vy).sqrt();
             if speed > top { speed } else { top }
@@ -218,7 +194,7 @@ impl Model for Dem {
             if budget == 0 {
                 return Ok(Progress::Working);
             }
-            self.step().map_err(|blow_up| report::fault(self, blow_up))?;
+            self.step().map_err(|blow_up| messages::fault(self, blow_up))?;
             budget -= 1;
         }
         self.window.is_closed = true;
@@ -338,7 +314,9 @@ impl Dem {
     fn put_back(&mut self) {
         let Parameters { sides, periodic, gravity, .. } = self.parameters;
         let Discs { positions, masses, .. } = &mut self.discs;
-        for disc in places::groups_that_left(positions, sides, periodic).into_iter().flatten() {
+        for disc in
+            neighbors::positions::groups_that_left(positions, sides, periodic).into_iter().flatten()
+        {
             for axis in (0..2).filter(|&axis| periodic[axis]) {
                 let before = positions[disc][axis];
                 if before >= 0.0 && before < sides[axis] {

@@ -1,10 +1,10 @@
 //! What a frame shows of the discs, with forces that are found anew.
 
-use super::Dem;
-use super::contacts::{Contact, Partner};
-use super::parameters::Parameters;
-use super::step::{Evaluation, Touching};
-use super::walls::Shape;
+use crate::dem::Dem;
+use crate::dem::forces::contact::{Contact, Partner};
+use crate::dem::parameters::Parameters;
+use crate::dem::step::{Evaluation, Touching};
+use crate::dem::walls::Shape;
 use crate::model::Model as _;
 use kinetoscope_recording::channels::{
     DemContactForces, DemContacts, DemEnergy, DemEnergyShare, DemTemperature, DemWalls,

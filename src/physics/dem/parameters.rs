@@ -1,8 +1,8 @@
 //! The constants of a run, derived from the manifest once.
 
-use super::contacts::ContactLaw;
-use super::materials::Materials;
-use super::walls::{Motion, PlacedWall, Shape, Wall};
+use crate::dem::forces::contact::ContactLaw;
+use crate::dem::materials::Materials;
+use crate::dem::walls::{Motion, PlacedWall, Shape, Wall};
 use kinetoscope_manifest::model::{
     DemConfig, DemIntegrator, DemWall, DemWallShape, ForceTail, PeriodicSides, TimeStep,
 };

@@ -3,9 +3,9 @@
 //! Positions, radii, spins and the integrator's velocities are taken over bit for bit. Tangential and rolling springs are
 //! not in a recording and begin unstretched; discs are numbered anew, from 0 in their order.
 
-use super::discs::{Disc, Discs};
-use super::parameters::{Parameters, mass_of};
-use super::start::{Kinds, TOUCHING};
+use crate::dem::discs::{Disc, Discs};
+use crate::dem::parameters::{Parameters, mass_of};
+use crate::dem::start::{Kinds, TOUCHING};
 use crate::model::Refusal;
 use crate::restart_state;
 use kinetoscope_manifest::model::{DemConfig, StartFrom};

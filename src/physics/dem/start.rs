@@ -1,10 +1,10 @@
 //! The discs at the start: how large, how heavy, where and how fast.
 
-use super::cells::Cells;
-use super::discs::{Disc, Discs};
-use super::parameters::{Parameters, mass_of};
-use super::recorded;
-use super::walls::PlacedWall;
+use crate::dem::discs::{Disc, Discs};
+use crate::dem::neighbors::cell_grid::Cells;
+use crate::dem::parameters::{Parameters, mass_of};
+use crate::dem::recorded;
+use crate::dem::walls::PlacedWall;
 use crate::model::Refusal;
 use crate::placement::{Rectangle, random_sequential_addition_where, square_lattice};
 use crate::random::{Generator, Seed, Stream};

@@ -15,17 +15,17 @@
 //! Blocks of discs move side by side. First all edges are found, while every disc stands still; then each block finds the
 //! rest of its forces and moves its own discs, which no other block looks at.
 
-use super::contacts::{self, Contact, Partner};
-use super::discs::Discs;
-use super::drift;
-use super::finder::Finders;
-use super::forces::{ContactSums, EdgeForces, Forces, Own, Scene};
-use super::implicit;
-use super::motion;
-use super::near::Near;
-use super::neighbors::{BLOCK, Block, Neighbors};
-use super::parameters::Parameters;
-use super::turn;
+use crate::dem::discs::Discs;
+use crate::dem::forces::contact::{self, Contact, Partner};
+use crate::dem::forces::implicit;
+use crate::dem::forces::{ContactSums, EdgeForces, Forces, Own, Scene};
+use crate::dem::integrate;
+use crate::dem::motion;
+use crate::dem::neighbors::near_pairs::Near;
+use crate::dem::neighbors::pair_search::Finders;
+use crate::dem::neighbors::{BLOCK, Block, Neighbors};
+use crate::dem::parameters::Parameters;
+use crate::dem::turn;
 use crate::sum::CompensatedSum;
 use rayon::prelude::*;
 
@@ -174,7 +174,7 @@ fn move_block(
         Some(solved) => memory.clone_from(solved),
         None => memory.find(block, &own, edges, near, scene),
     }
-    drift::kick_and_drift(&mut own, memory, block.start, scene, parameters)
+    integrate::kick_and_drift(&mut own, memory, block.start, scene, parameters)
 }
 
 /// Forces with implicit dashpots, block by block; none with explicit ones.
@@ -188,7 +188,7 @@ fn solved(
         return Vec::new();
     }
     let mut found = Vec::new();
-    contacts::find(discs, scene, neighbors, &mut found);
+    contact::find(discs, scene, neighbors, &mut found);
     implicit::solve_dashpots(discs, parameters, &mut found);
     let mut forces = vec![Forces::default(); neighbors.blocks.len()];
     implicit::forces_of(&found, discs, scene, &mut forces);
@@ -269,12 +269,12 @@ impl Evaluation {
         };
         if scene.law.is_implicit {
             let mut contacts = Vec::new();
-            contacts::find(discs, scene, neighbors, &mut contacts);
+            contact::find(discs, scene, neighbors, &mut contacts);
             implicit::solve_dashpots(discs, parameters, &mut contacts);
             contacts.iter().for_each(take);
         } else {
             for block in &neighbors.blocks {
-                contacts::of_block(block, discs, scene).for_each(|contact| take(&contact));
+                contact::of_block(block, discs, scene).for_each(|contact| take(&contact));
             }
         }
         all
@@ -331,7 +331,7 @@ fn look(
         let [torque, _] = turn::torque(radius, tangential, rolling);
         *spin += motion::angular_acceleration(torque, mass, radius) * half;
     }
-    drift::kick_and_drift(&mut own, &mut memory, block.start, scene, parameters)
+    integrate::kick_and_drift(&mut own, &mut memory, block.start, scene, parameters)
 }
 
 /// Turns the velocities of the start, at the positions' time, into those of velocity Verlet's half step before:

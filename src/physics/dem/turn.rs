@@ -1,8 +1,8 @@
 //! The equation of motion of the spins, discretised as that of the centers: w' = w + alpha dt. It is written for any width of
 //! instructions.
 
-use super::forces::{Forces, Own};
-use super::motion;
+use crate::dem::forces::{Forces, Own};
+use crate::dem::motion;
 use crate::simd::dispatch::{self, Kernel, each};
 
 /// Discs whose powers are summed side by side: the order of the sums does not depend on how many are taken at a time.

@@ -11,23 +11,23 @@
     allow(dead_code, reason = "only AVX2 takes four at a time")
 )]
 
-use super::neighbors::Pairs;
+use crate::dem::neighbors::Pairs;
 use std::ops::Range;
 
 /// Pairs at a time.
-pub(super) const LANES: usize = 4;
+pub(in crate::dem) const LANES: usize = 4;
 
 /// Pairs four by four: places of their discs in the block, and r_i + r_j, m.
 #[derive(Clone, Copy)]
-pub(super) struct Fours<'a> {
-    pub(super) firsts: &'a [[u32; LANES]],
-    pub(super) seconds: &'a [[u32; LANES]],
-    pub(super) reaches: &'a [[f64; LANES]],
+pub(in crate::dem) struct Fours<'a> {
+    pub(in crate::dem) firsts: &'a [[u32; LANES]],
+    pub(in crate::dem) seconds: &'a [[u32; LANES]],
+    pub(in crate::dem) reaches: &'a [[f64; LANES]],
 }
 
 impl<'a> Fours<'a> {
     /// Pairs of a list, and the last of them, which fill no lanes.
-    pub(super) fn of(pairs: &'a Pairs, range: Range<usize>) -> (Self, Range<usize>) {
+    pub(in crate::dem) fn of(pairs: &'a Pairs, range: Range<usize>) -> (Self, Range<usize>) {
         let last = range.end - range.len() % LANES..range.end;
         let fours = Self {
             firsts: pairs.first[range.clone()].as_chunks().0,
@@ -38,7 +38,7 @@ impl<'a> Fours<'a> {
     }
 
     /// The largest place.
-    pub(super) fn beyond(&self) -> usize {
+    pub(in crate::dem) fn beyond(&self) -> usize {
         let largest = |of: &[[u32; LANES]]| {
             of.as_flattened().iter().fold(0, |most, &place| Ord::max(most, place))
         };
@@ -47,7 +47,7 @@ impl<'a> Fours<'a> {
 }
 
 /// For a set of eight lanes, an order that puts those first that are in it.
-pub(super) const fn those_first(set: usize) -> [u8; 8] {
+pub(in crate::dem) const fn those_first(set: usize) -> [u8; 8] {
     let mut order = [0; 8];
     let (mut lane, mut place) = (0, 0);
     while lane < 8 {
@@ -67,7 +67,7 @@ pub(super) const fn those_first(set: usize) -> [u8; 8] {
 #[cfg(target_arch = "x86_64")]
 #[inline]
 #[target_feature(enable = "avx2")]
-pub(super) unsafe fn differences(
+pub(in crate::dem) unsafe fn differences(
     vectors: &[[f64; 2]],
     [first, second]: [&[u32; LANES]; 2],
 ) -> [std::arch::x86_64::__m256d; 2] {

@@ -7,11 +7,11 @@
 //! then moved by just under nine tenths of half the skin, where the list is built anew.
 //! Tolerance: none, the sets are equal.
 
-use super::discs::Discs;
-use super::finder::Finders;
-use super::neighbors::{Neighbors, Surroundings};
-use super::parameters::Parameters;
-use super::tiers::TIERS;
+use crate::dem::discs::Discs;
+use crate::dem::neighbors::pair_search::Finders;
+use crate::dem::neighbors::tiers::TIERS;
+use crate::dem::neighbors::{Neighbors, Surroundings};
+use crate::dem::parameters::Parameters;
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::DemConfig;
 use std::collections::BTreeSet;

@@ -1,14 +1,14 @@
 //! Forces of pairs that rub, several at a time: the same operations in the same order as `rubbing::pair_by_pair`, with
 //! choices by masks instead of branches, so the same bits (a test compares them).
 
-use super::forces::Deepest;
-use super::neighbors::Pairs;
-use super::registers::{self, Kernel, Lanes, Machine, Mask};
-use super::rubbing::{LaneSums, SUM_LANES, Sight, Totals};
+use crate::dem::forces::Deepest;
+use crate::dem::forces::rubbing::{LaneSums, SUM_LANES, Sight, Totals};
+use crate::dem::neighbors::Pairs;
+use crate::simd::registers::{self, Kernel, Lanes, Machine, Mask};
 
 /// Adds the forces of as many pairs as fill whole registers of at most `most` numbers, and returns how many that were: 0
 /// where the machine has none.
-pub(super) fn inner_pairs(
+pub(in crate::dem) fn inner_pairs(
     pairs: &mut Pairs,
     sight: &Sight<'_>,
     totals: &mut Totals<'_>,

@@ -1,54 +1,54 @@
 //! Who touches whom, one by one: for looking, for the implicit dashpot, and for the words of a fault.
 
-use super::discs::Discs;
-use super::forces::Scene;
-use super::materials::{Dashpot, Materials};
-use super::neighbors::{Block, Neighbors};
-use super::{motion, restitution};
+use crate::dem::discs::Discs;
+use crate::dem::forces::Scene;
+use crate::dem::materials::{Dashpot, Materials};
+use crate::dem::neighbors::{Block, Neighbors};
+use crate::dem::{motion, restitution};
 use crate::simd::dispatch::{self, Kernel, each};
 use serde::{Deserialize, Serialize};
 
 /// The force law of a contact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct ContactLaw {
+pub(in crate::dem) struct ContactLaw {
     /// Stiffness k, N/m.
-    pub(super) stiffness: f64,
+    pub(in crate::dem) stiffness: f64,
     /// Dashpots and friction by pairs of materials.
-    pub(super) materials: Materials,
+    pub(in crate::dem) materials: Materials,
     /// Whether the force is clamped at zero where it would pull.
-    pub(super) only_pushes: bool,
+    pub(in crate::dem) only_pushes: bool,
     /// Whether the dashpot takes the velocities at the step's end.
-    pub(super) is_implicit: bool,
+    pub(in crate::dem) is_implicit: bool,
     /// Stiffness k_t of the tangential and the rolling spring, N/m.
-    pub(super) tangential_stiffness: f64,
+    pub(in crate::dem) tangential_stiffness: f64,
     /// eta_t over eta.
-    pub(super) tangential_damping_share: f64,
+    pub(in crate::dem) tangential_damping_share: f64,
 }
 
 /// Two discs, or a disc and a wall, that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Contact {
+pub(in crate::dem) struct Contact {
     /// Where the disc that the normal points to stands in memory.
-    pub(super) disc: u32,
+    pub(in crate::dem) disc: u32,
     /// The other.
-    pub(super) partner: Partner,
+    pub(in crate::dem) partner: Partner,
     /// Unit vector from the partner to the disc.
-    pub(super) normal: [f64; 2],
+    pub(in crate::dem) normal: [f64; 2],
     /// Overlap delta, m.
-    pub(super) overlap: f64,
+    pub(in crate::dem) overlap: f64,
     /// Overlap over the smaller radius of the two.
-    pub(super) overlap_over_radius: f64,
+    pub(in crate::dem) overlap_over_radius: f64,
     /// Speed v_n at which the two move apart, by the integrator's velocities, m/s.
-    pub(super) separating_speed: f64,
+    pub(in crate::dem) separating_speed: f64,
     /// Normal force f, positive where it pushes, N.
-    pub(super) force: f64,
+    pub(in crate::dem) force: f64,
     /// Stretch of the tangential spring, m; 0 without friction.
-    pub(super) stretch: f64,
+    pub(in crate::dem) stretch: f64,
 }
 
 /// What a disc touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Partner {
+pub(in crate::dem) enum Partner {
     /// A disc, by its place in memory.
     Disc(u32),
     /// A wall, by its number.
@@ -57,14 +57,14 @@ pub(super) enum Partner {
 
 impl ContactLaw {
     /// Damping eta of a pair of discs, N s/m.
-    pub(super) fn damping(&self, discs: &Discs, disc: usize, other: usize) -> f64 {
+    pub(in crate::dem) fn damping(&self, discs: &Discs, disc: usize, other: usize) -> f64 {
         let mass = motion::effective_mass(discs.masses[disc], discs.masses[other]);
         let pair = self.materials.between(discs.materials[disc], discs.materials[other]);
         pair.damping(self.stiffness, mass)
     }
 
     /// Damping eta of pairs of discs, N s/m, which are counted from given ones.
-    pub(super) fn dampings(
+    pub(in crate::dem) fn dampings(
         &self,
         discs: &Discs,
         counted_from: [usize; 2],
@@ -90,28 +90,28 @@ impl ContactLaw {
     }
 
     /// Damping eta of a disc with a wall, N s/m.
-    pub(super) fn wall_damping(&self, discs: &Discs, disc: usize) -> f64 {
+    pub(in crate::dem) fn wall_damping(&self, discs: &Discs, disc: usize) -> f64 {
         self.materials.with_walls(discs.materials[disc]).damping(self.stiffness, discs.masses[disc])
     }
 
     /// What the normal force does not fall below, N: zero where it only pushes.
-    pub(super) fn least_force(&self) -> f64 {
+    pub(in crate::dem) fn least_force(&self) -> f64 {
         if self.only_pushes { 0.0 } else { f64::NEG_INFINITY }
     }
 
     /// The force without its attractive tail, where it has none.
-    pub(super) fn clamped(&self, force: f64) -> f64 {
+    pub(in crate::dem) fn clamped(&self, force: f64) -> f64 {
         let least = self.least_force();
         if force > least { force } else { least }
     }
 
     /// Whether contacts have tangential or rolling springs.
-    pub(super) fn has_friction(&self) -> bool {
+    pub(in crate::dem) fn has_friction(&self) -> bool {
         self.materials.have_friction()
     }
 
     /// Whether contacts have rolling springs.
-    pub(super) fn has_rolling_friction(&self) -> bool {
+    pub(in crate::dem) fn has_rolling_friction(&self) -> bool {
         self.materials.have_rolling_friction()
     }
 }
@@ -157,7 +157,7 @@ impl Contact {
 }
 
 /// Finds all contacts with their explicit normal forces, block by block: pairs, edges, walls.
-pub(super) fn find(
+pub(in crate::dem) fn find(
     discs: &Discs,
     scene: &Scene<'_>,
     neighbors: &Neighbors,
@@ -170,7 +170,7 @@ pub(super) fn find(
 }
 
 /// The contacts of one block with their explicit normal forces: pairs, edges, walls.
-pub(super) fn of_block(
+pub(in crate::dem) fn of_block(
     block: &Block,
     discs: &Discs,
     scene: &Scene<'_>,
@@ -275,9 +275,9 @@ fn wall_contacts(block: &Block, discs: &Discs, scene: &Scene<'_>) -> impl Iterat
 
 #[cfg(test)]
 mod tests {
-    use super::super::discs::Disc;
-    use super::super::parameters::Parameters;
     use super::*;
+    use crate::dem::discs::Disc;
+    use crate::dem::parameters::Parameters;
     use kinetoscope_manifest::model::{DemConfig, Dissipation};
     use kinetoscope_manifest::quantity::{NonNegative, Share};
 

@@ -5,11 +5,11 @@
 //! many that a few fill no register.
 //! Tolerance: none. Control: discs that turn faster by one part in 10^15 are noticed.
 
-use super::contacts::ContactLaw;
-use super::forces::Deepest;
-use super::neighbors::Pairs;
-use super::parameters::Parameters;
-use super::rubbing::{self, LaneSums, Sight, Totals};
+use crate::dem::forces::Deepest;
+use crate::dem::forces::contact::ContactLaw;
+use crate::dem::forces::rubbing::{self, LaneSums, Sight, Totals};
+use crate::dem::neighbors::Pairs;
+use crate::dem::parameters::Parameters;
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{DemConfig, DemContactConstants, DemMaterial, ForceTail};
 use kinetoscope_manifest::quantity::{NonNegative, Positive, Share};

@@ -1,19 +1,20 @@
 //! What the user is told in words: of the start, of a refusal, of a blow-up.
 
-use super::Dem;
-use super::contacts::Partner;
-use super::discs::Discs;
-use super::materials::Dashpot;
-use super::parameters::Parameters;
-use super::stability::{Diagnosis, figure};
-use super::{remedies, restitution, start, step};
+use crate::dem::Dem;
+use crate::dem::diagnosis::suggestions;
+use crate::dem::diagnosis::{Diagnosis, figure};
+use crate::dem::discs::Discs;
+use crate::dem::forces::contact::Partner;
+use crate::dem::materials::Dashpot;
+use crate::dem::parameters::Parameters;
+use crate::dem::{restitution, start, step};
 use crate::model::{Fault, Model};
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail, Placement, Stability};
 
 /// Why a start is refused and which values would do; the same words warn where it runs all the same.
-pub(super) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
+pub(in crate::dem) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
     let mut sentences = diagnosis.problems();
-    let remedies = remedies::find(config);
+    let remedies = suggestions::find(config);
     if remedies.is_empty() {
         sentences.push("No single value helps: change two of them together.".to_owned());
     } else {
@@ -34,7 +35,7 @@ pub(super) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
 }
 
 /// The start in numbers, a line each.
-pub(super) fn facts(
+pub(in crate::dem) fn facts(
     config: &DemConfig,
     parameters: &Parameters,
     diagnosis: &Diagnosis,
@@ -108,7 +109,7 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
 }
 
 /// What went wrong, where and when, and what to do.
-pub(super) fn fault(model: &Dem, blow_up: step::BlowUp) -> Fault {
+pub(in crate::dem) fn fault(model: &Dem, blow_up: step::BlowUp) -> Fault {
     let what = match blow_up {
         step::BlowUp::Overlap(disc, partner, over_radius) => {
             let partner = match partner {

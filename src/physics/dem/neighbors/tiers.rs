@@ -7,11 +7,11 @@
 use crate::simd::dispatch::{self, Kernel};
 
 /// Tiers, each of an equal share of the skin; the first holds all that touch as well.
-pub(super) const TIERS: usize = 16;
+pub(in crate::dem) const TIERS: usize = 16;
 
 /// The tiers that hold every pair that can touch where no disc has moved further than `moved`, in m, since the list was
 /// built with a skin.
-pub(super) fn in_reach(moved: f64, skin: f64) -> usize {
+pub(in crate::dem) fn in_reach(moved: f64, skin: f64) -> usize {
     // Gaps are rounded in their last digits.
     let begun = 2.000_001 * moved / skin * TIERS as f64;
     Ord::min(begun as usize + 1, TIERS)
@@ -26,7 +26,7 @@ fn tier_of(gap: f64, skin: f64) -> u8 {
 }
 
 /// Finds the tiers of pairs by the squares of their distances, m^2, and the distances at which they touch, m.
-pub(super) fn find([squared, touching]: [&[f64]; 2], skin: f64, tiers: &mut [u8]) {
+pub(in crate::dem) fn find([squared, touching]: [&[f64]; 2], skin: f64, tiers: &mut [u8]) {
     dispatch::run(Tiers { squared, touching, skin, tiers });
 }
 
@@ -51,7 +51,7 @@ impl Kernel for Tiers<'_> {
 
 /// Sorts pairs by their tiers; in a tier they keep the order in which they were found.
 #[derive(Default)]
-pub(super) struct Sorter {
+pub(in crate::dem) struct Sorter {
     order: Vec<u32>,
     strands: Vec<u32>,
 }
@@ -61,7 +61,7 @@ const PARTS: usize = 4;
 
 impl Sorter {
     /// Finds the order of pairs, and where each tier ends.
-    pub(super) fn sort(&mut self, tiers: &[u8]) -> [u32; TIERS] {
+    pub(in crate::dem) fn sort(&mut self, tiers: &[u8]) -> [u32; TIERS] {
         let length = tiers.len() / PARTS;
         let (parts, rest) = tiers.split_at(PARTS * length);
         let parts: [&[u8]; PARTS] =
@@ -104,7 +104,7 @@ impl Sorter {
 
     /// Puts the pairs of the first tier, which ends at `end`, into another order: four quarters in turn, then what they leave
     /// over. Four at a time have different discs, and a sum of forces is not waited for where it goes on at once.
-    pub(super) fn deal_to_strands(&mut self, end: u32) {
+    pub(in crate::dem) fn deal_to_strands(&mut self, end: u32) {
         let quarter = end as usize / 4;
         let dealt = &mut self.order[..4 * quarter];
         self.strands.clear();
@@ -117,7 +117,7 @@ impl Sorter {
     }
 
     /// For each place, which of the pairs found comes there.
-    pub(super) fn order(&self) -> &[u32] {
+    pub(in crate::dem) fn order(&self) -> &[u32] {
         &self.order
     }
 }

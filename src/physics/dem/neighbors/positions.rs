@@ -2,7 +2,7 @@
 //!
 //! Maxima and minima do not depend on how many discs are taken at a time. A place that is no number is passed over by them.
 
-use super::cells::Periodic;
+use crate::dem::neighbors::cell_grid::Periodic;
 use crate::simd::dispatch::{self, Kernel, each, larger};
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use std::ops::Range;
 const GROUP: usize = 64;
 
 /// The longest way of a disc from where it was, m.
-pub(super) fn longest_way(from: &[[f64; 2]], positions: &[[f64; 2]]) -> f64 {
+pub(in crate::dem) fn longest_way(from: &[[f64; 2]], positions: &[[f64; 2]]) -> f64 {
     dispatch::run(LongestWay { from, positions }).sqrt()
 }
 
@@ -44,7 +44,11 @@ impl Kernel for LongestWay<'_> {
 }
 
 /// Distance of the nearest center to a closed side of the box, m.
-pub(super) fn clearance(positions: &[[f64; 2]], sides: [f64; 2], periodic: Periodic) -> f64 {
+pub(in crate::dem) fn clearance(
+    positions: &[[f64; 2]],
+    sides: [f64; 2],
+    periodic: Periodic,
+) -> f64 {
     if periodic == [true, true] {
         return f64::INFINITY;
     }
@@ -81,7 +85,7 @@ impl Kernel for Clearance<'_> {
 }
 
 /// Discs that stand together in memory, in groups of which some may have left through a periodic side.
-pub(super) fn groups_that_left(
+pub(in crate::dem) fn groups_that_left(
     positions: &[[f64; 2]],
     sides: [f64; 2],
     periodic: Periodic,

@@ -1,51 +1,51 @@
 //! One contact: what its springs, dashpots and sliders do to the two that touch.
 
-use super::contacts::ContactLaw;
-use super::discs::Discs;
-use super::materials::ContactConstants;
-use super::motion::{self, SpringSlider};
-use super::springs::Stretch;
+use crate::dem::discs::Discs;
+use crate::dem::forces::contact::ContactLaw;
+use crate::dem::materials::ContactConstants;
+use crate::dem::motion::{self, SpringSlider};
+use crate::dem::neighbors::springs::Stretch;
 
 /// Two that overlap.
-pub(super) struct Touch {
+pub(in crate::dem) struct Touch {
     /// Unit vector from the other to the disc.
-    pub(super) normal: [f64; 2],
+    pub(in crate::dem) normal: [f64; 2],
     /// delta, m.
-    pub(super) overlap: f64,
+    pub(in crate::dem) overlap: f64,
     /// Velocity of the disc against the other, spins left out, m/s.
-    pub(super) velocity: [f64; 2],
+    pub(in crate::dem) velocity: [f64; 2],
     /// w_i - w_j, rad/s.
-    pub(super) rolling_rate: f64,
+    pub(in crate::dem) rolling_rate: f64,
     /// r_i w_i + r_j w_j, m/s.
-    pub(super) surface_speed: f64,
+    pub(in crate::dem) surface_speed: f64,
 }
 
 /// Normal force f and its dissipative part k delta - f, N.
-pub(super) struct Push {
+pub(in crate::dem) struct Push {
     /// eta of the contact, N s/m.
     damping: f64,
-    pub(super) force: f64,
-    pub(super) loss: f64,
+    pub(in crate::dem) force: f64,
+    pub(in crate::dem) loss: f64,
 }
 
 /// What friction does in a step.
-pub(super) struct Rub {
+pub(in crate::dem) struct Rub {
     /// Tangential force and the dashpot's share of it, N.
-    pub(super) force: f64,
-    pub(super) dashpot: f64,
+    pub(in crate::dem) force: f64,
+    pub(in crate::dem) dashpot: f64,
     /// Torque of the rolling spring on the disc that the normal points to, N m; the other's is its opposite.
-    pub(super) rolling_torque: f64,
+    pub(in crate::dem) rolling_torque: f64,
     /// Energy of both springs, J.
-    pub(super) elastic: f64,
+    pub(in crate::dem) elastic: f64,
     /// Energy taken by either slider, J.
-    pub(super) friction_loss: f64,
-    pub(super) rolling_loss: f64,
+    pub(in crate::dem) friction_loss: f64,
+    pub(in crate::dem) rolling_loss: f64,
 }
 
 impl Touch {
     /// The contact of two discs, the second shifted; `None` where they are apart.
     #[inline]
-    pub(super) fn between(
+    pub(in crate::dem) fn between(
         discs: &Discs,
         [disc, other]: [usize; 2],
         shift: [f64; 2],
@@ -62,7 +62,7 @@ impl Touch {
 
     /// With the spins of the two.
     #[inline]
-    pub(super) fn turning(self, [spin, other_spin]: [f64; 2], radii: [f64; 2]) -> Self {
+    pub(in crate::dem) fn turning(self, [spin, other_spin]: [f64; 2], radii: [f64; 2]) -> Self {
         Self {
             rolling_rate: spin - other_spin,
             surface_speed: radii[0] * spin + radii[1] * other_spin,
@@ -71,7 +71,12 @@ impl Touch {
     }
 
     #[inline]
-    pub(super) fn of(apart: [f64; 2], squared: f64, reach: f64, velocity: [f64; 2]) -> Self {
+    pub(in crate::dem) fn of(
+        apart: [f64; 2],
+        squared: f64,
+        reach: f64,
+        velocity: [f64; 2],
+    ) -> Self {
         let distance = squared.sqrt();
         // Centers on one point have no normal, and such an overlap ends the run: no force will do.
         let inverse = 1.0 / if distance > f64::MIN_POSITIVE { distance } else { f64::MIN_POSITIVE };
@@ -85,7 +90,7 @@ impl Touch {
     }
 
     #[inline]
-    pub(super) fn push(&self, law: &ContactLaw, damping: f64) -> Push {
+    pub(in crate::dem) fn push(&self, law: &ContactLaw, damping: f64) -> Push {
         let speed = self.velocity[0] * self.normal[0] + self.velocity[1] * self.normal[1];
         let force = motion::contact_force(law.stiffness, damping, self.overlap, speed);
         let force = law.clamped(force);
@@ -96,7 +101,7 @@ impl Touch {
     /// against a wall; `None` without rolling friction. Slippage counts with the mean of the spring's force before and after it: with
     /// the velocities half a step behind the positions that makes work and energy of the springs agree exactly.
     #[inline]
-    pub(super) fn rub(
+    pub(in crate::dem) fn rub(
         &self,
         law: &ContactLaw,
         constants: &ContactConstants,
@@ -144,13 +149,13 @@ impl Touch {
 impl Push {
     /// F and D along a normal.
     #[inline]
-    pub(super) fn along(&self, [nx, ny]: [f64; 2]) -> [f64; 4] {
+    pub(in crate::dem) fn along(&self, [nx, ny]: [f64; 2]) -> [f64; 4] {
         [self.force * nx, self.force * ny, self.loss * nx, self.loss * ny]
     }
 
     /// F and D with those of the tangent (-ny, nx).
     #[inline]
-    pub(super) fn and(&self, rub: &Rub, [nx, ny]: [f64; 2]) -> [f64; 4] {
+    pub(in crate::dem) fn and(&self, rub: &Rub, [nx, ny]: [f64; 2]) -> [f64; 4] {
         let [fx, fy, dx, dy] = self.along([nx, ny]);
         let (force, loss) = (rub.force, -rub.dashpot);
         [fx - force * ny, fy + force * nx, dx - loss * ny, dy + loss * nx]

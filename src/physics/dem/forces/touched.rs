@@ -1,12 +1,12 @@
 //! The discs of a block that something touches, where they were noted.
 
-use super::neighbors::BLOCK;
+use crate::dem::neighbors::BLOCK;
 
 const WORDS: usize = BLOCK.div_ceil(64);
 
 /// A set of discs of a block, a bit each.
 #[derive(Clone, Debug)]
-pub(super) struct Touched {
+pub(in crate::dem) struct Touched {
     bits: [u64; WORDS],
     /// Whether all were noted.
     is_complete: bool,
@@ -20,29 +20,29 @@ impl Default for Touched {
 
 impl Touched {
     /// Nobody was noted.
-    pub(super) fn clear(&mut self) {
+    pub(in crate::dem) fn clear(&mut self) {
         *self = Self::default();
     }
 
     /// Takes note that all who are touched by discs of the block have been noted.
-    pub(super) fn complete(&mut self) {
+    pub(in crate::dem) fn complete(&mut self) {
         self.is_complete = true;
     }
 
     /// Notes a disc, counted from the block's first.
     #[inline]
-    pub(super) fn note(&mut self, disc: u32) {
+    pub(in crate::dem) fn note(&mut self, disc: u32) {
         self.bits[disc as usize / 64] |= 1 << (disc % 64);
     }
 
     /// Whether all were noted, and are few of so many.
-    pub(super) fn are_few(&self, discs: usize) -> bool {
+    pub(in crate::dem) fn are_few(&self, discs: usize) -> bool {
         let noted: u32 = self.bits.iter().map(|word| word.count_ones()).sum();
         self.is_complete && 4 * (noted as usize) < discs
     }
 
     /// The discs in order.
-    pub(super) fn all(&self) -> impl Iterator<Item = usize> {
+    pub(in crate::dem) fn all(&self) -> impl Iterator<Item = usize> {
         self.bits.iter().enumerate().flat_map(|(number, &word)| {
             let mut left = word;
             std::iter::from_fn(move || {

@@ -6,17 +6,28 @@
 //! Edges see discs of other blocks, so all of them come first, while no disc has moved. What is left of a block follows
 //! from its own discs alone, and they can move on at once.
 
-use super::contacts::{ContactLaw, Partner};
-use super::discs::Discs;
-use super::lanes::{self, Lanes, Memory};
-use super::near::{self, Good, Near, Touching};
-use super::neighbors::{Block, Pairs, Scope};
-use super::rows::Rows;
-use super::rubbing;
-use super::springs::Stretch;
-use super::touch::{Rub, Touch};
-use super::touched::Touched;
-use super::walls::PlacedWall;
+pub(super) mod contact;
+pub(super) mod fours;
+pub(super) mod implicit;
+pub(super) mod lanes;
+#[cfg(test)]
+mod register_width_does_not_affect_forces;
+pub(super) mod rows;
+pub(super) mod rubbing;
+pub(super) mod rubbing_lanes;
+pub(super) mod touch;
+pub(super) mod touched;
+
+use crate::dem::discs::Discs;
+use crate::dem::forces::contact::{ContactLaw, Partner};
+use crate::dem::forces::lanes::{Lanes, Memory};
+use crate::dem::forces::rows::Rows;
+use crate::dem::forces::touch::{Rub, Touch};
+use crate::dem::forces::touched::Touched;
+use crate::dem::neighbors::near_pairs::{self, Good, Near, Touching};
+use crate::dem::neighbors::springs::Stretch;
+use crate::dem::neighbors::{Block, Pairs, Scope};
+use crate::dem::walls::PlacedWall;
 
 /// Forces on the discs of a block, and what its contacts did.
 #[derive(Clone, Debug, Default)]
@@ -202,7 +213,7 @@ impl EdgeForces {
 
     /// Lists the edges that may touch before the horizon.
     fn list_near(&mut self, block: &Block, discs: &Discs, scope: &Scope) {
-        let (horizon, margin) = near::horizon(scope);
+        let (horizon, margin) = near_pairs::horizon(scope);
         let looked_at = 0..block.edges.in_tiers(scope.tiers_within(horizon));
         let is_near = |&edge: &usize| {
             let reach = block.edges.reach[edge] + margin;

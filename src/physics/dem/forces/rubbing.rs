@@ -3,62 +3,62 @@
 //! A pair's tangential force f acts on both rims: the torque on either disc is -r f, whichever of the two is the first. So
 //! f is summed disc by disc, and multiplied by the radius once.
 
-use super::contacts::ContactLaw;
-use super::forces::{Deepest, Forces, Own, Scene};
-use super::neighbors::Pairs;
-use super::rubbing_lanes;
-use super::touch::{Rub, Touch};
-use super::turn;
+use crate::dem::forces::contact::ContactLaw;
+use crate::dem::forces::rubbing_lanes;
+use crate::dem::forces::touch::{Rub, Touch};
+use crate::dem::forces::{Deepest, Forces, Own, Scene};
+use crate::dem::neighbors::Pairs;
+use crate::dem::turn;
 
 /// Energies are summed in so many lanes; as many pairs at most are taken at a time.
-pub(super) const SUM_LANES: usize = 8;
+pub(in crate::dem) const SUM_LANES: usize = 8;
 
 /// Discs of a block, as their pairs see them.
-pub(super) struct Sight<'a> {
+pub(in crate::dem) struct Sight<'a> {
     /// Centers, m.
-    pub(super) positions: &'a [[f64; 2]],
+    pub(in crate::dem) positions: &'a [[f64; 2]],
     /// Velocities, m/s.
-    pub(super) velocities: &'a [[f64; 2]],
+    pub(in crate::dem) velocities: &'a [[f64; 2]],
     /// Speeds r w of the rims, m/s.
-    pub(super) rim_speeds: &'a [f64],
+    pub(in crate::dem) rim_speeds: &'a [f64],
     /// Angular velocities, rad/s.
-    pub(super) spins: &'a [f64],
+    pub(in crate::dem) spins: &'a [f64],
     /// Radii, m.
-    pub(super) radii: &'a [f64],
+    pub(in crate::dem) radii: &'a [f64],
     /// Materials, by their number.
-    pub(super) materials: &'a [u8],
-    pub(super) law: &'a ContactLaw,
-    pub(super) time_step: f64,
+    pub(in crate::dem) materials: &'a [u8],
+    pub(in crate::dem) law: &'a ContactLaw,
+    pub(in crate::dem) time_step: f64,
     /// Pairs up to here are looked at.
-    pub(super) end: usize,
+    pub(in crate::dem) end: usize,
 }
 
 /// What pairs add to.
-pub(super) struct Totals<'a> {
+pub(in crate::dem) struct Totals<'a> {
     /// Fx, Fy, Dx, Dy of each disc, N.
-    pub(super) forces: &'a mut [[f64; 4]],
+    pub(in crate::dem) forces: &'a mut [[f64; 4]],
     /// Tangential force on the rim of each disc and the dashpots' share of it, N.
-    pub(super) tangential: &'a mut [[f64; 2]],
+    pub(in crate::dem) tangential: &'a mut [[f64; 2]],
     /// Torque of the rolling springs on each disc, N m.
-    pub(super) rolling: &'a mut [f64],
-    pub(super) energies: LaneSums,
-    pub(super) deepest: &'a mut Deepest,
+    pub(in crate::dem) rolling: &'a mut [f64],
+    pub(in crate::dem) energies: LaneSums,
+    pub(in crate::dem) deepest: &'a mut Deepest,
 }
 
 /// Energies, J, of the pairs whose numbers leave the same remainder when divided by eight. How many pairs are taken at a
 /// time changes no bit of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct LaneSums {
+pub(in crate::dem) struct LaneSums {
     /// Held by the tangential and rolling springs.
-    pub(super) elastic: [f64; SUM_LANES],
+    pub(in crate::dem) elastic: [f64; SUM_LANES],
     /// Taken by friction.
-    pub(super) friction: [f64; SUM_LANES],
+    pub(in crate::dem) friction: [f64; SUM_LANES],
     /// Taken by rolling friction.
-    pub(super) rolling: [f64; SUM_LANES],
+    pub(in crate::dem) rolling: [f64; SUM_LANES],
 }
 
 /// Adds the forces of a block's inner pairs; the springs of its contacts move on by a step.
-pub(super) fn inner_pairs(
+pub(in crate::dem) fn inner_pairs(
     pairs: &mut Pairs,
     own: &Own<'_>,
     scene: &Scene<'_>,
@@ -94,7 +94,12 @@ pub(super) fn inner_pairs(
 }
 
 /// At most `most` pairs at a time, where the machine can; then the few that are left, or all, one by one.
-pub(super) fn in_lanes(pairs: &mut Pairs, sight: &Sight<'_>, totals: &mut Totals<'_>, most: usize) {
+pub(in crate::dem) fn in_lanes(
+    pairs: &mut Pairs,
+    sight: &Sight<'_>,
+    totals: &mut Totals<'_>,
+    most: usize,
+) {
     let done = rubbing_lanes::inner_pairs(pairs, sight, totals, most);
     pair_by_pair(pairs, done, sight, totals);
 }

@@ -8,30 +8,30 @@
 
 #![allow(unsafe_code)]
 
-use super::contacts::ContactLaw;
-use super::forces::{Deepest, Own};
-use super::near::{Near, Touching};
-use super::neighbors::{Pairs, Scope};
-use super::touched::Touched;
+use crate::dem::forces::contact::ContactLaw;
+use crate::dem::forces::touched::Touched;
+use crate::dem::forces::{Deepest, Own};
+use crate::dem::neighbors::near_pairs::{Near, Touching};
+use crate::dem::neighbors::{Pairs, Scope};
 
 /// What the lanes take their pairs from.
-pub(super) struct Lanes<'a> {
-    pub(super) pairs: &'a Pairs,
-    pub(super) scope: &'a Scope,
-    pub(super) own: &'a Own<'a>,
-    pub(super) law: &'a ContactLaw,
+pub(in crate::dem) struct Lanes<'a> {
+    pub(in crate::dem) pairs: &'a Pairs,
+    pub(in crate::dem) scope: &'a Scope,
+    pub(in crate::dem) own: &'a Own<'a>,
+    pub(in crate::dem) law: &'a ContactLaw,
 }
 
 /// What is known of a block's pairs from one step to the next, and memory that blocks share.
-pub(super) struct Memory<'a> {
-    pub(super) near: &'a mut Near,
-    pub(super) touching: &'a mut Touching,
+pub(in crate::dem) struct Memory<'a> {
+    pub(in crate::dem) near: &'a mut Near,
+    pub(in crate::dem) touching: &'a mut Touching,
     /// Takes the discs of pairs that touch; completed where no pairs but the near ones have to be looked at.
-    pub(super) touched: &'a mut Touched,
+    pub(in crate::dem) touched: &'a mut Touched,
 }
 
 /// Adds the forces of all pairs that touch; false where the machine has no AVX2, and nothing was done.
-pub(super) fn inner_pairs(
+pub(in crate::dem) fn inner_pairs(
     lanes: &Lanes<'_>,
     memory: Memory<'_>,
     forces: &mut [[f64; 4]],
@@ -50,8 +50,8 @@ pub(super) fn inner_pairs(
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{Deepest, Lanes, Memory, Own};
-    use crate::dem::fours::{Fours, LANES, differences};
-    use crate::dem::registers::avx2::transposed;
+    use crate::dem::forces::fours::{Fours, LANES, differences};
+    use crate::simd::registers::avx2::transposed;
     use std::arch::x86_64::*;
 
     #[inline]
@@ -137,7 +137,7 @@ mod avx2 {
     }
 
     #[target_feature(enable = "avx2,popcnt")]
-    pub(super) fn inner_pairs(
+    pub(in crate::dem) fn inner_pairs(
         lanes: &Lanes<'_>,
         memory: Memory<'_>,
         forces: &mut [[f64; 4]],

@@ -15,13 +15,13 @@
     allow(dead_code, reason = "only AVX2 has use for near pairs")
 )]
 
-use super::fours::{Fours, LANES};
-use super::neighbors::{Pairs, Scope};
-use super::tiers::TIERS;
+use crate::dem::forces::fours::{Fours, LANES};
+use crate::dem::neighbors::tiers::TIERS;
+use crate::dem::neighbors::{Pairs, Scope};
 
 /// The near pairs of a block. They are no part of the state.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Near {
+pub(in crate::dem) struct Near {
     good: Good,
     /// Pairs of the list before this one are not looked through: most of them touch.
     begin: usize,
@@ -37,7 +37,7 @@ pub(super) struct Near {
 
 /// Which of the near pairs of a block touch: memory that blocks share.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Touching {
+pub(in crate::dem) struct Touching {
     /// By their order among the near ones, and room behind them.
     places: Vec<u32>,
     count: usize,
@@ -58,25 +58,25 @@ const HORIZON: f64 = 1.0 / TIERS as f64;
 
 /// What near pairs are good for; by itself nothing.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Good {
+pub(in crate::dem) struct Good {
     /// The number of the list that they are from, and the way of its fastest discs, m, that is too long for them.
     list_and_way: Option<(u64, f64)>,
 }
 
 impl Good {
     /// Whether pairs that were near are good for the lists and the ways of a scope.
-    pub(super) fn is_for(&self, scope: &Scope) -> bool {
+    pub(in crate::dem) fn is_for(&self, scope: &Scope) -> bool {
         self.list_and_way.is_some_and(|(list, way)| list == scope.list && scope.way < way)
     }
 
     /// Pairs that are near now.
-    pub(super) fn until_the_horizon(scope: &Scope) -> Self {
+    pub(in crate::dem) fn until_the_horizon(scope: &Scope) -> Self {
         Self { list_and_way: Some((scope.list, scope.way + horizon(scope).0)) }
     }
 }
 
 /// The horizon, and the gap up to which pairs are near, m.
-pub(super) fn horizon(scope: &Scope) -> (f64, f64) {
+pub(in crate::dem) fn horizon(scope: &Scope) -> (f64, f64) {
     let horizon = HORIZON * scope.skin;
     // Gaps are rounded in their last digits.
     (horizon, 2.000_001 * horizon)
@@ -84,12 +84,12 @@ pub(super) fn horizon(scope: &Scope) -> (f64, f64) {
 
 impl Near {
     /// Pairs of the list before this one are not among these: most of them touch. A multiple of the lanes.
-    pub(super) fn begin(&self) -> usize {
+    pub(in crate::dem) fn begin(&self) -> usize {
         self.begin
     }
 
     /// Numbers in the list of those that touch, in its order; with up to three more at its end.
-    pub(super) fn those(&self, touching: &Touching) -> impl Iterator<Item = usize> {
+    pub(in crate::dem) fn those(&self, touching: &Touching) -> impl Iterator<Item = usize> {
         let places = touching.places[..touching.count].iter().map(|&place| place as usize);
         places.map(|place| match self.end_of_all {
             Some(_) => self.begin + place,
@@ -98,7 +98,7 @@ impl Near {
     }
 
     /// Takes note of how many of the list's first pairs touch.
-    pub(super) fn note(&mut self, touching: usize, of: usize) {
+    pub(in crate::dem) fn note(&mut self, touching: usize, of: usize) {
         let is_sparse = 2 * touching < of;
         if is_sparse != self.is_sparse {
             (self.is_sparse, self.good) = (is_sparse, Good::default());
@@ -140,7 +140,7 @@ impl Columns {
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{Columns, Fours, Good, LANES, Near, Touching, horizon, make_room};
-    use crate::dem::fours::{differences, those_first};
+    use crate::dem::forces::fours::{differences, those_first};
     use crate::dem::neighbors::{Pairs, Scope};
     use std::arch::x86_64::*;
 

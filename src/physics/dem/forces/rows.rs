@@ -25,11 +25,11 @@ unsafe impl Pod for Aligned {}
 
 /// Rows of four numbers, aligned; used as `[[f64; 4]]`.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Rows(Vec<Aligned>);
+pub(in crate::dem) struct Rows(Vec<Aligned>);
 
 impl Rows {
     /// Makes it so many rows of zeros.
-    pub(super) fn clear_to(&mut self, rows: usize) {
+    pub(in crate::dem) fn clear_to(&mut self, rows: usize) {
         self.0.clear();
         self.0.resize(rows, Aligned::default());
     }

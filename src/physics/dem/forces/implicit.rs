@@ -8,12 +8,12 @@
 //!
 //! One sweep is not enough: a spring under load would be softened by the factor 1 + c, and a bed would sink into itself.
 
-use super::contacts::{Contact, Partner};
-use super::discs::Discs;
-use super::forces::{Forces, Scene};
-use super::motion;
-use super::neighbors::BLOCK;
-use super::parameters::Parameters;
+use crate::dem::discs::Discs;
+use crate::dem::forces::contact::{Contact, Partner};
+use crate::dem::forces::{Forces, Scene};
+use crate::dem::motion;
+use crate::dem::neighbors::BLOCK;
+use crate::dem::parameters::Parameters;
 
 /// Change of a velocity in a sweep at which the solution is found, over the fastest contact's and what gravity adds to it.
 const TOLERANCE: f64 = 1e-6;
@@ -22,7 +22,11 @@ const TOLERANCE: f64 = 1e-6;
 const MOST_SWEEPS: u32 = 50;
 
 /// Replaces the contacts' forces by those with implicit dashpots.
-pub(super) fn solve_dashpots(discs: &Discs, parameters: &Parameters, contacts: &mut [Contact]) {
+pub(in crate::dem) fn solve_dashpots(
+    discs: &Discs,
+    parameters: &Parameters,
+    contacts: &mut [Contact],
+) {
     let Parameters { gravity, ref law, time_step, .. } = *parameters;
     // The velocities at the step's end, as far as they are known: by gravity and the springs, then by the dashpots too.
     // So a bed at rest is solved at once.
@@ -66,7 +70,7 @@ pub(super) fn solve_dashpots(discs: &Discs, parameters: &Parameters, contacts: &
 }
 
 /// The forces of solved contacts on the discs, block by block, with their dissipative parts as `forces` has them.
-pub(super) fn forces_of(
+pub(in crate::dem) fn forces_of(
     contacts: &[Contact],
     discs: &Discs,
     scene: &Scene<'_>,

@@ -6,13 +6,13 @@
 use std::ops::Range;
 
 /// Which directions of the box are periodic.
-pub(super) type Periodic = [bool; 2];
+pub(in crate::dem) type Periodic = [bool; 2];
 
 /// Column and row of a cell.
 type Place = [usize; 2];
 
 /// Discs sorted by cell.
-pub(super) struct Cells {
+pub(in crate::dem) struct Cells {
     /// Cells a meter along each axis.
     per_meter: [f64; 2],
     /// Columns and rows.
@@ -29,9 +29,9 @@ pub(super) struct Cells {
 
 /// Discs that follow each other in one column of a band, all of whose neighbors stand in the three columns of cells around:
 /// three cells of each lie side by side.
-pub(super) struct Stretch<'a> {
+pub(in crate::dem) struct Stretch<'a> {
     /// The cell of each.
-    pub(super) cells: &'a [u32],
+    pub(in crate::dem) cells: &'a [u32],
     starts: &'a [u32],
     /// By how much a cell's number grows from column to column.
     step: usize,
@@ -40,13 +40,13 @@ pub(super) struct Stretch<'a> {
 impl Stretch<'_> {
     /// Where the discs of a cell's own column end, one cell further up.
     #[inline]
-    pub(super) fn end_above(&self, cell: u32) -> u32 {
+    pub(in crate::dem) fn end_above(&self, cell: u32) -> u32 {
         self.starts[cell as usize + 2]
     }
 
     /// The discs of the three cells beside it in the next column.
     #[inline]
-    pub(super) fn beside(&self, cell: u32) -> Range<u32> {
+    pub(in crate::dem) fn beside(&self, cell: u32) -> Range<u32> {
         let beside = cell as usize + self.step;
         self.starts[beside - 1]..self.starts[beside + 2]
     }
@@ -64,15 +64,15 @@ struct Row {
 
 /// A run of discs in the sorted order, and by how many box lengths they are shifted to stand beside the one that looks.
 #[derive(Clone, Debug)]
-pub(super) struct Run {
-    pub(super) discs: Range<usize>,
-    pub(super) shift: [i8; 2],
+pub(in crate::dem) struct Run {
+    pub(in crate::dem) discs: Range<usize>,
+    pub(in crate::dem) shift: [i8; 2],
 }
 
 impl Cells {
     /// The grid, and the order that sorts the positions by cell; within a cell the order given is kept. `patch` is the
     /// number of discs that should fill a patch about as high as wide.
-    pub(super) fn sort(
+    pub(in crate::dem) fn sort(
         positions: &[[f64; 2]],
         sides: [f64; 2],
         reach: f64,
@@ -126,13 +126,13 @@ impl Cells {
     }
 
     /// The discs from `disc` to the returned one, those of one cell and of no other block than `own`.
-    pub(super) fn end_of_cell(&self, disc: usize, own: &Range<usize>) -> usize {
+    pub(in crate::dem) fn end_of_cell(&self, disc: usize, own: &Range<usize>) -> usize {
         Ord::min(self.starts[self.cells[disc] as usize + 1] as usize, own.end)
     }
 
     /// The longest stretch that begins with a disc and whose neighbors are all among `own`, without any image; `None` where
     /// the disc's cell is not such a one.
-    pub(super) fn stretch(&self, disc: usize, own: &Range<usize>) -> Option<Stretch<'_>> {
+    pub(in crate::dem) fn stretch(&self, disc: usize, own: &Range<usize>) -> Option<Stretch<'_>> {
         let cell = self.cells[disc] as usize;
         let cells_of_band = self.band * self.count[0];
         let (band, place) = (cell / cells_of_band, cell % cells_of_band);
@@ -166,7 +166,7 @@ impl Cells {
     }
 
     /// Lists the runs of discs in the 3 x 3 block around a point's cell, column by column from the left.
-    pub(super) fn around(&self, point: [f64; 2], found: &mut Vec<Run>) {
+    pub(in crate::dem) fn around(&self, point: [f64; 2], found: &mut Vec<Run>) {
         let middle = self.place(point);
         found.clear();
         let [column, row] = middle;

@@ -8,11 +8,11 @@
 //! two discs; then the discs move at random, so that they are sorted otherwise, and the list is built anew.
 //! Tolerance: none. Controls: springs of pairs that leave the list are gone; many pairs stand the other way round.
 
-use super::discs::Discs;
-use super::finder::Finders;
-use super::neighbors::{Neighbors, Pairs, Surroundings};
-use super::parameters::Parameters;
-use super::springs::Stretch;
+use crate::dem::discs::Discs;
+use crate::dem::neighbors::pair_search::Finders;
+use crate::dem::neighbors::springs::Stretch;
+use crate::dem::neighbors::{Neighbors, Pairs, Surroundings};
+use crate::dem::parameters::Parameters;
 use crate::random::{Seed, Stream};
 use kinetoscope_manifest::model::DemConfig;
 use kinetoscope_manifest::quantity::NonNegative;

@@ -3,9 +3,9 @@
 //! A value is found by trying the changed manifest itself, with the value as it will be printed. So what is named here is
 //! accepted when it is typed back.
 
-use super::parameters::Parameters;
-use super::restitution;
-use super::stability::Diagnosis;
+use crate::dem::diagnosis::Diagnosis;
+use crate::dem::parameters::Parameters;
+use crate::dem::restitution;
 use kinetoscope_manifest::model::{DemConfig, DiscRadius, Dissipation, Placement, TimeStep};
 use kinetoscope_manifest::quantity::{NonNegative, Positive, Share};
 use std::f64::consts::PI;
@@ -25,7 +25,7 @@ const DOUBLINGS: u32 = 100;
 const ROOMY_PACKING_FRACTION: f64 = 0.4;
 
 /// The nearest accepted values, as lines of a manifest, each good on its own.
-pub(super) fn find(config: &DemConfig) -> Vec<String> {
+pub(in crate::dem) fn find(config: &DemConfig) -> Vec<String> {
     keys(config).iter().filter_map(|key| nearest_accepted(config, key)).collect()
 }
 

@@ -12,7 +12,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A loop over columns of numbers for any width. `run` must be `#[inline(always)]`.
-pub(super) trait Kernel {
+pub(crate) trait Kernel {
     /// What it returns.
     type Output;
 
@@ -21,7 +21,7 @@ pub(super) trait Kernel {
 }
 
 /// Proof of instructions for `N` numbers at a time; makes registers.
-pub(super) trait Machine<const N: usize>: Copy {
+pub(crate) trait Machine<const N: usize>: Copy {
     type Lanes: Lanes<N>;
 
     /// One number in all lanes.
@@ -38,7 +38,7 @@ pub(super) trait Machine<const N: usize>: Copy {
 }
 
 /// A register. Each lane holds a number.
-pub(super) trait Lanes<const N: usize>:
+pub(crate) trait Lanes<const N: usize>:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -72,14 +72,14 @@ pub(super) trait Lanes<const N: usize>:
 }
 
 /// Yes or no for each lane.
-pub(super) trait Mask: Copy {
+pub(crate) trait Mask: Copy {
     /// A bit a lane, the first the lowest.
     fn bits(self) -> u32;
 }
 
 /// Runs a kernel with at most `most` lanes; `None` where this machine has no such registers.
 #[cfg(target_arch = "x86_64")]
-pub(super) fn run<K: Kernel>(kernel: K, most: usize) -> Option<K::Output> {
+pub(crate) fn run<K: Kernel>(kernel: K, most: usize) -> Option<K::Output> {
     if most >= 8 && std::arch::is_x86_feature_detected!("avx512f") {
         // SAFETY: the machine has AVX-512.
         return Some(unsafe { avx512::run(kernel) });
@@ -93,7 +93,7 @@ pub(super) fn run<K: Kernel>(kernel: K, most: usize) -> Option<K::Output> {
 
 /// Runs a kernel with at most `most` lanes; `None` where this machine has no such registers.
 #[cfg(not(target_arch = "x86_64"))]
-pub(super) fn run<K: Kernel>(_: K, _: usize) -> Option<K::Output> {
+pub(crate) fn run<K: Kernel>(_: K, _: usize) -> Option<K::Output> {
     None
 }
 
@@ -181,7 +181,7 @@ mod rows {
 }
 
 #[cfg(target_arch = "x86_64")]
-pub(super) mod avx2 {
+pub(crate) mod avx2 {
     use super::{Add, Div, Kernel, Lanes, Machine, Mask, Mul, Neg, Sub, rows};
     use std::arch::x86_64::*;
 
@@ -204,7 +204,7 @@ pub(super) mod avx2 {
     /// Rows to columns, and back.
     #[inline]
     #[target_feature(enable = "avx2")]
-    pub(in crate::dem) fn transposed(rows: [__m256d; 4]) -> [__m256d; 4] {
+    pub(crate) fn transposed(rows: [__m256d; 4]) -> [__m256d; 4] {
         let low = [_mm256_unpacklo_pd(rows[0], rows[1]), _mm256_unpacklo_pd(rows[2], rows[3])];
         let high = [_mm256_unpackhi_pd(rows[0], rows[1]), _mm256_unpackhi_pd(rows[2], rows[3])];
         [

@@ -9,15 +9,15 @@
 
 #![allow(unsafe_code)]
 
-use super::discs::Discs;
-use super::tiers;
+use crate::dem::discs::Discs;
+use crate::dem::neighbors::tiers;
 use std::ops::Range;
 
 /// Discs at a time.
 const LANES: usize = 4;
 
 /// By how many box lengths along each axis a disc is shifted to stand beside the one that looks.
-pub(super) type Turns = [i8; 2];
+pub(in crate::dem) type Turns = [i8; 2];
 
 /// A disc, and others that follow each other, of which it is compared with at most the first four.
 #[derive(Clone, Copy, Default)]
@@ -32,14 +32,14 @@ struct Look {
 /// Who is compared with whom, in order. Room is made ahead, and a look is written before it is known whether it counts: there
 /// is no branch to guess.
 #[derive(Default)]
-pub(super) struct Looks {
+pub(in crate::dem) struct Looks {
     looks: Vec<Look>,
     count: usize,
 }
 
 /// Pairs, column by column, in the order in which they were found. Here, too, room is made ahead.
 #[derive(Default)]
-pub(super) struct Found {
+pub(in crate::dem) struct Found {
     /// The disc, counted from the block's first, and the other, counted from where the others are.
     pairs: Vec<[u32; 2]>,
     /// r_i + r_j, m.
@@ -55,25 +55,25 @@ pub(super) struct Found {
 
 /// What pairs are looked for among.
 #[derive(Clone, Copy)]
-pub(super) struct Among<'a> {
-    pub(super) discs: &'a Discs,
+pub(in crate::dem) struct Among<'a> {
+    pub(in crate::dem) discs: &'a Discs,
     /// How far the list reaches beyond touching, m.
-    pub(super) skin: f64,
+    pub(in crate::dem) skin: f64,
     /// The disc that the block's own are counted from, and the one that the others are.
-    pub(super) counted_from: [usize; 2],
+    pub(in crate::dem) counted_from: [usize; 2],
     /// The box, m.
-    pub(super) sides: [f64; 2],
+    pub(in crate::dem) sides: [f64; 2],
 }
 
 impl Looks {
     /// How many there are.
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::dem) fn len(&self) -> usize {
         self.count
     }
 
     /// A disc is compared with others, of which there may be none: a range that begins behind its end is a mistake.
     #[inline]
-    pub(super) fn add(&mut self, disc: u32, others: Range<u32>, turns: Turns) {
+    pub(in crate::dem) fn add(&mut self, disc: u32, others: Range<u32>, turns: Turns) {
         let Range { start, end: stop } = others;
         let looks = (stop - start + LANES as u32 - 1) as usize / LANES;
         // Two are written even where fewer count.
@@ -100,38 +100,42 @@ impl Looks {
 impl Among<'_> {
     /// What is added to the center of a disc, m.
     #[inline(always)]
-    pub(super) fn shift(&self, turns: Turns) -> [f64; 2] {
+    pub(in crate::dem) fn shift(&self, turns: Turns) -> [f64; 2] {
         [0, 1].map(|axis: usize| f64::from(turns[axis]) * self.sides[axis])
     }
 }
 
 impl Found {
     /// Forgets all pairs.
-    pub(super) fn clear(&mut self) {
+    pub(in crate::dem) fn clear(&mut self) {
         self.count = 0;
         self.turns.clear();
         self.tiers.clear();
     }
 
-    pub(super) fn pairs(&self) -> &[[u32; 2]] {
+    pub(in crate::dem) fn pairs(&self) -> &[[u32; 2]] {
         &self.pairs[..self.count]
     }
 
-    pub(super) fn touching(&self) -> &[f64] {
+    pub(in crate::dem) fn touching(&self) -> &[f64] {
         &self.touching[..self.count]
     }
 
-    pub(super) fn tiers(&self) -> &[u8] {
+    pub(in crate::dem) fn tiers(&self) -> &[u8] {
         &self.tiers
     }
 
-    pub(super) fn turns(&self) -> &[Turns] {
+    pub(in crate::dem) fn turns(&self) -> &[Turns] {
         &self.turns
     }
 
     /// Takes the pairs that are closer than touching plus the skin, and empties the looks. With `SHIFTED`, the others may be
     /// images beyond periodic sides.
-    pub(super) fn take<const SHIFTED: bool>(&mut self, looks: &mut Looks, among: &Among<'_>) {
+    pub(in crate::dem) fn take<const SHIFTED: bool>(
+        &mut self,
+        looks: &mut Looks,
+        among: &Among<'_>,
+    ) {
         let before = self.count;
         let mut room = self.room(looks.count);
         room.look::<SHIFTED>(&looks.looks[..looks.count], among);
@@ -217,7 +221,7 @@ impl Room<'_> {
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{Among, LANES, Look, Room};
-    use crate::dem::fours::those_first;
+    use crate::dem::forces::fours::those_first;
     use std::arch::x86_64::*;
 
     /// For each set of lanes that are near, an order of 32-bit halves that puts these lanes first.
@@ -257,7 +261,7 @@ mod avx2 {
     const LANES_OF: [u32; LANES + 1] = [0, 1, 3, 7, 15];
 
     #[target_feature(enable = "avx2,popcnt")]
-    pub(super) fn look<const SHIFTED: bool>(
+    pub(in crate::dem) fn look<const SHIFTED: bool>(
         room: &mut Room<'_>,
         looks: &[Look],
         among: &Among<'_>,

@@ -1,9 +1,9 @@
 //! Discs that fall in while it runs: one after the other, in the order of their ids, at random on a line where there is room.
 
-use super::discs::{Disc, Discs};
-use super::parameters::Parameters;
-use super::start;
-use super::walls::PlacedWall;
+use crate::dem::discs::{Disc, Discs};
+use crate::dem::parameters::Parameters;
+use crate::dem::start;
+use crate::dem::walls::PlacedWall;
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator};
 use serde::{Deserialize, Serialize};

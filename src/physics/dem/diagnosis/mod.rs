@@ -3,9 +3,12 @@
 //! Each step of an explicit scheme subtracts c = eta dt/m_eff times the relative velocity of a contact. From c = 1 on it
 //! flips on the first touch, and far above each touch multiplies it by c.
 
-use super::parameters::Parameters;
-use super::recorded;
-use super::restitution;
+pub(super) mod messages;
+mod suggestions;
+
+use crate::dem::parameters::Parameters;
+use crate::dem::recorded;
+use crate::dem::restitution;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement};
 
 /// c = eta dt/m_eff from which a run is refused.

@@ -7,14 +7,25 @@
 //! The list holds every pair closer than touching plus the skin, and stays good until a disc or a wall has moved by half the
 //! skin. Until then a step looks at a part of it alone: see `tiers`. The order of the discs is part of the sums' bits, so the list belongs to the state.
 
-use super::cells::{Cells, Periodic};
-use super::contacts::ContactLaw;
-use super::discs::Discs;
-use super::finder::{Finders, Grid};
-use super::places;
-use super::springs::{Springs, Stretch};
-use super::tiers::{self, TIERS};
-use super::walls::PlacedWall;
+pub(super) mod cell_grid;
+#[cfg(test)]
+mod contact_history_survives_list_rebuild;
+#[cfg(test)]
+mod list_contains_every_contact;
+pub(super) mod near_pairs;
+pub(super) mod pair_buffer;
+pub(super) mod pair_search;
+pub(super) mod positions;
+pub(super) mod springs;
+pub(super) mod tiers;
+
+use crate::dem::discs::Discs;
+use crate::dem::forces::contact::ContactLaw;
+use crate::dem::neighbors::cell_grid::{Cells, Periodic};
+use crate::dem::neighbors::pair_search::{Finders, Grid};
+use crate::dem::neighbors::springs::{Springs, Stretch};
+use crate::dem::neighbors::tiers::TIERS;
+use crate::dem::walls::PlacedWall;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -176,7 +187,7 @@ impl Neighbors {
             return true;
         }
         // The sum of each step's fastest disc is a bound; now the true displacements are needed.
-        self.moved = places::longest_way(&self.built_at, &discs.positions);
+        self.moved = positions::longest_way(&self.built_at, &discs.positions);
         // Closer to the limit, the displacements would be asked for at every step.
         self.moved < 0.9 * limit
     }
@@ -244,7 +255,7 @@ impl Neighbors {
         self.number += 1;
         let with_springs = self.blocks.iter().map(Block::tiers_with_springs).max().unwrap_or(0);
         self.tiers = Ord::max(tiers::in_reach(0.0, skin), with_springs);
-        self.clearance = places::clearance(&discs.positions, around.sides, around.periodic);
+        self.clearance = positions::clearance(&discs.positions, around.sides, around.periodic);
         self.age = 0;
     }
 

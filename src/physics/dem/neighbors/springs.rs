@@ -3,16 +3,16 @@
 //! A tangential spring looks the same from both of its ends. A rolling spring does not: its stretch is that of the first
 //! against the second, and changes sign where the next list names the two the other way round.
 
-use super::discs::Discs;
-use super::neighbors::{Block, Pairs};
+use crate::dem::discs::Discs;
+use crate::dem::neighbors::{Block, Pairs};
 use serde::{Deserialize, Serialize};
 
 /// Stretch of a contact's tangential and rolling springs, m.
-pub(super) type Stretch = [f64; 2];
+pub(in crate::dem) type Stretch = [f64; 2];
 
 /// Stretched springs, in the order of the ids of their ends.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Springs {
+pub(in crate::dem) struct Springs {
     /// The smaller id first; stretches as seen from it.
     pairs: Vec<([u32; 2], Stretch)>,
     /// A disc's id and a wall's number.
@@ -26,14 +26,14 @@ struct Places<'a> {
 }
 
 /// Looks springs up while lists are built.
-pub(super) struct SpringFinder<'a> {
+pub(in crate::dem) struct SpringFinder<'a> {
     pairs: Places<'a>,
     walls: Places<'a>,
 }
 
 impl Springs {
     /// Every spring of the lists that is stretched.
-    pub(super) fn of(blocks: &[Block], discs: &Discs) -> Self {
+    pub(in crate::dem) fn of(blocks: &[Block], discs: &Discs) -> Self {
         let mut springs = Self::default();
         for block in blocks {
             let id = |local: u32| discs.ids[block.start + local as usize];
@@ -55,7 +55,7 @@ impl Springs {
         springs
     }
 
-    pub(super) fn finder(&self) -> SpringFinder<'_> {
+    pub(in crate::dem) fn finder(&self) -> SpringFinder<'_> {
         SpringFinder { pairs: Places::of(&self.pairs), walls: Places::of(&self.walls) }
     }
 }
@@ -109,7 +109,12 @@ impl<'a> Places<'a> {
 
 impl SpringFinder<'_> {
     /// Hands the springs of lasting contacts on to a block's new lists.
-    pub(super) fn hand_on(&self, block: &mut Block, discs: &Discs, has_rolling_friction: bool) {
+    pub(in crate::dem) fn hand_on(
+        &self,
+        block: &mut Block,
+        discs: &Discs,
+        has_rolling_friction: bool,
+    ) {
         let start = block.start;
         let id = |local: u32| discs.ids[start + local as usize];
         self.fill(&mut block.inner, has_rolling_friction, |a, b| [id(a), id(b)]);

@@ -4,23 +4,23 @@
 //! at the edge of a band, of a block or of the box with what stands around it, piece by piece. Who is compared with whom is
 //! noted first, then all comparisons are made in one loop, then the pairs found are sorted by their tiers.
 
-use super::cells::{Cells, Run, Stretch};
-use super::discs::Discs;
-use super::found::{Among, Found, Looks, Turns};
-use super::neighbors::{Block, Pairs, Surroundings, WallPair};
-use super::tiers::{Sorter, TIERS};
+use crate::dem::discs::Discs;
+use crate::dem::neighbors::cell_grid::{Cells, Run, Stretch};
+use crate::dem::neighbors::pair_buffer::{Among, Found, Looks, Turns};
+use crate::dem::neighbors::tiers::{Sorter, TIERS};
+use crate::dem::neighbors::{Block, Pairs, Surroundings, WallPair};
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fmt, mem};
 
 /// Where pairs are looked for.
-pub(super) struct Grid<'a> {
-    pub(super) discs: &'a Discs,
+pub(in crate::dem) struct Grid<'a> {
+    pub(in crate::dem) discs: &'a Discs,
     /// The cells that the discs are sorted by.
-    pub(super) cells: &'a Cells,
-    pub(super) around: &'a Surroundings<'a>,
+    pub(in crate::dem) cells: &'a Cells,
+    pub(in crate::dem) around: &'a Surroundings<'a>,
     /// How far the list reaches beyond touching, m.
-    pub(super) skin: f64,
+    pub(in crate::dem) skin: f64,
 }
 
 /// Memory of a search.
@@ -44,10 +44,10 @@ const GROUP: usize = 16;
 /// Memory of searches that are over. It is kept from list to list: fresh memory would have to be cleared, and
 /// is not in the cache.
 #[derive(Default)]
-pub(super) struct Finders(Mutex<Vec<Finder>>);
+pub(in crate::dem) struct Finders(Mutex<Vec<Finder>>);
 
 /// A search: its memory is given back when it ends.
-pub(super) struct Search<'a> {
+pub(in crate::dem) struct Search<'a> {
     finders: &'a Finders,
     finder: Finder,
 }
@@ -58,7 +58,7 @@ impl Finders {
     }
 
     /// Begins a search.
-    pub(super) fn search(&self) -> Search<'_> {
+    pub(in crate::dem) fn search(&self) -> Search<'_> {
         let finder = self.idle().pop().unwrap_or_default();
         Search { finders: self, finder }
     }
@@ -85,7 +85,7 @@ impl Drop for Search<'_> {
 
 impl Search<'_> {
     /// Lists the pairs of a block, its edges and its discs near walls anew.
-    pub(super) fn fill(&mut self, block: &mut Block, grid: &Grid<'_>) {
+    pub(in crate::dem) fn fill(&mut self, block: &mut Block, grid: &Grid<'_>) {
         self.finder.fill(block, grid);
     }
 }

@@ -1,10 +1,10 @@
 //! Kick and drift of a block's discs, two at a time, so that the compiler can use wide instructions.
 
-use super::forces::{Forces, Own, Scene};
-use super::motion;
-use super::parameters::Parameters;
-use super::step::Moved;
-use super::turn;
+use crate::dem::forces::{Forces, Own, Scene};
+use crate::dem::motion;
+use crate::dem::parameters::Parameters;
+use crate::dem::step::Moved;
+use crate::dem::turn;
 use crate::simd::dispatch::{self, Kernel, each, larger};
 
 /// Numbers of two discs, x and y of the first, then of the second.
