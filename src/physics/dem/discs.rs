@@ -1,17 +1,17 @@
-//! The discs in memory, in the order of the cells that they stood in when the neighbor list was built.
+//! The discs in memory, in the order of their cells when the neighbor lists were built.
 
-use crate::dem::forces::Own;
-use crate::dem::neighbors::BLOCK;
+use super::block::{BLOCK, BlockDiscs, BlockView};
 use serde::{Deserialize, Serialize};
 
-/// The discs, column by column, all of one length and in one order. `ids` says who stands where.
+/// The discs, column by column. All columns have one length and one order, which `ids` records.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Discs {
     /// A disc's number, from 0.
     pub(super) ids: Vec<u32>,
     /// Centers, m.
     pub(super) positions: Vec<[f64; 2]>,
-    /// The integrator's velocities, half a step behind the centers, m/s. Most looks at discs need no velocity.
+    /// The integrator's velocities, half a step behind the centers, m/s. They have a column of their own, because most
+    /// comparisons need positions only.
     pub(super) velocities: Vec<[f64; 2]>,
     /// The integrator's angular velocities, half a step behind, rad/s.
     pub(super) spins: Vec<f64>,
@@ -19,9 +19,9 @@ pub(super) struct Discs {
     pub(super) radii: Vec<f64>,
     /// Masses, kg.
     pub(super) masses: Vec<f64>,
-    /// One over them, 1/kg: a quotient less for every disc at every step.
+    /// Inverse masses, 1/kg: they save one division per disc and step.
     pub(super) inverse_masses: Vec<f64>,
-    /// Materials, by their number.
+    /// Material numbers.
     pub(super) materials: Vec<u8>,
 }
 
@@ -40,8 +40,8 @@ pub(super) struct Disc {
     pub(super) material: u8,
 }
 
-/// No place in memory.
-const NOWHERE: u32 = u32::MAX;
+/// No index.
+const NONE: u32 = u32::MAX;
 
 impl Discs {
     /// Number of discs.
@@ -49,13 +49,13 @@ impl Discs {
         self.positions.len()
     }
 
-    /// Puts the discs into another order; `order` says for each place who comes there, and may leave discs out.
+    /// Reorders the discs; `order` holds the old index for each new one and may omit discs.
     pub(super) fn reorder(&mut self, order: &[u32]) {
         fn sort<T: Copy>(column: &mut Vec<T>, order: &[u32]) {
             let values = column.as_slice();
             *column = order.iter().map(|&disc| values[disc as usize]).collect();
         }
-        /// A column of one number alone, down to its bits, stays as it is.
+        /// Skips a column of bitwise identical values.
         fn sort_if_needed<T: Copy, Bits: PartialEq>(
             column: &mut Vec<T>,
             order: &[u32],
@@ -78,7 +78,7 @@ impl Discs {
         sort_if_needed(&mut self.materials, order, |material| material);
     }
 
-    /// Adds a disc that does not turn.
+    /// Adds a disc without spin.
     pub(super) fn push(&mut self, disc: &Disc) {
         self.ids.push(disc.id);
         self.positions.push(disc.position);
@@ -91,33 +91,54 @@ impl Discs {
     }
 
     /// All discs as one block.
-    pub(super) fn own(&mut self) -> Own<'_> {
+    pub(super) fn as_block(&mut self) -> BlockDiscs<'_> {
         let Self { positions, velocities, spins, radii, masses, inverse_masses, materials, .. } =
             self;
-        Own { positions, velocities, spins, radii, masses, inverse_masses, materials }
+        BlockDiscs { positions, velocities, spins, radii, masses, inverse_masses, materials }
+    }
+
+    /// The columns of a block's discs that contact forces depend on.
+    pub(super) fn view(&self, start: usize) -> BlockView<'_> {
+        let block = start..Ord::min(start + BLOCK, self.len());
+        BlockView {
+            start,
+            positions: &self.positions[block.clone()],
+            velocities: &self.velocities[block.clone()],
+            spins: &self.spins[block.clone()],
+            radii: &self.radii[block.clone()],
+            materials: &self.materials[block],
+        }
     }
 
     /// The discs of each block.
-    pub(super) fn blocks(&mut self) -> Vec<Own<'_>> {
+    pub(super) fn blocks(&mut self) -> Vec<BlockDiscs<'_>> {
         let states = self.positions.chunks_mut(BLOCK).zip(self.velocities.chunks_mut(BLOCK));
         let moving = states.zip(self.spins.chunks_mut(BLOCK));
         let masses = self.masses.chunks(BLOCK).zip(self.inverse_masses.chunks(BLOCK));
         let bodies = self.radii.chunks(BLOCK).zip(masses).zip(self.materials.chunks(BLOCK));
         let own =
             |(((positions, velocities), spins), ((radii, (masses, inverse_masses)), materials))| {
-                Own { positions, velocities, spins, radii, masses, inverse_masses, materials }
+                BlockDiscs {
+                    positions,
+                    velocities,
+                    spins,
+                    radii,
+                    masses,
+                    inverse_masses,
+                    materials,
+                }
             };
         moving.zip(bodies).map(own).collect()
     }
 
-    /// Where each disc stands in memory, in the order of the ids.
+    /// The index of each disc, in the order of the ids.
     pub(super) fn by_id(&self) -> impl Iterator<Item = usize> {
-        // Ids are those of the start: few are missing, so that each finds its place without sorting.
+        // Few ids are missing, so no sort is needed.
         let most = self.ids.iter().fold(0, |most, &id| Ord::max(most, id as usize + 1));
-        let mut places = vec![NOWHERE; most];
+        let mut places = vec![NONE; most];
         for (place, &id) in (0..).zip(&self.ids) {
             places[id as usize] = place;
         }
-        places.into_iter().filter(|&place| place != NOWHERE).map(|place| place as usize)
+        places.into_iter().filter(|&place| place != NONE).map(|place| place as usize)
     }
 }

@@ -1,17 +1,18 @@
-//! The energy ledger: kinetic + m g y + elastic + dissipated + removed - entered - work of the walls = constant.
+//! The energy balance: kinetic + m g y + elastic + dissipated + removed - entered - work of the walls = constant.
 //!
-//! What is left of that constant is the integrator's error, and is reported apart.
+//! The residual is the integrator's error, and is reported separately.
 //!
-//! With the mid-step velocity the work of all forces is the change of the kinetic energy, exactly: m (v' - v) . (v' + v)/2.
-//! So dashpots and walls count by that velocity; the power at a frame's time counts half before and half after it.
+//! With the mid-step velocity, the work of all forces equals the change of the kinetic energy exactly: m (v' - v) . (v' + v)/2.
+//! Therefore, dashpots and walls count with that velocity; the power at a frame's time counts half before and half after it.
 
-use crate::dem::discs::Discs;
-use crate::dem::motion;
-use crate::dem::step::{Evaluation, Moved};
+use super::discs::Discs;
+use super::motion;
+use super::step::Evaluation;
+use super::totals::StepTotals;
 use crate::sum::CompensatedSum;
 use serde::{Deserialize, Serialize};
 
-/// The mechanical energy of an instant, J.
+/// The mechanical energy of a state, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Energies {
     /// Sum of m v^2 / 2 + I w^2 / 2.
@@ -25,8 +26,8 @@ pub(super) struct Energies {
 }
 
 impl Energies {
-    /// Energies at the positions' time: with the integrator's own velocities, which are half a step behind, the kinetic
-    /// energy has peaks of several percent within a contact.
+    /// Energies at the positions' time. With the integrator's own velocities, which are half a step behind, the kinetic
+    /// energy would have peaks of several percent within a contact.
     pub(super) fn of(discs: &Discs, evaluation: &Evaluation, gravity: [f64; 2]) -> Self {
         let mut kinetic = CompensatedSum::default();
         let mut gravitational = CompensatedSum::default();
@@ -43,8 +44,8 @@ impl Energies {
         Self {
             kinetic: kinetic.value(),
             gravitational: gravitational.value(),
-            elastic_normal: evaluation.touching.elastic.value(),
-            elastic_tangential: evaluation.moved.contacts.elastic,
+            elastic_normal: evaluation.contacts.elastic.value(),
+            elastic_tangential: evaluation.totals.contacts.elastic,
         }
     }
 
@@ -54,9 +55,9 @@ impl Energies {
     }
 }
 
-/// What has come and gone since the start, J.
+/// Energies gained and lost since the start, J.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Ledger {
+pub(super) struct EnergyBalance {
     /// Kinetic + gravitational + elastic at the start.
     pub(super) initial: f64,
     /// Taken by the dashpots, up to half a step before the positions' time.
@@ -67,17 +68,17 @@ pub(super) struct Ledger {
     rolling: CompensatedSum,
     /// Done by each wall on the discs, up to half a step before the positions' time.
     walls: Vec<CompensatedSum>,
-    /// Energy that discs took along when they were removed.
+    /// Energy of removed discs.
     pub(super) removed: CompensatedSum,
-    /// Energy that discs brought along when they came in.
+    /// Energy of inserted discs.
     pub(super) entered: CompensatedSum,
-    /// What gravity loses where discs are put back through a periodic side.
+    /// Potential energy lost as discs are wrapped around a periodic side.
     pub(super) put_back: CompensatedSum,
 }
 
-/// The ledger closed at a frame's time, J.
+/// The balance at a frame's time, J.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Balance {
+pub(super) struct ClosedBalance {
     pub(super) dashpot: f64,
     pub(super) friction: f64,
     pub(super) rolling: f64,
@@ -87,45 +88,45 @@ pub(super) struct Balance {
     pub(super) wall_work: f64,
 }
 
-impl Ledger {
-    /// Takes stock at the start, so that the residual begins at zero.
-    pub(super) fn open(&mut self, total: f64, moved: &Moved, time_step: f64) {
+impl EnergyBalance {
+    /// Sets the energy at the start, so that the residual begins at zero.
+    pub(super) fn open(&mut self, total: f64, totals: &StepTotals, time_step: f64) {
         self.initial = total;
-        self.walls.resize(moved.contacts.walls.len(), CompensatedSum::default());
+        self.walls.resize(totals.contacts.walls.len(), CompensatedSum::default());
         // A frame adds half a step of the power at its time.
-        self.add_powers(moved, -0.5 * time_step);
+        self.add_powers(totals, -0.5 * time_step);
     }
 
     /// Adds a step.
-    pub(super) fn add(&mut self, moved: &Moved, time_step: f64) {
-        self.add_powers(moved, time_step);
-        self.friction.add(moved.contacts.friction);
-        self.rolling.add(moved.contacts.rolling);
+    pub(super) fn add(&mut self, totals: &StepTotals, time_step: f64) {
+        self.add_powers(totals, time_step);
+        self.friction.add(totals.contacts.friction);
+        self.rolling.add(totals.contacts.rolling);
     }
 
-    fn add_powers(&mut self, moved: &Moved, time: f64) {
-        self.dashpot.add((moved.dashpot_power + moved.contacts.wall_dissipation) * time);
-        for (work, [_, _, power]) in self.walls.iter_mut().zip(&moved.contacts.walls) {
+    fn add_powers(&mut self, totals: &StepTotals, time: f64) {
+        self.dashpot.add((totals.dashpot_power + totals.contacts.wall_dissipation) * time);
+        for (work, [_, _, power]) in self.walls.iter_mut().zip(&totals.contacts.walls) {
             work.add(power * time);
         }
     }
 
-    /// The ledger at the present state, with its forces.
-    pub(super) fn balance(&self, moved: &Moved, time_step: f64) -> Balance {
+    /// The balance of the present state, with the totals of the step that begins there.
+    pub(super) fn balance(&self, totals: &StepTotals, time_step: f64) -> ClosedBalance {
         let mut closed = self.clone();
-        closed.add_powers(moved, 0.5 * time_step);
+        closed.add_powers(totals, 0.5 * time_step);
         let walls: Vec<f64> = closed.walls.iter().map(CompensatedSum::value).collect();
-        Balance {
+        ClosedBalance {
             dashpot: closed.dashpot.value(),
-            friction: closed.friction.value() + moved.contacts.friction,
-            rolling: closed.rolling.value() + moved.contacts.rolling,
+            friction: closed.friction.value() + totals.contacts.friction,
+            rolling: closed.rolling.value() + totals.contacts.rolling,
             wall_work: walls.iter().sum(),
             walls,
         }
     }
 }
 
-impl Balance {
+impl ClosedBalance {
     /// Taken by dashpots, friction and rolling friction.
     pub(super) fn dissipated(&self) -> f64 {
         self.dashpot + self.friction + self.rolling

@@ -1,38 +1,39 @@
-//! Discs that fall in while it runs: one after the other, in the order of their ids, at random on a line where there is room.
+//! Insertion of discs during a run: one after the other, in the order of their ids, at random free positions on a line.
 
-use crate::dem::discs::{Disc, Discs};
-use crate::dem::parameters::Parameters;
-use crate::dem::start;
-use crate::dem::walls::PlacedWall;
+use super::discs::{Disc, Discs};
+use super::motion;
+use super::parameters::Parameters;
+use super::start;
+use super::walls::PlacedWall;
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator};
 use serde::{Deserialize, Serialize};
 
-/// Places that are tried for a disc at one opening.
+/// Positions that are tried for a disc at a time.
 const TRIALS: u32 = 20;
 
-/// The discs that are still to come.
+/// The discs that are still to be inserted.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Rain {
+pub(super) struct Insertion {
     /// The two ends of the line of entry, m.
     line: [[f64; 2]; 2],
     /// The integrator's velocity of a disc that enters, m/s.
     velocity: [f64; 2],
-    /// Discs due in a second.
+    /// Discs due per second.
     rate: f64,
-    /// When the first is due, s.
+    /// Time at which the first disc is due, s.
     starts: f64,
-    /// Steps from one opening to the next: as many as a disc takes to clear the line.
+    /// Steps between two insertions: as many as a disc takes to clear the line.
     interval: u64,
-    /// Discs to come, the next one last.
+    /// Discs to be inserted, the next one last.
     waiting: Vec<Disc>,
-    /// Discs that have come.
+    /// Discs that have been inserted.
     pub(super) entered: u64,
     generator: Generator,
 }
 
-impl Rain {
-    /// The rain of a manifest; `discs` come with their ids, masses and materials, in their order.
+impl Insertion {
+    /// The insertion of a manifest; `discs` have their ids, masses and materials.
     pub(super) fn new(
         config: &DemConfig,
         parameters: &Parameters,
@@ -43,7 +44,7 @@ impl Rain {
         let [vx, vy] = rain.velocity_m_per_s.map(|v| v.get());
         let clearing = 2.0 * parameters.radius_range.1 / (vx * vx + vy * vy).sqrt();
         let steps = (clearing / parameters.time_step).ceil() as u64;
-        // Velocity Verlet's own velocities stand half a step behind, see `step`. Nothing overlaps, so a is gravity.
+        // Velocity Verlet's own velocities are half a step behind, see `step`. Nothing overlaps, so a is gravity.
         let back = match config.integrator {
             DemIntegrator::VelocityVerlet => 0.5 * parameters.time_step,
             DemIntegrator::SemiImplicitEuler | DemIntegrator::ImplicitDashpot => 0.0,
@@ -60,18 +61,18 @@ impl Rain {
         })
     }
 
-    /// Discs that are still to come.
-    pub(super) fn to_come(&self) -> u64 {
+    /// Number of discs that are still to be inserted.
+    pub(super) fn remaining(&self) -> u64 {
         self.waiting.len() as u64
     }
 
-    /// Whether discs may enter after so many steps.
-    pub(super) fn opens_at(&self, count: u64) -> bool {
+    /// Whether discs may be inserted after `count` steps.
+    pub(super) fn is_open_at(&self, count: u64) -> bool {
         !self.waiting.is_empty() && count.is_multiple_of(self.interval)
     }
 
-    /// The discs that are due and find room. The first that finds none waits, and with it all behind it.
-    pub(super) fn entering(
+    /// The discs that are due and fit. The first one that does not fit is delayed, and so are all behind it.
+    pub(super) fn due(
         &mut self,
         time: f64,
         discs: &Discs,
@@ -96,9 +97,9 @@ impl Rain {
                 let new = entering.iter().map(|disc| (disc.position, disc.radius));
                 start::overlapped_wall(walls, center, next.radius).is_none()
                     && others.chain(new).all(|(at, radius)| {
-                        let [x, y] = parameters.apart(center, at);
-                        let reach = next.radius + radius;
-                        x * x + y * y >= reach * reach
+                        let separation = parameters.separation(center, at);
+                        let distance_squared = motion::distance_squared(separation);
+                        !motion::is_closer(distance_squared, next.radius + radius)
                     })
             };
             let [from, to] = self.line;
@@ -116,7 +117,7 @@ impl Rain {
         entering
     }
 
-    /// Centers and radii of the discs that may stand in the way.
+    /// Centers and radii of the discs near the line.
     fn near_the_line(&self, discs: &Discs, parameters: &Parameters) -> Vec<([f64; 2], f64)> {
         let reach = 2.0 * parameters.radius_range.1;
         let [from, to] = self.line;

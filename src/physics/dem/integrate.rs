@@ -1,33 +1,36 @@
-//! Kick and drift of a block's discs, two at a time, so that the compiler can use wide instructions.
+//! Kick and drift of a block's discs: v' = v + a dt, x' = x + v' dt, and w' = w + alpha dt with friction.
+//!
+//! Loops are written for any width of instructions. Sums run over a fixed number of lanes, so their bits do not depend on it.
 
-use crate::dem::forces::{Forces, Own, Scene};
-use crate::dem::motion;
-use crate::dem::parameters::Parameters;
-use crate::dem::step::Moved;
-use crate::dem::turn;
+use super::block::BlockDiscs;
+use super::motion;
+use super::parameters::{Parameters, StepContext};
+use super::totals::{BlockForces, StepTotals};
 use crate::simd::dispatch::{self, Kernel, each, larger};
 
 /// Numbers of two discs, x and y of the first, then of the second.
-type Pair = [f64; 4];
+type TwoDiscs = [f64; 4];
 
-/// Equation (3) for the discs of a block: v' = v + a dt, x' = x + v' dt; and w' = w + alpha dt with friction. `start` is
-/// where they begin in memory. The forces are left at zero, for the next step.
+/// Discs whose powers are summed separately; their sum does not depend on the width of instructions.
+const LANES: usize = 4;
+
+/// Moves the discs of a block by a step. `start` is the index of the first one. The forces are left at zero, for the next step.
 pub(super) fn kick_and_drift(
-    own: &mut Own<'_>,
-    forces: &mut Forces,
+    discs: &mut BlockDiscs<'_>,
+    forces: &mut BlockForces,
     start: usize,
-    scene: &Scene<'_>,
+    step: &StepContext<'_>,
     parameters: &Parameters,
-) -> Moved {
+) -> StepTotals {
     let Parameters { gravity, time_step, .. } = *parameters;
-    let flies_free = gravity == [0.0; 2] && forces.touched.are_few(own.positions.len());
-    let sums = if flies_free {
-        fly_free(own, forces, time_step)
+    let is_free_flight = gravity == [0.0; 2] && forces.mask.is_sparse(discs.positions.len());
+    let sums = if is_free_flight {
+        fly(discs, forces, time_step)
     } else {
         dispatch::run(Drift {
-            positions: own.positions,
-            velocities: own.velocities,
-            inverse_masses: own.inverse_masses,
+            positions: discs.positions,
+            velocities: discs.velocities,
+            inverse_masses: discs.inverse_masses,
             forces: &mut forces.forces,
             gravity,
             time_step,
@@ -35,22 +38,22 @@ pub(super) fn kick_and_drift(
     };
     let Sums { dashpot_power: power, fastest_squared: fastest } = sums;
     let dashpot_power = (power[0] + power[2]) + (power[1] + power[3]);
-    let mut moved = Moved {
-        dashpot_power: dashpot_power + turn::turn(own, forces, time_step),
+    let mut totals = StepTotals {
+        dashpot_power: dashpot_power + rotate(discs, forces, time_step),
         contacts: forces.sums.clone(),
         fastest_squared: larger(fastest[0], fastest[1]),
         outside: None,
     };
-    // Where a place is no number, a velocity is none, and the power neither.
-    let bound = scene.scope.moved + moved.longest_way(time_step);
-    if bound >= scene.scope.clearance || dashpot_power.is_nan() {
-        let left = own.positions.iter().position(|&position| !parameters.is_inside(position));
-        moved.outside = left.map(|disc| start + disc);
+    // If a position is not a number, neither is its velocity, nor the power.
+    let bound = step.scope.moved + totals.max_displacement(time_step);
+    if bound >= step.scope.clearance || dashpot_power.is_nan() {
+        let left = discs.positions.iter().position(|&position| !parameters.is_inside(position));
+        totals.outside = left.map(|disc| start + disc);
     }
-    moved
+    totals
 }
 
-/// The loop over a block.
+/// Kick and drift of all discs of a block.
 struct Drift<'a> {
     positions: &'a mut [[f64; 2]],
     velocities: &'a mut [[f64; 2]],
@@ -60,21 +63,24 @@ struct Drift<'a> {
     time_step: f64,
 }
 
-/// The same as [`Drift`] without gravity, where nothing acts on most discs: these only move on.
-fn fly_free(own: &mut Own<'_>, forces: &mut Forces, time_step: f64) -> Sums {
+/// The same as [`Drift`] without gravity and with few discs in contact: the others only drift.
+fn fly(discs: &mut BlockDiscs<'_>, forces: &mut BlockForces, time_step: f64) -> Sums {
     let half = 0.5 * time_step;
-    // Of even discs, and of odd ones.
+    // Of the even discs, and of the odd ones.
     let mut power = [[0.0; 2]; 2];
-    for disc in forces.touched.all() {
-        let [vx, vy] = &mut own.velocities[disc];
+    for disc in forces.mask.iter() {
+        let [vx, vy] = &mut discs.velocities[disc];
         let [fx, fy, dx, dy] = std::mem::take(&mut forces.forces[disc]);
-        let [ax, ay] = motion::acceleration([0.0; 2], [fx, fy], own.inverse_masses[disc]);
+        let [ax, ay] = motion::acceleration([0.0; 2], [fx, fy], discs.inverse_masses[disc]);
         let [x, y] = power[disc % 2];
         power[disc % 2] = [x + dx * (*vx + ax * half), y + dy * (*vy + ay * half)];
         (*vx, *vy) = (*vx + ax * time_step, *vy + ay * time_step);
     }
-    let fastest_squared =
-        dispatch::run(Flight { positions: own.positions, velocities: own.velocities, time_step });
+    let fastest_squared = dispatch::run(Flight {
+        positions: discs.positions,
+        velocities: discs.velocities,
+        time_step,
+    });
     let [[x, y], [other_x, other_y]] = power;
     Sums { dashpot_power: [x, y, other_x, other_y], fastest_squared }
 }
@@ -87,7 +93,7 @@ struct Flight<'a> {
 }
 
 impl Kernel for Flight<'_> {
-    /// The largest squares of speeds of even discs, and of odd ones, m^2/s^2.
+    /// The largest squared speeds of the even discs, and of the odd ones, m^2/s^2.
     type Output = [f64; 2];
 
     #[inline(always)]
@@ -119,18 +125,18 @@ fn larger_of_each(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
     [larger(one[0], other[0]), larger(one[1], other[1])]
 }
 
-/// Sums over every other disc, axis by axis: their order does not depend on how many are taken at a time.
+/// Sums over every other disc, axis by axis: their order does not depend on the width of instructions.
 struct Sums {
     /// Power taken by the dashpots, W.
-    dashpot_power: Pair,
+    dashpot_power: TwoDiscs,
     /// Largest squares of the speeds after the kick, m^2/s^2.
     fastest_squared: [f64; 2],
 }
 
 impl Sums {
-    /// Two discs.
+    /// Moves two discs, and adds theirs.
     #[inline(always)]
-    fn move_on(
+    fn move_two(
         &mut self,
         gravity: [f64; 2],
         time_step: f64,
@@ -142,7 +148,7 @@ impl Sums {
         let half = 0.5 * time_step;
         let [[x, y], [other_x, other_y]] = *positions;
         let [[vx, vy], [other_vx, other_vy]] = *velocities;
-        let (places, before) = ([x, y, other_x, other_y], [vx, vy, other_vx, other_vy]);
+        let (centers, before) = ([x, y, other_x, other_y], [vx, vy, other_vx, other_vy]);
         let [[fx, fy, dx, dy], [other_fx, other_fy, other_dx, other_dy]] = *forces;
         *forces = [[0.0; 4]; 2];
         let losses = [dx, dy, other_dx, other_dy];
@@ -153,7 +159,7 @@ impl Sums {
         let power = self.dashpot_power;
         self.dashpot_power = each(|at| power[at] + losses[at] * (before[at] + a[at] * half));
         let v = each(|at| before[at] + a[at] * time_step);
-        let x = each(|at| places[at] + v[at] * time_step);
+        let x = each(|at| centers[at] + v[at] * time_step);
         let squared = each(|at| v[at] * v[at]);
         let squared = [squared[0] + squared[1], squared[2] + squared[3]];
         self.fastest_squared = larger_of_each(squared, self.fastest_squared);
@@ -176,19 +182,109 @@ impl Kernel for Drift<'_> {
         let states = positions.iter_mut().zip(velocities);
         for (((positions, velocities), &inverse), forces) in states.zip(inverse_masses).zip(forces)
         {
-            sums.move_on(gravity, time_step, positions, velocities, inverse, forces);
+            sums.move_two(gravity, time_step, positions, velocities, inverse, forces);
         }
         if let ([position], [velocity], [inverse], [force]) =
             (last_position, last_velocity, last_mass, last_force)
         {
-            // The last disc, with a copy that takes no power.
+            // The last disc, with a copy without power.
             let [fx, fy, ..] = *force;
             let (mut positions, mut velocities) = ([*position; 2], [*velocity; 2]);
             let mut forces = [*force, [fx, fy, 0.0, 0.0]];
             let inverse = [*inverse; 2];
-            sums.move_on(gravity, time_step, &mut positions, &mut velocities, inverse, &mut forces);
+            sums.move_two(
+                gravity,
+                time_step,
+                &mut positions,
+                &mut velocities,
+                inverse,
+                &mut forces,
+            );
             (*position, *velocity, *force) = (positions[0], velocities[0], forces[0]);
         }
         sums
+    }
+}
+
+/// Advances the spins of a block's discs by a step, and returns the power that dashpots take from them, W.
+fn rotate(discs: &mut BlockDiscs<'_>, forces: &BlockForces, time_step: f64) -> f64 {
+    let BlockForces { tangential, rolling, .. } = forces;
+    if tangential.is_empty() {
+        return 0.0;
+    }
+    let (spins, masses, radii) = (&mut *discs.spins, discs.masses, discs.radii);
+    let power = dispatch::run(Rotation { spins, masses, radii, tangential, rolling, time_step });
+    (power[0] + power[2]) + (power[1] + power[3])
+}
+
+/// Torque on a disc, N m, and the dashpots' part of it: tangential forces act on the rim.
+#[inline(always)]
+pub(super) fn torque(radius: f64, [force, dashpot]: [f64; 2], rolling: f64) -> [f64; 2] {
+    [rolling - radius * force, radius * dashpot]
+}
+
+/// Rotation of all discs of a block.
+struct Rotation<'a> {
+    spins: &'a mut [f64],
+    masses: &'a [f64],
+    radii: &'a [f64],
+    tangential: &'a [[f64; 2]],
+    rolling: &'a [f64],
+    time_step: f64,
+}
+
+/// Numbers of the discs that are rotated at a time.
+type FourDiscs = [f64; LANES];
+
+/// Rotates four discs, and returns the power that dashpots take from each.
+#[inline(always)]
+fn rotate_four(
+    spins: &mut FourDiscs,
+    masses: FourDiscs,
+    radii: FourDiscs,
+    tangential: [[f64; 2]; LANES],
+    rolling: FourDiscs,
+    time_step: f64,
+) -> FourDiscs {
+    let half = 0.5 * time_step;
+    let before = *spins;
+    let torques = each(|at| torque(radii[at], tangential[at], rolling[at])[0]);
+    let losses = each(|at| torque(radii[at], tangential[at], rolling[at])[1]);
+    let alpha = each(|at| motion::angular_acceleration(torques[at], masses[at], radii[at]));
+    *spins = each(|at| before[at] + alpha[at] * time_step);
+    each(|at| losses[at] * (before[at] + alpha[at] * half))
+}
+
+impl Kernel for Rotation<'_> {
+    type Output = FourDiscs;
+
+    #[inline(always)]
+    fn run(self) -> FourDiscs {
+        let Self { spins, masses, radii, tangential, rolling, time_step } = self;
+        let mut power = [0.0; LANES];
+        let (spins, last_spins) = spins.as_chunks_mut::<LANES>();
+        let (masses, last_masses) = masses.as_chunks::<LANES>();
+        let (radii, last_radii) = radii.as_chunks::<LANES>();
+        let (tangential, last_tangential) = tangential.as_chunks::<LANES>();
+        let (rolling, last_rolling) = rolling.as_chunks::<LANES>();
+        let bodies = spins.iter_mut().zip(masses).zip(radii);
+        let friction = tangential.iter().zip(rolling);
+        for (((spins, &masses), &radii), (&tangential, &rolling)) in bodies.zip(friction) {
+            let taken = rotate_four(spins, masses, radii, tangential, rolling, time_step);
+            let sum = power;
+            power = each(|at| sum[at] + taken[at]);
+        }
+        // The last discs, filled up with discs without a torque.
+        let few = last_spins.len();
+        let (mut spins, mut masses, mut radii) = ([0.0; LANES], [1.0; LANES], [1.0; LANES]);
+        let (mut tangential, mut rolling) = ([[0.0; 2]; LANES], [0.0; LANES]);
+        spins[..few].copy_from_slice(last_spins);
+        masses[..few].copy_from_slice(last_masses);
+        radii[..few].copy_from_slice(last_radii);
+        tangential[..few].copy_from_slice(last_tangential);
+        rolling[..few].copy_from_slice(last_rolling);
+        let taken = rotate_four(&mut spins, masses, radii, tangential, rolling, time_step);
+        last_spins.copy_from_slice(&spins[..few]);
+        each(|at| power[at] + taken[at])
     }
 }

@@ -9,8 +9,10 @@
 //! The stiffness is one for all: it sets how long a contact lasts and how deep it is, which must be short and shallow enough
 //! to matter no more, and not what it does.
 
-use crate::dem::restitution;
+use crate::dem::discs::Discs;
+use crate::dem::{motion, restitution};
 use crate::random::{Seed, Stream};
+use crate::simd::dispatch::{self, Kernel, each};
 use kinetoscope_manifest::model::{DISC, DemConfig, DemContactConstants, Dissipation, WALL};
 use serde::{Deserialize, Serialize};
 
@@ -53,6 +55,23 @@ struct Surface {
     restitution: f64,
     friction: f64,
     rolling_friction: f64,
+}
+
+/// The force law of a contact.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct ContactLaw {
+    /// Stiffness k, N/m.
+    pub(super) stiffness: f64,
+    /// Dashpots and friction by pairs of materials.
+    pub(super) materials: Materials,
+    /// Whether the force is clamped at zero where it would pull.
+    pub(super) only_pushes: bool,
+    /// Whether the dashpot takes the velocities at the step's end.
+    pub(super) is_implicit: bool,
+    /// Stiffness k_t of the tangential and the rolling spring, N/m.
+    pub(super) tangential_stiffness: f64,
+    /// eta_t over eta.
+    pub(super) tangential_damping_share: f64,
 }
 
 impl ContactConstants {
@@ -241,4 +260,127 @@ fn summed_shares(config: &DemConfig) -> Vec<f64> {
             Some(*sum / total)
         })
         .collect()
+}
+
+impl ContactLaw {
+    /// Damping eta of a pair of discs, N s/m.
+    pub(super) fn damping(&self, discs: &Discs, disc: usize, other: usize) -> f64 {
+        let mass = motion::effective_mass(discs.masses[disc], discs.masses[other]);
+        let pair = self.materials.between(discs.materials[disc], discs.materials[other]);
+        pair.damping(self.stiffness, mass)
+    }
+
+    /// Damping eta of pairs of discs, N s/m, which are counted from given ones.
+    pub(super) fn dampings(
+        &self,
+        discs: &Discs,
+        counted_from: [usize; 2],
+        [first, second]: [&[u32]; 2],
+        dampings: &mut [f64],
+    ) {
+        match self.materials.only().map(|pair| pair.dashpot) {
+            Some(Dashpot::Damping(damping)) => dampings.fill(damping),
+            Some(Dashpot::Ratio(ratio)) => {
+                let masses = counted_from.map(|from| &discs.masses[from..]);
+                let stiffness = self.stiffness;
+                let ends = [first, second];
+                dispatch::run(Dampings { masses, ends, ratio, stiffness, dampings });
+            }
+            None => {
+                for (damping, (&one, &other)) in dampings.iter_mut().zip(first.iter().zip(second)) {
+                    let [from, others_from] = counted_from;
+                    *damping =
+                        self.damping(discs, from + one as usize, others_from + other as usize);
+                }
+            }
+        }
+    }
+
+    /// Damping eta of a disc with a wall, N s/m.
+    pub(super) fn wall_damping(&self, discs: &Discs, disc: usize) -> f64 {
+        self.materials.with_walls(discs.materials[disc]).damping(self.stiffness, discs.masses[disc])
+    }
+
+    /// What the normal force does not fall below, N: zero where it only pushes.
+    pub(super) fn least_force(&self) -> f64 {
+        if self.only_pushes { 0.0 } else { f64::NEG_INFINITY }
+    }
+
+    /// Whether contacts have tangential or rolling springs.
+    pub(super) fn has_friction(&self) -> bool {
+        self.materials.have_friction()
+    }
+
+    /// Whether contacts have rolling springs.
+    pub(super) fn has_rolling_friction(&self) -> bool {
+        self.materials.have_rolling_friction()
+    }
+}
+
+/// Finds the dampings of pairs with one damping ratio.
+struct Dampings<'a> {
+    /// Masses of the discs that pairs name first, and of those that they name second, kg.
+    masses: [&'a [f64]; 2],
+    ends: [&'a [u32]; 2],
+    ratio: f64,
+    stiffness: f64,
+    dampings: &'a mut [f64],
+}
+
+impl Kernel for Dampings<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { masses: [masses, other_masses], ends: [first, second], .. } = self;
+        let damping = |mass: f64, other_mass: f64| {
+            let effective_mass = motion::effective_mass(mass, other_mass);
+            restitution::damping(self.ratio, self.stiffness, effective_mass)
+        };
+        let (fours, last) = self.dampings.as_chunks_mut::<4>();
+        let (first, last_first) = first.as_chunks::<4>();
+        let (second, last_second) = second.as_chunks::<4>();
+        for ((dampings, first), second) in fours.iter_mut().zip(first).zip(second) {
+            let masses = first.map(|disc| masses[disc as usize]);
+            let other_masses = second.map(|disc| other_masses[disc as usize]);
+            *dampings = each(|pair| damping(masses[pair], other_masses[pair]));
+        }
+        for ((value, &one), &other) in last.iter_mut().zip(last_first).zip(last_second) {
+            *value = damping(masses[one as usize], other_masses[other as usize]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dem::discs::Disc;
+    use crate::dem::parameters::Parameters;
+    use kinetoscope_manifest::model::{DemConfig, Dissipation};
+    use kinetoscope_manifest::quantity::{NonNegative, Share};
+
+    #[test]
+    fn dampings_found_together_are_those_of_single_pairs() {
+        let mut discs = Discs::default();
+        for id in 0..40 {
+            let mass = 0.5 + (f64::from(id) * std::f64::consts::SQRT_2).fract();
+            let (position, velocity) = ([f64::from(id), 0.0], [0.0; 2]);
+            discs.push(&Disc { id, position, velocity, radius: 0.5, mass, material: 0 });
+        }
+        let first: Vec<u32> = (0..19).collect();
+        let second: Vec<u32> = (0..19).map(|number| number * number % 31).collect();
+        for dissipation in [
+            Dissipation::Restitution(Share::new(0.5).unwrap()),
+            Dissipation::Damping(NonNegative::new(0.3).unwrap()),
+        ] {
+            let law = Parameters::new(&DemConfig { dissipation, ..DemConfig::default() }).law;
+            let mut dampings = vec![0.0; 19];
+            law.dampings(&discs, [5, 9], [&first, &second], &mut dampings);
+            let pairs = first.iter().zip(&second);
+            let wanted: Vec<f64> = pairs
+                .map(|(&one, &other)| law.damping(&discs, 5 + one as usize, 9 + other as usize))
+                .collect();
+            assert_eq!(dampings, wanted);
+        }
+    }
 }

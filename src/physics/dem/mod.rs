@@ -1,13 +1,16 @@
-//! Spring–dashpot discs in a box, with friction where it is asked for.
+//! Spring–dashpot discs in a box, with optional friction.
 //!
-//! The equations of motion stand in [`motion`], one collision in closed form in [`restitution`], the forces of all contacts
-//! in `forces`, the discretisation in `step`, the energy ledger in `energy`, and what can't be integrated is found by
-//! `stability` before the first step.
+//! Start reading at [`motion`], the equation of motion as it is executed, then `step`, its discretization. One collision in closed
+//! form is in [`restitution`], the forces of all contacts are in `forces`, the neighbor lists in `neighbors`, the energy balance in
+//! `energy`. `diagnosis` finds out before the first step whether a run can be integrated.
+//!
+//! *Invariant:* results have the same bits for any number of threads and any register width, and observation does not affect
+//! them.
 
 pub mod motion;
 pub mod restitution;
 
-mod contact_forces;
+mod block;
 mod diagnosis;
 mod discs;
 mod energy;
@@ -18,20 +21,17 @@ mod materials;
 mod neighbors;
 mod observe;
 mod parameters;
-mod recorded;
 mod start;
 mod step;
-mod turn;
+mod totals;
 mod walls;
 
 use crate::model::{Extent, Fault, Model, Progress, Refusal, Target};
 use crate::random::Seed;
 use diagnosis::{Diagnosis, messages};
 use discs::Discs;
-use energy::{Energies, Ledger};
-use forces::Scene;
-use forces::contact::Contact;
-use insertion::Rain;
+use energy::{ClosedBalance, Energies, EnergyBalance};
+use insertion::Insertion;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement, Stability};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, DemContactForces, DemContacts, DemEnergy, DemEnergyShare, DemTemperature,
@@ -39,12 +39,15 @@ use kinetoscope_recording::channels::{
 };
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
-use neighbors::{Neighbors, Scope, Surroundings};
-use parameters::Parameters;
-
+use neighbors::Neighbors;
+use neighbors::pair_search::Surroundings;
+use neighbors::positions;
+use neighbors::tiers::Scope;
+use parameters::{Parameters, StepContext};
 use serde::{Deserialize, Serialize};
 use start::Kinds;
-use step::{BlowUp, Evaluation, Moved, Workspace};
+use step::{Evaluation, Workspace};
+use totals::{BlowUp, Contact, StepTotals};
 use walls::PlacedWall;
 
 /// Discs with spring–dashpot contacts in a box with gravity.
@@ -52,49 +55,49 @@ use walls::PlacedWall;
 pub struct Dem {
     parameters: Parameters,
     discs: Discs,
-    /// Who may touch whom, always good for the present positions; with the springs of the contacts.
+    /// The neighbor lists, always valid for the present positions, with the springs of the contacts.
     neighbors: Neighbors,
     /// Steps since the start.
     count: u64,
-    ledger: Ledger,
+    balance: EnergyBalance,
     /// Discs removed since the start.
     removed: u64,
-    /// Discs that are still to come.
-    rain: Option<Rain>,
+    /// Discs that are inserted during the run.
+    insertion: Option<Insertion>,
     /// Speed of the fastest disc at the start, m/s.
     initial_top_speed: f64,
-    /// c = eta dt/m_eff of the lightest pair, for the words of a fault.
+    /// c = eta dt/m_eff of the lightest pair, for the message of a fault.
     damping_step: f64,
     window: Window,
-    /// Lines of the log of frame 0.
+    /// Log lines of frame 0.
     facts: Vec<String>,
     warnings: Vec<String>,
-    /// Four pairs at a time where the machine can: the same bits either way.
-    #[serde(skip, default = "use_lanes")]
-    use_lanes: bool,
+    /// Whether SIMD instructions may be used; results have the same bits without.
+    #[serde(skip, default = "use_simd")]
+    use_simd: bool,
     #[serde(skip)]
     workspace: Workspace,
 }
 
-/// Steps between two looks at the ledger while it runs.
+/// Steps between two checks of the energy balance.
 const AUDIT_INTERVAL: u64 = 1000;
-/// Residual over all the energy there was, from which a run has blown up.
-const LARGEST_RESIDUAL: f64 = 0.5;
+/// Residual over all energy, above which a run has blown up.
+const MAX_RESIDUAL: f64 = 0.5;
 
-fn use_lanes() -> bool {
+fn use_simd() -> bool {
     true
 }
 
-/// What is gathered between frames.
+/// Quantities accumulated between frames.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Window {
     /// Largest overlap over the smaller radius of a contact since the last frame.
-    largest_overlap: f64,
+    max_overlap: f64,
     /// Sum of each wall's force over the steps since the last frame, N.
     wall_forces: Vec<[f64; 2]>,
     /// Steps since the last frame.
     steps: u64,
-    /// The target was reached: the next call opens a new window.
+    /// Whether the target was reached; the next call then opens a new window.
     is_closed: bool,
 }
 
@@ -125,23 +128,24 @@ impl Model for Dem {
         ChannelDeclaration::opt_in::<DemContactForces>(),
     ];
 
-    /// On request frames tell the force of every contact.
+    /// Prepares the first state; with `contact_forces`, frames contain the force of every contact.
     fn prepare(config: &DemConfig, seed: Seed, contact_forces: bool) -> Result<Self, Refusal> {
         let diagnosis = Diagnosis::of(config);
         let mut warnings = Vec::new();
-        if diagnosis.is_refused() {
+        if diagnosis.is_rejected() {
             let text = messages::refusal(config, &diagnosis);
             if config.stability == Stability::Refuse || !diagnosis.is_countable() {
                 return Err(Refusal(text));
             }
             warnings.push(text);
         }
-        warnings.extend(diagnosis.doubts());
+        warnings.extend(diagnosis.warnings());
         let parameters =
-            Parameters { tells_contact_forces: contact_forces, ..Parameters::new(config) };
+            Parameters { records_contact_forces: contact_forces, ..Parameters::new(config) };
         let kinds = Kinds::drawn(config, &parameters, seed);
         let mut discs = start::discs(config, &parameters, seed, &kinds)?;
-        let rain = Rain::new(config, &parameters, seed, kinds.rain(config, &parameters));
+        let later = kinds.inserted(config, &parameters);
+        let insertion = Insertion::new(config, &parameters, seed, later);
         let facts = messages::facts(config, &parameters, &diagnosis, &discs);
         let initial_top_speed = discs.velocities.iter().fold(0.0, |top, [vx, vy]| {
             let speed = (vx * vx + vy * vy).sqrt();
@@ -157,19 +161,19 @@ impl Model for Dem {
             parameters,
             discs,
             count: 0,
-            ledger: Ledger::default(),
+            balance: EnergyBalance::default(),
             removed: 0,
-            rain,
+            insertion,
             initial_top_speed,
             damping_step: diagnosis.damping_step,
             window: Window { is_closed: true, ..Window::default() },
             facts,
             warnings,
-            use_lanes: true,
+            use_simd: true,
             workspace: Workspace::default(),
         };
         model.list_neighbors();
-        model.open_ledger();
+        model.open_balance();
         Ok(model)
     }
 
@@ -178,7 +182,7 @@ impl Model for Dem {
     }
 
     fn particles_to_come(&self) -> u64 {
-        self.rain.as_ref().map_or(0, Rain::to_come)
+        self.insertion.as_ref().map_or(0, Insertion::remaining)
     }
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, Fault> {
@@ -194,7 +198,7 @@ impl Model for Dem {
             if budget == 0 {
                 return Ok(Progress::Working);
             }
-            self.step().map_err(|blow_up| messages::fault(self, blow_up))?;
+            self.step().map_err(|blow_up| self.fault(blow_up))?;
             budget -= 1;
         }
         self.window.is_closed = true;
@@ -219,35 +223,36 @@ impl Model for Dem {
 }
 
 impl Dem {
-    /// Chooses between the pair loops of one and of four pairs at a time, which give the same bits; for tests and benchmarks.
+    /// Switches SIMD instructions in force loops on or off, which changes no bit; for tests and benchmarks.
     #[must_use]
-    pub fn with_lanes(self, use_lanes: bool) -> Self {
-        Self { use_lanes, ..self }
+    pub fn with_lanes(self, use_simd: bool) -> Self {
+        Self { use_simd, ..self }
     }
 
-    /// One time step: forces at the present state, the ledger's share, kick and drift; then a good neighbor list again.
+    /// One time step: forces of the present state, energy balance, kick and drift; then the neighbor lists are made valid again.
     fn step(&mut self) -> Result<(), BlowUp> {
         let walls = self.parameters.walls_at(self.count);
         let scope = self.neighbors.scope();
-        let scene = scene(&self.parameters, &walls, &self.window, scope, self.use_lanes);
+        let known_overlap = self.window.max_overlap;
+        let step = step_context(&self.parameters, &walls, known_overlap, scope, self.use_simd);
         let (neighbors, discs) = (&mut self.neighbors, &mut self.discs);
-        let moved = self.workspace.advance(neighbors, discs, &scene, &self.parameters);
-        self.window.take(&moved);
+        let totals = self.workspace.advance(neighbors, discs, &step, &self.parameters);
+        self.window.add(&totals);
         let time_step = self.parameters.time_step;
-        self.ledger.add(&moved, time_step);
+        self.balance.add(&totals, time_step);
         self.count += 1;
-        if let Some(blow_up) = moved.blow_up() {
+        if let Some(blow_up) = totals.blow_up() {
             return Err(blow_up);
         }
         let displacements = self.parameters.displacements_at(self.count);
-        let way = moved.longest_way(time_step);
-        if !self.neighbors.is_good_after(way, &self.discs, &displacements) {
+        let displacement = totals.max_displacement(time_step);
+        if !self.neighbors.is_valid_after(displacement, &self.discs, &displacements) {
             self.neighbors.adapt_skin(self.parameters.radius);
-            self.put_back();
+            self.wrap();
             self.list_neighbors();
             self.remove_discs();
         }
-        self.let_discs_in();
+        self.insert_discs();
         if self.count.is_multiple_of(AUDIT_INTERVAL) { self.audit() } else { Ok(()) }
     }
 
@@ -260,37 +265,38 @@ impl Dem {
             walls: &walls,
             displacements: &self.parameters.displacements_at(self.count),
             largest_radius: self.parameters.radius_range.1,
-            finders: &self.workspace.finders,
+            memory: &self.workspace.search,
         };
         self.neighbors.build(&mut self.discs, &around);
     }
 
-    /// Takes discs that sank below the outlet out of the run, with their energy.
+    /// Removes discs below the outlet, with their energy.
     fn remove_discs(&mut self) {
         let Some(outlet) = self.parameters.outlet_below else { return };
-        let stays: Vec<u32> = (0..self.discs.len() as u32)
+        let remaining: Vec<u32> = (0..self.discs.len() as u32)
             .filter(|&disc| self.discs.positions[disc as usize][1] >= outlet)
             .collect();
-        let leaving = self.discs.len() - stays.len();
+        let leaving = self.discs.len() - remaining.len();
         if leaving == 0 {
             return;
         }
         let before = self.energies(&self.evaluate()).total();
-        // Lists speak of places in memory: they are built anew at once, with the springs of those that stay.
-        self.list_only(&stays);
+        // Lists contain indices; they are rebuilt at once, with the springs of the remaining discs.
+        self.keep_only(&remaining);
         let after = self.energies(&self.evaluate()).total();
-        self.ledger.removed.add(before - after);
+        self.balance.removed.add(before - after);
         self.removed += leaving as u64;
     }
 
-    /// Lets discs of the rain in, with their energy.
-    fn let_discs_in(&mut self) {
+    /// Inserts the discs that are due, with their energy.
+    fn insert_discs(&mut self) {
         let time = self.time();
-        let Some(rain) = self.rain.as_mut().filter(|rain| rain.opens_at(self.count)) else {
+        let Some(insertion) = self.insertion.as_mut().filter(|all| all.is_open_at(self.count))
+        else {
             return;
         };
         let walls = self.parameters.walls_at(self.count);
-        let entering = rain.entering(time, &self.discs, &walls, &self.parameters);
+        let entering = insertion.due(time, &self.discs, &walls, &self.parameters);
         if entering.is_empty() {
             return;
         }
@@ -300,113 +306,117 @@ impl Dem {
         self.neighbors.hold(springs);
         self.list_neighbors();
         let after = self.energies(&self.evaluate()).total();
-        self.ledger.entered.add(after - before);
+        self.balance.entered.add(after - before);
     }
 
-    fn list_only(&mut self, stays: &[u32]) {
+    fn keep_only(&mut self, remaining: &[u32]) {
         let springs = self.neighbors.springs(&self.discs);
-        self.discs.reorder(stays);
+        self.discs.reorder(remaining);
         self.neighbors.hold(springs);
         self.list_neighbors();
     }
 
-    /// Puts discs that left through a periodic side back at the other one.
-    fn put_back(&mut self) {
+    /// Wraps discs that left through a periodic side around to the other one.
+    fn wrap(&mut self) {
         let Parameters { sides, periodic, gravity, .. } = self.parameters;
-        let Discs { positions, masses, .. } = &mut self.discs;
-        for disc in
-            neighbors::positions::groups_that_left(positions, sides, periodic).into_iter().flatten()
-        {
+        let Discs { positions: centers, masses, .. } = &mut self.discs;
+        for disc in positions::groups_that_left(centers, sides, periodic).into_iter().flatten() {
             for axis in (0..2).filter(|&axis| periodic[axis]) {
-                let before = positions[disc][axis];
+                let before = centers[disc][axis];
                 if before >= 0.0 && before < sides[axis] {
                     continue;
                 }
                 let turns = (before / sides[axis]).floor();
                 if turns != 0.0 {
                     let after = before - turns * sides[axis];
-                    positions[disc][axis] = after;
-                    self.ledger.put_back.add(masses[disc] * gravity[axis] * (after - before));
+                    centers[disc][axis] = after;
+                    self.balance.put_back.add(masses[disc] * gravity[axis] * (after - before));
                 }
             }
         }
     }
 
-    /// Stops a run whose ledger does not close.
+    /// Stops a run whose energy balance does not close.
     fn audit(&self) -> Result<(), BlowUp> {
         let evaluation = self.evaluate();
         let energies = self.energies(&evaluation);
-        let balance = self.ledger.balance(&evaluation.moved, self.parameters.time_step);
+        let balance = self.balance.balance(&evaluation.totals, self.parameters.time_step);
         let residual = self.residual(&energies, &balance);
         let throughput = energies.kinetic + energies.elastic_normal + energies.elastic_tangential;
-        let came = self.ledger.initial.abs() + self.ledger.entered.value().abs();
-        let scale = came + throughput + balance.dissipated().abs();
+        let supplied = self.balance.initial.abs() + self.balance.entered.value().abs();
+        let scale = supplied + throughput + balance.dissipated().abs();
         let share = residual.abs() / scale;
-        // Written so that no number is no closed ledger.
-        let is_closed = share <= LARGEST_RESIDUAL || scale == 0.0;
+        // Written so that a residual that is not a number fails.
+        let is_closed = share <= MAX_RESIDUAL || scale == 0.0;
         if is_closed { Ok(()) } else { Err(BlowUp::Residual(share)) }
     }
 
-    /// Takes stock at the start, so that the ledger's residual begins at zero.
-    fn open_ledger(&mut self) {
+    /// Opens the energy balance at the start, so that its residual begins at zero.
+    fn open_balance(&mut self) {
         let evaluation = self.evaluate();
         let total = self.energies(&evaluation).total();
-        self.ledger.open(total, &evaluation.moved, self.parameters.time_step);
+        self.balance.open(total, &evaluation.totals, self.parameters.time_step);
     }
 
-    /// Forces at the present state, found without touching it.
+    /// Forces of the present state, which does not change.
     fn evaluate(&self) -> Evaluation {
-        self.evaluate_showing(&mut |_| {})
+        self.evaluate_contacts(&mut |_| {})
     }
 
-    /// The same; `on_contact` is shown all contacts.
-    fn evaluate_showing(&self, on_contact: &mut dyn FnMut(&Contact)) -> Evaluation {
+    /// The same; `on_contact` receives all contacts.
+    fn evaluate_contacts(&self, on_contact: &mut dyn FnMut(&Contact)) -> Evaluation {
         let walls = self.parameters.walls_at(self.count);
         let scope = self.neighbors.scope();
-        let scene = scene(&self.parameters, &walls, &Window::default(), scope, self.use_lanes);
-        Evaluation::of(&self.neighbors, &self.discs, &scene, &self.parameters, on_contact)
+        let step = step_context(&self.parameters, &walls, 0.0, scope, self.use_simd);
+        Evaluation::of(&self.neighbors, &self.discs, &step, &self.parameters, on_contact)
+    }
+
+    fn fault(&self, blow_up: BlowUp) -> Fault {
+        let Self { parameters, discs, count, damping_step, .. } = self;
+        messages::fault(parameters, discs, (*count, self.time()), *damping_step, blow_up)
     }
 
     fn energies(&self, evaluation: &Evaluation) -> Energies {
         let Parameters { gravity, .. } = &self.parameters;
         let mut energies = Energies::of(&self.discs, evaluation, *gravity);
-        energies.gravitational += self.ledger.put_back.value();
+        energies.gravitational += self.balance.put_back.value();
         energies
     }
 
-    fn residual(&self, energies: &Energies, balance: &energy::Balance) -> f64 {
-        let gone = balance.dissipated() + self.ledger.removed.value() - self.ledger.entered.value();
-        energies.total() + gone - balance.wall_work - self.ledger.initial
+    fn residual(&self, energies: &Energies, balance: &ClosedBalance) -> f64 {
+        let lost =
+            balance.dissipated() + self.balance.removed.value() - self.balance.entered.value();
+        energies.total() + lost - balance.wall_work - self.balance.initial
     }
 }
 
-fn scene<'a>(
+fn step_context<'a>(
     parameters: &'a Parameters,
     walls: &'a [PlacedWall],
-    window: &Window,
+    known_overlap: f64,
     scope: Scope,
-    use_lanes: bool,
-) -> Scene<'a> {
-    Scene {
+    use_simd: bool,
+) -> StepContext<'a> {
+    StepContext {
         law: &parameters.law,
         walls,
         time_step: parameters.time_step,
         smallest_radius: parameters.radius_range.0,
-        known_overlap: window.largest_overlap,
+        known_overlap,
         scope,
-        use_lanes,
+        use_simd,
     }
 }
 
 impl Window {
     /// Adds a step.
-    fn take(&mut self, moved: &Moved) {
-        let deepest = moved.contacts.deepest.over_radius;
-        if deepest > self.largest_overlap {
-            self.largest_overlap = deepest;
+    fn add(&mut self, totals: &StepTotals) {
+        let max_overlap = totals.contacts.max_overlap.over_radius;
+        if max_overlap > self.max_overlap {
+            self.max_overlap = max_overlap;
         }
-        self.wall_forces.resize(moved.contacts.walls.len(), [0.0; 2]);
-        for (sum, [fx, fy, _]) in self.wall_forces.iter_mut().zip(&moved.contacts.walls) {
+        self.wall_forces.resize(totals.contacts.walls.len(), [0.0; 2]);
+        for (sum, [fx, fy, _]) in self.wall_forces.iter_mut().zip(&totals.contacts.walls) {
             *sum = [sum[0] + fx, sum[1] + fy];
         }
         self.steps += 1;

@@ -1,7 +1,10 @@
-//! The equations of motion of discs with spring–dashpot contacts, and nothing else.
+//! The equations of motion of discs with spring–dashpot contacts, as they are executed.
 //!
-//! Cundall and Strack, Géotechnique 29 (1979) 47; the source document's equation (1). Friction and rolling: Luding,
-//! Granular Matter 10 (2008) 235, sections 3.2 and 3.3.
+//! Cundall and Strack, Géotechnique 29 (1979) 47; the DEM exercise's equation (1). Friction and rolling: Luding,
+//! Granular Matter 10 (2008) 235, sections 3.2 and 3.3. The laws of a contact are generic over the register: each is written
+//! once and runs for one, four or eight contacts at a time.
+
+use crate::simd::registers::Register;
 
 /// The equation of motion, m a = m g + sum of f_c, solved for a in m/s^2.
 ///
@@ -26,59 +29,128 @@ pub fn moment_of_inertia(mass: f64, radius: f64) -> f64 {
     0.5 * mass * radius * radius
 }
 
-/// Equation (1) along the normal: f = k delta - eta v_n, in N, positive where it pushes.
-///
-/// `stiffness` is k in N/m, `damping` eta in N s/m, `overlap` delta in m, `separating_speed` v_n in m/s: the relative
-/// velocity along the normal, positive where the two move apart.
-#[must_use]
-#[inline]
-pub fn contact_force(stiffness: f64, damping: f64, overlap: f64, separating_speed: f64) -> f64 {
-    stiffness * overlap - damping * separating_speed
-}
-
-/// What a spring with a slider does in a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpringSlider {
-    /// Force on the disc along the tangent, N.
-    pub force: f64,
-    /// Share of the force that is the dashpot's, N; 0 while it slides.
-    pub dashpot_force: f64,
-    /// Stretch of the spring afterward, m.
-    pub stretch: f64,
-    /// How far the slider moved, m.
-    pub slip: f64,
-}
-
-/// A spring in series with a slider that gives way at |f| = `limit`, a dashpot beside the spring while the slider holds:
-///
-/// xi' = xi + v_t dt; f = -k_t xi' - eta_t v_t while |f| <= mu f_n; else |f| = mu f_n and xi = -f/k_t.
-///
-/// `stretch` is xi in m from the step before, `travel` is v_t dt in m, `speed` v_t in m/s, `limit` mu f_n >= 0 in N.
-#[must_use]
-#[inline]
-pub fn spring_slider(
-    stiffness: f64,
-    damping: f64,
-    stretch: f64,
-    travel: f64,
-    speed: f64,
-    limit: f64,
-) -> SpringSlider {
-    let stretched = stretch + travel;
-    let dashpot_force = -damping * speed;
-    let trial = dashpot_force - stiffness * stretched;
-    if trial.abs() <= limit {
-        return SpringSlider { force: trial, dashpot_force, stretch: stretched, slip: 0.0 };
-    }
-    let force = if trial > 0.0 { limit } else { -limit };
-    // Times 1/k_t, which is found once for many contacts.
-    let stretch = -force * (1.0 / stiffness);
-    SpringSlider { force, dashpot_force: 0.0, stretch, slip: stretched - stretch }
-}
-
 /// Effective mass of a pair, m_eff = m_i m_j / (m_i + m_j), in kg. Against a wall it is the disc's own mass.
 #[must_use]
 #[inline(always)]
 pub fn effective_mass(first: f64, second: f64) -> f64 {
     first * second / (first + second)
+}
+
+/// Squared distance d^2 = x^2 + y^2 of two centers, m^2.
+#[inline(always)]
+pub(crate) fn distance_squared<R: Register>([x, y]: [R; 2]) -> R {
+    x * x + y * y
+}
+
+/// Whether two centers are closer than a reach: d^2 < reach^2. With reach = r_i + r_j, the two are in contact.
+///
+/// A position that is not a number is closer to nothing.
+#[inline(always)]
+pub(crate) fn is_closer<R: Register>(distance_squared: R, reach: R) -> R::Mask {
+    distance_squared.is_less(reach * reach)
+}
+
+/// The normal force of a contact, N.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NormalForce<R> {
+    /// f, positive if it pushes.
+    pub(crate) force: R,
+    /// The dissipative part, k delta - f.
+    pub(crate) loss: R,
+}
+
+/// Equation (1) along the normal: f = k delta - eta v_n, but not less than f_min.
+///
+/// `stiffness` is k in N/m, `damping` eta in N s/m, `overlap` delta in m, `separating_speed` v_n in m/s: the relative
+/// velocity along the normal, positive if the two move apart. `least_force` is f_min in N: 0 if the force is clamped
+/// (Schwager and Pöschel, Granular Matter 9 (2007) 465), minus infinity with the attractive tail.
+#[inline(always)]
+pub(crate) fn normal_force<R: Register>(
+    stiffness: R,
+    damping: R,
+    overlap: R,
+    separating_speed: R,
+    least_force: R,
+) -> NormalForce<R> {
+    let spring = stiffness * overlap;
+    let force = (spring - damping * separating_speed).larger(least_force);
+    NormalForce { force, loss: spring - force }
+}
+
+/// Equation (1) with the dashpot at the velocity of the step's end: f = (k delta - eta v_n) / (1 + c), but not less than f_min.
+///
+/// `separating_speed` is the v_n in m/s that the contact would have at the step's end without its own force, `damping_step` is
+/// c = eta dt/m_eff. The other symbols are those of [`normal_force`].
+#[inline(always)]
+pub(crate) fn implicit_normal_force(
+    stiffness: f64,
+    damping: f64,
+    overlap: f64,
+    separating_speed: f64,
+    damping_step: f64,
+    least_force: f64,
+) -> f64 {
+    let force = (stiffness * overlap - damping * separating_speed) / (1.0 + damping_step);
+    force.larger(least_force)
+}
+
+/// Constants of springs with sliders.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SliderConstants<R> {
+    pub(crate) zero: R,
+    /// Stiffness k_t, N/m.
+    pub(crate) stiffness: R,
+    /// k_t/2, N/m.
+    pub(crate) half_stiffness: R,
+    /// 1/k_t, m/N.
+    pub(crate) compliance: R,
+}
+
+/// The force of a spring with a slider after a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TangentialForce<R> {
+    /// Force on the disc along the tangent, N.
+    pub(crate) force: R,
+    /// Part of the force that is due to the dashpot, N; 0 while the contact slides.
+    pub(crate) dashpot: R,
+    /// Stretch of the spring after the step, m.
+    pub(crate) stretch: R,
+    /// Energy that the slider dissipated in the step, J.
+    pub(crate) loss: R,
+}
+
+/// A spring in series with a slider that yields at |f| = `limit`, and a dashpot that acts while the slider holds:
+///
+/// xi' = xi + v_t dt; f = -k_t xi' - eta_t v_t while |f| <= mu f_n; else |f| = mu f_n and xi = -f/k_t.
+///
+/// `before` is xi in m from the step before, `travel` is v_t dt in m, `dashpot` is -eta_t v_t in N, `limit` is mu f_n >= 0 in N.
+/// The slip counts with the mean of the spring's force before and after it: with velocities half a step behind the positions,
+/// work and energy of the springs then agree exactly.
+#[inline(always)]
+pub(crate) fn spring_slider<R: Register>(
+    spring: &SliderConstants<R>,
+    before: R,
+    travel: R,
+    dashpot: R,
+    limit: R,
+) -> TangentialForce<R> {
+    let stretched = before + travel;
+    let trial = dashpot - spring.stiffness * stretched;
+    let holds = trial.abs().is_at_most(limit);
+    let sliding = limit.or_else(spring.zero.is_less(trial), -limit);
+    let yielded = -sliding * spring.compliance;
+    let stretch = stretched.or_else(holds, yielded);
+    let slip = spring.zero.or_else(holds, stretched - yielded);
+    TangentialForce {
+        force: trial.or_else(holds, sliding),
+        dashpot: dashpot.or_zero(holds),
+        stretch,
+        loss: spring.half_stiffness * (before + stretch) * slip,
+    }
+}
+
+/// Energy of a stretched spring, k_t xi^2/2, in J.
+#[inline(always)]
+pub(crate) fn spring_energy<R: Register>(half_stiffness: R, stretch: R) -> R {
+    half_stiffness * stretch * stretch
 }

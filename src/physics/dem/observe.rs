@@ -1,10 +1,10 @@
-//! What a frame shows of the discs, with forces that are found anew.
+//! Frames: state, channels and drawing of the discs, with the forces of the next step.
 
-use crate::dem::Dem;
-use crate::dem::forces::contact::{Contact, Partner};
-use crate::dem::parameters::Parameters;
-use crate::dem::step::{Evaluation, Touching};
-use crate::dem::walls::Shape;
+use super::Dem;
+use super::parameters::Parameters;
+use super::step::{ContactStatistics, Evaluation};
+use super::totals::Contact;
+use super::walls::Shape;
 use crate::model::Model as _;
 use kinetoscope_recording::channels::{
     DemContactForces, DemContacts, DemEnergy, DemEnergyShare, DemTemperature, DemWalls,
@@ -12,21 +12,22 @@ use kinetoscope_recording::channels::{
 use kinetoscope_recording::frame::{ContactLine, Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
 
-/// Discs up to which velocities are drawn as arrows.
-const MOST_ARROWS: usize = 100;
-/// Upper end of the color bar over the speed of a fall through the whole box: few discs fall that deep.
+/// Number of discs up to which velocities are drawn as arrows.
+const MAX_ARROWS: usize = 100;
+/// Upper end of the color bar over the speed of a fall through the whole box; few discs fall that far.
 const SPEED_RANGE: f64 = 0.75;
 
 impl Dem {
+    /// Fills a frame.
     pub(super) fn fill(&self, frame: &mut Frame) {
-        let tells_forces = self.parameters.tells_contact_forces;
-        let walls = self.parameters.walls_at(self.count);
+        let records_forces = self.parameters.records_contact_forces;
         let mut forces = DemContactForces::default();
-        let evaluation = &self.evaluate_showing(&mut |contact| {
-            frame.push_contact(self.line(contact));
-            if tells_forces {
-                self.tell_force(contact, &walls, &mut forces);
+        let evaluation = &self.evaluate_contacts(&mut |contact| {
+            let line = self.line(contact);
+            if records_forces {
+                push_force(contact, &line, &mut forces);
             }
+            frame.push_contact(line);
         });
         if self.count == 0 {
             for fact in &self.facts {
@@ -36,10 +37,10 @@ impl Dem {
                 frame.log(Level::Warning, warning.as_str());
             }
         }
-        if tells_forces {
+        if records_forces {
             frame.push(&forces);
         }
-        // Of a large bed they take as much as its rows, which come next.
+        // In a large bed, they take as much memory as the rows of the state, which follow.
         drop(forces);
         frame.reserve_state(self.discs.len() * Self::STATE_COLUMNS.len());
         for disc in self.discs.by_id() {
@@ -59,8 +60,8 @@ impl Dem {
         frame.push(&temperature(&evaluation.velocities));
     }
 
-    /// A place in the box: across a periodic side discs are put back only when the neighbor list is built.
-    pub(super) fn within(&self, position: [f64; 2]) -> [f64; 2] {
+    /// A position inside the box: discs are wrapped around periodic sides only when the neighbor lists are built.
+    fn within(&self, position: [f64; 2]) -> [f64; 2] {
         let Parameters { sides, periodic, .. } = &self.parameters;
         [0, 1].map(|axis: usize| {
             let turns = (position[axis] / sides[axis]).floor();
@@ -71,7 +72,7 @@ impl Dem {
 
     fn push_energy(&self, frame: &mut Frame, evaluation: &Evaluation) {
         let energies = self.energies(evaluation);
-        let balance = self.ledger.balance(&evaluation.moved, self.parameters.time_step);
+        let balance = self.balance.balance(&evaluation.totals, self.parameters.time_step);
         let total = energies.total();
         let residual = self.residual(&energies, &balance);
         let elastic = energies.elastic_normal + energies.elastic_tangential;
@@ -86,10 +87,10 @@ impl Dem {
             elastic_tangential_j: energies.elastic_tangential,
             friction_j: balance.friction,
             rolling_j: balance.rolling,
-            removed_j: self.ledger.removed.value(),
-            entered_j: self.ledger.entered.value(),
+            removed_j: self.balance.removed.value(),
+            entered_j: self.balance.entered.value(),
         });
-        let scale = (self.ledger.initial + self.ledger.entered.value()).abs();
+        let scale = (self.balance.initial + self.balance.entered.value()).abs();
         let share = |energy: f64| if scale > 0.0 { energy / scale } else { 0.0 };
         frame.push(&DemEnergyShare {
             kinetic_percent: 100.0 * share(energies.kinetic),
@@ -98,27 +99,27 @@ impl Dem {
             dissipated_percent: 100.0 * share(balance.dissipated()),
             residual_ppm: 1e6 * share(residual),
             wall_work_percent: 100.0 * share(balance.wall_work),
-            removed_percent: 100.0 * share(self.ledger.removed.value()),
+            removed_percent: 100.0 * share(self.balance.removed.value()),
         });
         let steps = self.window.steps as f64;
         let mean = |axis: usize| {
             let walls = self.window.wall_forces.iter();
             walls.map(|sum| sum[axis] / steps).collect::<Vec<f64>>()
         };
-        let nothing = || vec![0.0; self.parameters.walls.len()];
+        let zeros = || vec![0.0; self.parameters.walls.len()];
         let has_begun = self.window.steps > 0;
         frame.push(&DemWalls {
-            mean_force_x_n: if has_begun { mean(0) } else { nothing() },
-            mean_force_y_n: if has_begun { mean(1) } else { nothing() },
+            mean_force_x_n: if has_begun { mean(0) } else { zeros() },
+            mean_force_y_n: if has_begun { mean(1) } else { zeros() },
             work_j: balance.walls,
             discs_removed: self.removed,
-            discs_entered: self.rain.as_ref().map_or(0, |rain| rain.entered),
+            discs_entered: self.insertion.as_ref().map_or(0, |all| all.entered),
         });
     }
 
     fn push_contacts(&self, frame: &mut Frame, evaluation: &Evaluation) {
-        let Touching { pairs, walls, largest_overlap: now, .. } = evaluation.touching;
-        let before = self.window.largest_overlap;
+        let ContactStatistics { pairs, walls, max_overlap: now, .. } = evaluation.contacts;
+        let before = self.window.max_overlap;
         frame.push(&DemContacts {
             pair_contacts: pairs,
             wall_contacts: walls,
@@ -127,24 +128,19 @@ impl Dem {
         });
     }
 
-    /// From the disc's center to the partner's (or its image beyond a periodic side), or to the foot on the wall.
-    pub(super) fn line(&self, contact: &Contact) -> ContactLine {
-        let disc = contact.disc as usize;
-        let from = self.within(self.discs.positions[disc]);
-        let reach = match contact.partner {
-            Partner::Disc(partner) => self.discs.radii[disc] + self.discs.radii[partner as usize],
-            Partner::Wall(_) => self.discs.radii[disc],
-        };
-        let distance = reach - contact.overlap;
-        let to = [from[0] - distance * contact.normal[0], from[1] - distance * contact.normal[1]];
-        ContactLine { from, to, force: contact.force }
+    /// The line from the disc's center to the partner's (or its image beyond a periodic side), or to the wall.
+    fn line(&self, contact: &Contact) -> ContactLine {
+        let from = self.within(self.discs.positions[contact.disc as usize]);
+        let [x, y] = contact.separation;
+        ContactLine { from, to: [from[0] - x, from[1] - y], force: contact.normal_force }
     }
 
+    /// The scenery of the whole run.
     pub(super) fn drawing(&self) -> Scenery {
         let parameters = &self.parameters;
         let sides = parameters.sides;
         let speed_squared =
-            2.0 * parameters.deepest_fall() + self.initial_top_speed * self.initial_top_speed;
+            2.0 * parameters.max_fall() + self.initial_top_speed * self.initial_top_speed;
         let speed_range_top =
             if speed_squared > 0.0 { SPEED_RANGE * speed_squared.sqrt() } else { 1.0 };
         Scenery {
@@ -153,13 +149,13 @@ impl Dem {
             drawn_radius: DrawnRadius::Column,
             speed_range_top,
             speed_unit: "m/s",
-            arrows: self.discs.len() <= MOST_ARROWS,
+            arrows: self.discs.len() <= MAX_ARROWS,
             force_range_top: Some(self.force_range_top(speed_range_top)),
             trail: false,
         }
     }
 
-    /// Walls where they are after so many steps.
+    /// The walls after `count` steps.
     fn drawn_walls(&self, count: u64) -> Vec<Wall> {
         let mut drawn = vec![Wall::Rectangle { min: [0.0, 0.0], max: self.parameters.sides }];
         drawn.extend(self.parameters.walls_at(count).iter().filter_map(|wall| match wall.shape {
@@ -170,19 +166,33 @@ impl Dem {
         drawn
     }
 
-    /// The force of a hit, v sqrt(k m), and the weight of a column of discs lie far apart: their geometric mean shows the
-    /// chains of a bed and does not drown in a hit. Without gravity, the hit alone.
+    /// The upper end of the color bar of forces, N: the geometric mean of the force of an impact, v sqrt(k m), and the weight of a
+    /// column of discs, which differ by orders of magnitude. Without gravity, the force of an impact.
     fn force_range_top(&self, speed: f64) -> f64 {
         let Parameters { gravity, mass, radius, sides, law, .. } = &self.parameters;
-        let hit = speed * (law.stiffness * mass).sqrt();
+        let impact = speed * (law.stiffness * mass).sqrt();
         let layers = |side: f64| 1.0 + self.discs.radii.len() as f64 * 2.0 * radius / side;
         let weight =
             mass * (gravity[0].abs() * layers(sides[1]) + gravity[1].abs() * layers(sides[0]));
-        if weight > 0.0 { (hit * weight).sqrt() } else { hit }
+        if weight > 0.0 { (impact * weight).sqrt() } else { impact }
     }
 }
 
-/// Half of the mean square of v - <v>, and its root.
+/// Adds a contact to the channel of contact forces: its line, and its force in the next step, friction included.
+fn push_force(contact: &Contact, line: &ContactLine, forces: &mut DemContactForces) {
+    for (column, value) in [
+        (&mut forces.from_x_m, line.from[0]),
+        (&mut forces.from_y_m, line.from[1]),
+        (&mut forces.to_x_m, line.to[0]),
+        (&mut forces.to_y_m, line.to[1]),
+        (&mut forces.force_x_n, contact.force[0]),
+        (&mut forces.force_y_n, contact.force[1]),
+    ] {
+        column.push(value);
+    }
+}
+
+/// Half the mean square of v - <v>, and its root.
 fn temperature(velocities: &[[f64; 2]]) -> DemTemperature {
     let count = Ord::max(velocities.len(), 1) as f64;
     let mean = velocities.iter().fold([0.0, 0.0], |sum, v| [sum[0] + v[0], sum[1] + v[1]]);

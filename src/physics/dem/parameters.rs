@@ -1,15 +1,15 @@
-//! The constants of a run, derived from the manifest once.
+//! The constants of a run and of a step, derived from the manifest once.
 
-use crate::dem::forces::contact::ContactLaw;
-use crate::dem::materials::Materials;
-use crate::dem::walls::{Motion, PlacedWall, Shape, Wall};
+use super::materials::{ContactLaw, Materials};
+use super::neighbors::tiers::Scope;
+use super::walls::{Motion, PlacedWall, Shape, Wall};
 use kinetoscope_manifest::model::{
     DemConfig, DemIntegrator, DemWall, DemWallShape, ForceTail, PeriodicSides, TimeStep,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// What does not change during a run. SI units.
+/// The constants of a run. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Parameters {
     /// The box is `[0, sides[0]] x [0, sides[1]]`.
@@ -32,15 +32,30 @@ pub(super) struct Parameters {
     pub(super) radius_range: (f64, f64),
     /// Directions in which the box has no walls.
     pub(super) periodic: [bool; 2],
-    /// The box's walls (left, right, floor, ceiling, those there are), then the manifest's.
+    /// The walls of the box (left, right, floor, ceiling, unless periodic), then those of the manifest.
     pub(super) walls: Vec<Wall>,
-    /// Discs whose center sinks below this height are removed.
+    /// Height below which discs are removed.
     pub(super) outlet_below: Option<f64>,
-    /// Whether frames tell the force of every contact.
-    pub(super) tells_contact_forces: bool,
+    /// Whether frames contain the force of every contact.
+    pub(super) records_contact_forces: bool,
 }
 
-/// An automatic time step: pi sqrt(m/k) over so much, and c = eta dt/m_eff of at most so much.
+/// The constants of a step, besides discs and lists.
+#[derive(Clone, Copy)]
+pub(super) struct StepContext<'a> {
+    pub(super) law: &'a ContactLaw,
+    pub(super) walls: &'a [PlacedWall],
+    pub(super) time_step: f64,
+    pub(super) smallest_radius: f64,
+    /// The largest overlap over radius that is known already.
+    pub(super) known_overlap: f64,
+    /// The part of the lists that the step must visit.
+    pub(super) scope: Scope,
+    /// Whether SIMD instructions may be used; results have the same bits without.
+    pub(super) use_simd: bool,
+}
+
+/// An automatic time step: pi sqrt(m/k) over this number, with c = eta dt/m_eff of at most the second value.
 const AUTOMATIC_STEPS_PER_CONTACT: f64 = 20.0;
 const AUTOMATIC_DAMPING_STEP: f64 = 0.2;
 
@@ -94,7 +109,7 @@ impl Parameters {
             periodic,
             walls,
             outlet_below: config.outlet_below_m.map(|height| height.get()),
-            tells_contact_forces: false,
+            records_contact_forces: false,
         }
     }
 
@@ -122,8 +137,8 @@ impl Parameters {
         pair.damping_ratio(self.law.stiffness, effective_mass)
     }
 
-    /// Whether a center is inside the box. Discs may leave through a periodic side until they are put back when the list is
-    /// built. A place that is no number is outside.
+    /// Whether a center is inside the box. Discs may be beyond a periodic side until they are wrapped when the lists are
+    /// built. A position that is not a number is outside.
     pub(super) fn is_inside(&self, center: [f64; 2]) -> bool {
         [0, 1].into_iter().all(|axis: usize| {
             let (at, side) = (center[axis], self.sides[axis]);
@@ -131,8 +146,8 @@ impl Parameters {
         })
     }
 
-    /// From the second point to the first, over a periodic side where that is nearer, m.
-    pub(super) fn apart(&self, one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
+    /// Vector from the second point to the first, across a periodic side if that is shorter, m.
+    pub(super) fn separation(&self, one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis: usize| {
             let apart = one[axis] - other[axis];
             let side = self.sides[axis];
@@ -140,24 +155,24 @@ impl Parameters {
         })
     }
 
-    /// The walls after so many steps.
+    /// The walls after `count` steps.
     pub(super) fn walls_at(&self, count: u64) -> Vec<PlacedWall> {
         self.walls.iter().map(|wall| wall.placed(count, self.time_step)).collect()
     }
 
-    /// How far the walls are from where they began, after so many steps, m.
+    /// Displacements of the walls after `count` steps, m.
     pub(super) fn displacements_at(&self, count: u64) -> Vec<[f64; 2]> {
         let time = count as f64 * self.time_step;
         self.walls.iter().map(|wall| wall.motion.displacement(time)).collect()
     }
 
-    /// Potential energy that one kilogram can lose on its way through the whole box, J/kg.
-    pub(super) fn deepest_fall(&self) -> f64 {
+    /// Specific potential energy of a fall through the whole box, J/kg.
+    pub(super) fn max_fall(&self) -> f64 {
         self.gravity[0].abs() * self.sides[0] + self.gravity[1].abs() * self.sides[1]
     }
 }
 
-/// The planes of the box, where it is not periodic.
+/// The planes of the box in directions that are not periodic.
 fn box_walls(sides: [f64; 2], periodic: [bool; 2]) -> Vec<Wall> {
     let plane = |point, normal| Wall::at_rest(Shape::Plane { point, normal });
     let mut walls = Vec::new();

@@ -1,22 +1,23 @@
-//! The discs at the start: how large, how heavy, where and how fast.
+//! The discs at the start: radii, masses, positions and velocities.
 
-use crate::dem::discs::{Disc, Discs};
-use crate::dem::neighbors::cell_grid::Cells;
-use crate::dem::parameters::{Parameters, mass_of};
-use crate::dem::recorded;
-use crate::dem::walls::PlacedWall;
+use super::discs::{Disc, Discs};
+use super::motion;
+use super::neighbors::cell_grid::CellGrid;
+use super::parameters::{Parameters, mass_of};
+use super::walls::PlacedWall;
 use crate::model::Refusal;
 use crate::placement::{Rectangle, random_sequential_addition_where, square_lattice};
 use crate::random::{Generator, Seed, Stream};
-use kinetoscope_manifest::model::{DemConfig, DiscRadius, GivenState, Placement};
+use crate::restart_state;
+use kinetoscope_manifest::model::{DemConfig, DiscRadius, GivenState, Placement, StartFrom};
 
-/// Overlap over the sum of radii that is still touching: decimals typed in are rounded.
-pub(super) const TOUCHING: f64 = 1e-12;
+/// Overlap over the sum of radii that still counts as contact without overlap: decimal input is rounded.
+const TOUCHING: f64 = 1e-12;
 
 /// Discs without overlap, inside the box, with their velocities at the positions' time.
 ///
 /// # Errors
-/// Where they have no room, or where those given overlap or stand outside.
+/// If the discs do not fit, or if given ones overlap or are outside the box.
 pub(super) fn discs(
     config: &DemConfig,
     parameters: &Parameters,
@@ -41,7 +42,7 @@ pub(super) fn discs(
     };
     let walls = parameters.walls_at(0);
     let positions = match &config.placement {
-        Placement::Recorded(start) => return recorded::discs(start, config, parameters, kinds),
+        Placement::Recorded(start) => return recorded_discs(start, config, parameters, kinds),
         Placement::Random => {
             let mut generator = seed.stream(Stream::Positions);
             let stands_free = |center, radius| overlapped_wall(&walls, center, radius).is_none();
@@ -80,7 +81,7 @@ pub(super) fn discs(
     Ok(discs)
 }
 
-/// Radii and materials of all discs, those that fall in later included, in the order of their ids.
+/// Radii and materials of all discs, including those inserted later, in the order of their ids.
 pub(super) struct Kinds {
     radii: Vec<f64>,
     materials: Vec<u8>,
@@ -96,7 +97,7 @@ impl Kinds {
         }
     }
 
-    /// A disc by its number, with its radius, mass and material alone.
+    /// A disc by its number, with only its radius, mass and material.
     pub(super) fn disc(&self, number: usize, parameters: &Parameters) -> Disc {
         let (radius, material) = (self.radii[number], self.materials[number]);
         let density_ratio = parameters.law.materials.density_ratio(material);
@@ -110,8 +111,8 @@ impl Kinds {
         }
     }
 
-    /// The discs that fall in later.
-    pub(super) fn rain(
+    /// The discs that are inserted later.
+    pub(super) fn inserted(
         &self,
         config: &DemConfig,
         parameters: &Parameters,
@@ -121,7 +122,7 @@ impl Kinds {
     }
 }
 
-/// Normal velocities without a mean, or discs at rest.
+/// Normally distributed velocities of mean zero, or discs at rest.
 fn drawn_velocities(config: &DemConfig, seed: Seed, count: usize) -> Vec<[f64; 2]> {
     let Some(deviation) = config.velocity_deviation_m_per_s else {
         return vec![[0.0, 0.0]; count];
@@ -139,20 +140,20 @@ fn drawn_velocities(config: &DemConfig, seed: Seed, count: usize) -> Vec<[f64; 2
     drawn
 }
 
-/// The first wall that a disc overlaps, touching left out.
+/// The first wall that a disc overlaps; contact without overlap is allowed.
 pub(super) fn overlapped_wall(
     walls: &[PlacedWall],
     center: [f64; 2],
     radius: f64,
 ) -> Option<usize> {
     walls.iter().position(|wall| {
-        let distance = wall.shape.footing(center).distance;
+        let distance = wall.shape.contact(center).distance;
         let is_free = distance >= radius * (1.0 - TOUCHING);
         !is_free
     })
 }
 
-/// Share of the box that the discs cover.
+/// Fraction of the box that the discs cover.
 pub(super) fn packing_fraction(radii: &[f64], sides: [f64; 2]) -> f64 {
     let squares: f64 = radii.iter().map(|radius| radius * radius).sum();
     std::f64::consts::PI * squares / (sides[0] * sides[1])
@@ -177,7 +178,7 @@ fn radii(config: &DemConfig, seed: Seed, count: usize) -> Vec<f64> {
     }
 }
 
-/// Drawn again beyond three deviations.
+/// A normally distributed radius; values beyond three standard deviations are rejected.
 fn normal_radius(mean: f64, deviation: f64, generator: &mut Generator) -> f64 {
     loop {
         let [drawn, _] = generator.normal_pair();
@@ -236,7 +237,7 @@ fn given_positions(
     }
 }
 
-/// The first pair that overlaps, and by how much, m.
+/// The first pair that overlaps, with its overlap, m.
 fn first_overlap(
     positions: &[[f64; 2]],
     radii: &[f64],
@@ -245,25 +246,96 @@ fn first_overlap(
     let reach = 2.0 * parameters.radius_range.1;
     let count = positions.len();
     let (cells, order) =
-        Cells::sort(positions, parameters.sides, reach, parameters.periodic, count);
+        CellGrid::sort(positions, parameters.sides, reach, parameters.periodic, count);
     let mut found = Vec::new();
     for disc in 0..count {
         cells.around(positions[disc], &mut found);
         for run in &found {
             for &other in &order[run.discs.clone()] {
                 let other = other as usize;
-                let across = |axis: usize| {
+                let along = |axis: usize| {
                     let shift = f64::from(run.shift[axis]) * parameters.sides[axis];
                     positions[disc][axis] - (positions[other][axis] + shift)
                 };
-                let apart = [across(0), across(1)];
-                let distance = (apart[0] * apart[0] + apart[1] * apart[1]).sqrt();
-                let touching = radii[disc] + radii[other];
-                if disc < other && distance < touching * (1.0 - TOUCHING) {
-                    return Some((disc, other, touching - distance));
+                let distance = motion::distance_squared([along(0), along(1)]).sqrt();
+                let reach = radii[disc] + radii[other];
+                if disc < other && distance < reach * (1.0 - TOUCHING) {
+                    return Some((disc, other, reach - distance));
                 }
             }
         }
     }
     None
+}
+
+/// Overlap with a wall over the radius that is accepted at the start. A bed at rest overlaps its floor by far less; a
+/// wall of the new run must not cut through discs.
+const MAX_WALL_OVERLAP: f64 = 0.5;
+
+/// The discs of a recording's last frame.
+///
+/// Positions, radii, spins and the integrator's velocities are taken over bit for bit. A recording contains no tangential and rolling
+/// springs; they begin unstretched. Discs are renumbered from 0 in their order.
+///
+/// # Errors
+/// Several materials, which a recording does not distinguish, radii outside the range of `radius_m`, or discs outside of the box or
+/// within a wall.
+fn recorded_discs(
+    start: &StartFrom,
+    config: &DemConfig,
+    parameters: &Parameters,
+    kinds: &Kinds,
+) -> Result<Discs, Refusal> {
+    if config.materials.len() > 1 {
+        return Err(Refusal(
+            "A recording does not say which disc is of which material: with start_from, give one material at most."
+                .to_owned(),
+        ));
+    }
+    let rows = restart_state::rows(start, ["x", "y", "vx_step", "vy_step", "radius", "spin"])?;
+    check_recorded(&rows, config, parameters)?;
+    let mut discs = Discs::default();
+    for (number, &[x, y, vx, vy, radius, spin]) in rows.iter().enumerate() {
+        let kind = kinds.disc(number, parameters);
+        let density_ratio = parameters.law.materials.density_ratio(kind.material);
+        let mass = density_ratio * mass_of(radius, parameters.radius, parameters.mass);
+        discs.push(&Disc { position: [x, y], velocity: [vx, vy], radius, mass, ..kind });
+        discs.spins[number] = spin;
+    }
+    Ok(discs)
+}
+
+/// Centers and velocities of a recorded start; empty if it was not read.
+pub(super) fn recorded_motions(start: &StartFrom) -> Vec<[f64; 4]> {
+    restart_state::rows(start, ["x", "y", "vx", "vy"]).unwrap_or_default()
+}
+
+fn check_recorded(
+    rows: &[[f64; 6]],
+    config: &DemConfig,
+    parameters: &Parameters,
+) -> Result<(), Refusal> {
+    let (smallest, largest) = config.radius_m.range();
+    let walls = parameters.walls_at(0);
+    for (disc, &[x, y, _, _, radius, _]) in rows.iter().enumerate() {
+        if radius < smallest * (1.0 - TOUCHING) || radius > largest * (1.0 + TOUCHING) {
+            return Err(Refusal(format!(
+                "Disc {disc} (counted from 0) of the recording in start_from has the radius {radius:e} m, which radius_m \
+                 does not allow: write the radius_m of the recording's manifest."
+            )));
+        }
+        let is_inside =
+            (0.0..=parameters.sides[0]).contains(&x) && (0.0..=parameters.sides[1]).contains(&y);
+        let is_free = walls
+            .iter()
+            .all(|wall| wall.shape.contact([x, y]).distance >= radius * (1.0 - MAX_WALL_OVERLAP));
+        if !is_inside || !is_free {
+            return Err(Refusal(format!(
+                "Disc {disc} (counted from 0) of the recording in start_from stands at [{x:e}, {y:e}] m, outside of this \
+                 run's box or within one of its walls: keep width_m, height_m and walls as they were, or move the walls \
+                 to where no disc stands."
+            )));
+        }
+    }
+    Ok(())
 }

@@ -1,216 +1,183 @@
-//! How the equation of motion is discretised.
+//! The discretization of the equation of motion.
 //!
-//! Semi-implicit Euler is the source document's equation (3):
+//! Semi-implicit Euler is the DEM exercise's equation (3):
 //!
-//! v' = v + a dt, x' = x + v' dt, with a from x and v at the step's start alone.
+//! v' = v + a dt, x' = x + v' dt, with a from x and v at the step's start only.
 //!
-//! So v stands half a step behind x. The velocity at the positions' time is the mid-step one, v + a dt/2. Spins likewise.
+//! Therefore, v is half a step behind x. The velocity at the positions' time is the mid-step one, v + a dt/2. The same holds for spins.
 //!
 //! Velocity Verlet with the dashpot evaluated at the half-step velocity (half kick, drift, half kick) is the same map: two
-//! half kicks in a row by the same acceleration are one kick. Only its start differs: there the half-step velocity is
+//! successive half kicks by the same acceleration are one kick. Only its start differs: its half-step velocity is
 //! v - a dt/2 of the given one, where Euler takes the given one itself.
 //!
-//! The implicit dashpot changes the forces, not the step: see `implicit`.
+//! The implicit dashpot changes the forces, not the step: see `forces::implicit`.
 //!
-//! Blocks of discs move side by side. First all edges are found, while every disc stands still; then each block finds the
-//! rest of its forces and moves its own discs, which no other block looks at.
+//! Blocks of discs move in parallel. First all inter-block forces are found, while every disc is at rest; then each block finds
+//! its other forces and moves its own discs, which no other block reads.
 
-use crate::dem::discs::Discs;
-use crate::dem::forces::contact::{self, Contact, Partner};
-use crate::dem::forces::implicit;
-use crate::dem::forces::{ContactSums, EdgeForces, Forces, Own, Scene};
-use crate::dem::integrate;
-use crate::dem::motion;
-use crate::dem::neighbors::near_pairs::Near;
-use crate::dem::neighbors::pair_search::Finders;
-use crate::dem::neighbors::{BLOCK, Block, Neighbors};
-use crate::dem::parameters::Parameters;
-use crate::dem::turn;
+use super::block::{BLOCK, Block, BlockDiscs};
+use super::discs::Discs;
+use super::forces::ForceFinder;
+use super::forces::implicit;
+use super::forces::inter_block::InterBlockForces;
+use super::integrate;
+use super::motion;
+use super::neighbors::Neighbors;
+use super::neighbors::near_pairs::NearPairs;
+use super::neighbors::pair_search::SearchMemory;
+use super::parameters::{Parameters, StepContext};
+use super::totals::{BlockForces, Contact, Partner, StepTotals};
 use crate::sum::CompensatedSum;
 use rayon::prelude::*;
 
-/// Blocks are moved in at most so many groups, of at least two; a group shares memory that stays in the cache.
+/// Groups of blocks that are moved at a time; a group has at least two and shares memory that stays in the cache.
 const GROUPS: usize = 64;
+/// Blocks whose contacts are in memory at a time when a state is evaluated: a large bed has no room for a list of all.
+const EVALUATED: usize = 16;
 
-/// Memory of a step. It is no part of the state.
+/// Memory of a step. It is not part of the state.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspace {
-    /// Forces at the edges of each block.
-    edges: Vec<EdgeForces>,
+    /// Inter-block forces of each block.
+    inter_block: Vec<InterBlockForces>,
     /// Near pairs of each block.
-    near: Vec<Near>,
-    /// Forces on the discs of the block that a group is at.
-    forces: Vec<Forces>,
-    /// Forces with implicit dashpots on the discs of each block; empty with explicit ones.
-    solved: Vec<Forces>,
+    near: Vec<NearPairs>,
+    /// Forces on the discs of the block that a group is moving.
+    forces: Vec<ForceFinder>,
     /// For building lists between steps.
-    pub(super) finders: Finders,
+    pub(super) search: SearchMemory,
 }
 
-/// What a step, or the discs of one block in it, did.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Moved {
-    /// Power taken by the dashpots, W.
-    pub(super) dashpot_power: f64,
-    /// Sums over contacts.
-    pub(super) contacts: ContactSums,
-    /// Bound of the largest speed after the kick, squared, m^2/s^2.
-    pub(super) fastest_squared: f64,
-    /// Where the first disc that left the box stands in memory.
-    pub(super) outside: Option<usize>,
-}
-
-/// What can't go on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum BlowUp {
-    /// A disc, by its place in memory, and its partner overlapped by so many of the smaller radius, more than one.
-    Overlap(u32, Partner, f64),
-    /// A disc's center is outside the box, or no number; its place in memory.
-    Outside(usize),
-    /// The ledger's residual is larger than all the energy there was, J.
-    Residual(f64),
-}
-
-impl Moved {
-    /// The longest way of a disc in the step, m.
-    pub(super) fn longest_way(&self, time_step: f64) -> f64 {
-        self.fastest_squared.sqrt() * time_step
-    }
-
-    /// Two that overlap by more than the smaller radius, or a disc that left.
-    pub(super) fn blow_up(&self) -> Option<BlowUp> {
-        let deepest = &self.contacts.deepest;
-        let ends = deepest.ends.filter(|_| deepest.over_radius > 1.0);
-        let overlap = ends.map(|(disc, who)| BlowUp::Overlap(disc, who, deepest.over_radius));
-        overlap.or(self.outside.map(BlowUp::Outside))
-    }
-
-    /// Adds another block's.
-    fn take(&mut self, block: &Self) {
-        self.dashpot_power += block.dashpot_power;
-        if block.fastest_squared > self.fastest_squared {
-            self.fastest_squared = block.fastest_squared;
-        }
-        self.outside = self.outside.or(block.outside);
-        self.contacts.add(&block.contacts);
-    }
-
-    fn of_all(blocks: &[Self]) -> Self {
-        let mut whole = Self::default();
-        for block in blocks {
-            whole.take(block);
-        }
-        whole
-    }
+/// The forces of a block that are known before it moves, and memory for the others.
+struct KnownForces<'a> {
+    /// All forces, with implicit dashpots.
+    solved: Option<&'a BlockForces>,
+    inter_block: &'a InterBlockForces,
+    near: &'a mut NearPairs,
+    memory: &'a mut ForceFinder,
 }
 
 impl Workspace {
-    /// Moves all discs on by a step.
+    /// Moves all discs by a step.
     pub(super) fn advance(
         &mut self,
         neighbors: &mut Neighbors,
         discs: &mut Discs,
-        scene: &Scene<'_>,
+        step: &StepContext<'_>,
         parameters: &Parameters,
-    ) -> Moved {
-        self.solved = solved(neighbors, discs, scene, parameters);
+    ) -> StepTotals {
+        let solved = solved(neighbors, discs, step, parameters).map(|solution| solution.forces);
+        let solved = solved.as_deref().unwrap_or_default();
         let blocks = &mut neighbors.blocks;
-        let (count, groups) = (blocks.len(), Ord::max(blocks.len().div_ceil(GROUPS), 2));
-        self.edges.resize_with(count, EdgeForces::default);
-        self.near.resize_with(count, Near::default);
-        self.forces.resize_with(count.div_ceil(groups), Forces::default);
-        let mut moves = vec![Moved::default(); count];
+        let (count, group) = (blocks.len(), Ord::max(blocks.len().div_ceil(GROUPS), 2));
+        self.inter_block.resize_with(count, InterBlockForces::default);
+        self.near.resize_with(count, NearPairs::default);
+        self.forces.resize_with(count.div_ceil(group), ForceFinder::default);
         if let [block] = blocks.as_mut_slice() {
-            // Small runs do without the threads' machinery.
-            self.edges[0].find(block, discs, scene);
-            let (solved, memory) = (self.solved.first(), &mut self.forces[0]);
-            let forces = Found { solved, edges: &self.edges[0], near: &mut self.near[0], memory };
-            return move_block(block, discs.own(), forces, scene, parameters);
+            // Small runs do not need threads.
+            self.inter_block[0].find::<()>(block, discs, step);
+            let (solved, memory) = (solved.first(), &mut self.forces[0]);
+            let (inter_block, near) = (&self.inter_block[0], &mut self.near[0]);
+            let forces = KnownForces { solved, inter_block, near, memory };
+            return move_block(block, discs.as_block(), forces, step, parameters);
         }
-        let (edges, solved) = (&mut self.edges, &self.solved);
         let at_rest = &*discs;
         blocks
             .par_iter_mut()
-            .zip(edges.par_iter_mut())
-            .for_each(|(block, edges)| edges.find(block, at_rest, scene));
+            .zip(self.inter_block.par_iter_mut())
+            .for_each(|(block, forces)| forces.find::<()>(block, at_rest, step));
+        let mut totals = vec![StepTotals::default(); count];
         blocks
             .par_iter_mut()
             .zip(discs.blocks())
-            .zip(edges.par_iter())
+            .zip(self.inter_block.par_iter())
             .zip(self.near.par_iter_mut())
-            .zip(moves.par_iter_mut())
-            .chunks(groups)
+            .zip(totals.par_iter_mut())
+            .chunks(group)
             .zip(self.forces.par_iter_mut())
             .with_max_len(1)
             .for_each(|(group, memory)| {
-                for ((((block, own), edges), near), moved) in group {
+                for ((((block, discs), inter_block), near), totals) in group {
                     let solved = solved.get(block.start / BLOCK);
-                    let forces = Found { solved, edges, near, memory };
-                    *moved = move_block(block, own, forces, scene, parameters);
+                    let forces = KnownForces { solved, inter_block, near, memory };
+                    *totals = move_block(block, discs, forces, step, parameters);
                 }
             });
-        Moved::of_all(&moves)
+        StepTotals::of_all(&totals)
     }
 }
 
-/// What is known of a block's forces before it moves, and memory for the rest.
-struct Found<'a> {
-    /// All of them, with implicit dashpots.
-    solved: Option<&'a Forces>,
-    edges: &'a EdgeForces,
-    near: &'a mut Near,
-    memory: &'a mut Forces,
-}
-
-/// Moves the discs of a block on by the forces that are solved, or else found now.
+/// Moves the discs of a block by the forces that are solved, or else found now.
 fn move_block(
     block: &mut Block,
-    mut own: Own<'_>,
-    Found { solved, edges, near, memory }: Found<'_>,
-    scene: &Scene<'_>,
+    mut discs: BlockDiscs<'_>,
+    KnownForces { solved, inter_block, near, memory }: KnownForces<'_>,
+    step: &StepContext<'_>,
     parameters: &Parameters,
-) -> Moved {
+) -> StepTotals {
     match solved {
-        Some(solved) => memory.clone_from(solved),
-        None => memory.find(block, &own, edges, near, scene),
+        Some(solved) => memory.found.clone_from(solved),
+        None => {
+            memory.find(block, &discs.view(block.start), inter_block, near, step, &mut ());
+        }
     }
-    integrate::kick_and_drift(&mut own, memory, block.start, scene, parameters)
+    integrate::kick_and_drift(&mut discs, &mut memory.found, block.start, step, parameters)
 }
 
-/// Forces with implicit dashpots, block by block; none with explicit ones.
+/// Contacts with implicit dashpots, and the forces of each block.
+struct Solution {
+    contacts: Vec<Contact>,
+    forces: Vec<BlockForces>,
+}
+
+/// The solution with implicit dashpots; `None` with explicit ones.
 fn solved(
     neighbors: &Neighbors,
     discs: &Discs,
-    scene: &Scene<'_>,
+    step: &StepContext<'_>,
     parameters: &Parameters,
-) -> Vec<Forces> {
-    if !scene.law.is_implicit {
-        return Vec::new();
+) -> Option<Solution> {
+    if !step.law.is_implicit {
+        return None;
     }
-    let mut found = Vec::new();
-    contact::find(discs, scene, neighbors, &mut found);
-    implicit::solve_dashpots(discs, parameters, &mut found);
-    let mut forces = vec![Forces::default(); neighbors.blocks.len()];
-    implicit::forces_of(&found, discs, scene, &mut forces);
+    let mut contacts = Vec::new();
+    for block in &neighbors.blocks {
+        find_forces(&mut block.clone(), discs, step, &mut contacts);
+    }
+    implicit::solve(discs, parameters, &mut contacts);
+    let forces = implicit::forces_of(&contacts, discs, step);
+    Some(Solution { contacts, forces })
+}
+
+/// Finds the forces of a block and records its contacts.
+fn find_forces(
+    block: &mut Block,
+    discs: &Discs,
+    step: &StepContext<'_>,
+    contacts: &mut Vec<Contact>,
+) -> ForceFinder {
+    let (mut inter_block, mut forces) = (InterBlockForces::default(), ForceFinder::default());
+    inter_block.find::<Vec<Contact>>(block, discs, step);
+    let near = &mut NearPairs::default();
+    forces.find(block, &discs.view(block.start), &inter_block, near, step, contacts);
     forces
 }
 
-/// Forces and accelerations at the present state, for looking at it.
+/// Forces and accelerations of a state, for observation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Evaluation {
-    /// What all contacts come to.
-    pub(super) touching: Touching,
+    pub(super) contacts: ContactStatistics,
     /// Velocities at the positions' time, v + a dt/2, m/s.
     pub(super) velocities: Vec<[f64; 2]>,
     /// Spins at the positions' time, rad/s.
     pub(super) spins: Vec<f64>,
-    /// What the contacts do.
-    pub(super) moved: Moved,
+    /// The totals of the next step.
+    pub(super) totals: StepTotals,
 }
 
-/// What all contacts come to: a large bed has no room for a list of them.
+/// Statistics of all contacts.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Touching {
+pub(super) struct ContactStatistics {
     /// Contacts of two discs.
     pub(super) pairs: u64,
     /// Contacts with walls.
@@ -218,35 +185,34 @@ pub(super) struct Touching {
     /// Energy k delta^2/2 of the normal springs, J.
     pub(super) elastic: CompensatedSum,
     /// Largest overlap over the smaller radius of a contact, 0 without contacts.
-    pub(super) largest_overlap: f64,
+    pub(super) max_overlap: f64,
 }
 
-impl Touching {
-    fn take(&mut self, contact: &Contact, stiffness: f64) {
+impl ContactStatistics {
+    fn add(&mut self, contact: &Contact, stiffness: f64) {
         match contact.partner {
             Partner::Disc(_) => self.pairs += 1,
             Partner::Wall(_) => self.walls += 1,
         }
         self.elastic.add(0.5 * stiffness * contact.overlap * contact.overlap);
-        if contact.overlap_over_radius > self.largest_overlap {
-            self.largest_overlap = contact.overlap_over_radius;
+        if contact.overlap_over_radius > self.max_overlap {
+            self.max_overlap = contact.overlap_over_radius;
         }
     }
 }
 
-/// Where the velocities and spins of a block's discs at the positions' time are written.
-struct Seen<'a> {
+/// Velocities and spins of a block's discs at the positions' time.
+struct MidStep<'a> {
     velocities: &'a mut [[f64; 2]],
     spins: &'a mut [f64],
 }
 
 impl Evaluation {
-    /// Looks at the state, which stays as it is, at many blocks side by side. `on_contact` is shown all contacts, in a fixed
-    /// order.
+    /// Evaluates a state without changing it, many blocks in parallel. `on_contact` receives all contacts, in a fixed order.
     pub(super) fn of(
         neighbors: &Neighbors,
         discs: &Discs,
-        scene: &Scene<'_>,
+        step: &StepContext<'_>,
         parameters: &Parameters,
         on_contact: &mut dyn FnMut(&Contact),
     ) -> Self {
@@ -255,83 +221,81 @@ impl Evaluation {
             spins: vec![0.0; discs.len()],
             ..Self::default()
         };
-        let solved = solved(neighbors, discs, scene, parameters);
-        let seen = all.velocities.par_chunks_mut(BLOCK).zip(all.spins.par_chunks_mut(BLOCK));
-        let blocks = neighbors.blocks.par_iter().zip(seen).enumerate();
-        let looked = blocks.map(|(number, (block, (velocities, spins)))| {
-            let seen = Seen { velocities, spins };
-            look(block, discs, solved.get(number), scene, parameters, seen)
-        });
-        all.moved = Moved::of_all(&looked.collect::<Vec<Moved>>());
+        let solved = solved(neighbors, discs, step, parameters);
         let mut take = |contact: &Contact| {
-            all.touching.take(contact, scene.law.stiffness);
+            all.contacts.add(contact, step.law.stiffness);
             on_contact(contact);
         };
-        if scene.law.is_implicit {
-            let mut contacts = Vec::new();
-            contact::find(discs, scene, neighbors, &mut contacts);
-            implicit::solve_dashpots(discs, parameters, &mut contacts);
-            contacts.iter().for_each(take);
-        } else {
-            for block in &neighbors.blocks {
-                contact::of_block(block, discs, scene).for_each(|contact| take(&contact));
+        let mut totals = Vec::with_capacity(neighbors.blocks.len());
+        let discs_at_a_time = EVALUATED * BLOCK;
+        let velocities = all.velocities.chunks_mut(discs_at_a_time);
+        let mid_step = velocities.zip(all.spins.chunks_mut(discs_at_a_time));
+        for (blocks, (velocities, spins)) in neighbors.blocks.chunks(EVALUATED).zip(mid_step) {
+            let mid_step = velocities.par_chunks_mut(BLOCK).zip(spins.par_chunks_mut(BLOCK));
+            let evaluated = blocks.par_iter().zip(mid_step).map(|(block, (velocities, spins))| {
+                let forces = solved.as_ref().map(|all| &all.forces[block.start / BLOCK]);
+                let mid_step = MidStep { velocities, spins };
+                evaluate_block(block, discs, forces, step, parameters, mid_step)
+            });
+            for (of_block, contacts) in evaluated.collect::<Vec<(StepTotals, Vec<Contact>)>>() {
+                totals.push(of_block);
+                contacts.iter().for_each(&mut take);
             }
         }
+        if let Some(Solution { contacts, .. }) = solved {
+            contacts.iter().for_each(take);
+        }
+        all.totals = StepTotals::of_all(&totals);
         all
     }
 }
 
-/// Moves a copy of a block, for what moves it.
-fn look(
+/// Moves a copy of a block; returns its totals, and its contacts unless all forces are solved.
+fn evaluate_block(
     block: &Block,
     discs: &Discs,
-    solved: Option<&Forces>,
-    scene: &Scene<'_>,
+    solved: Option<&BlockForces>,
+    step: &StepContext<'_>,
     parameters: &Parameters,
-    seen: Seen<'_>,
-) -> Moved {
-    let (mut block, mut edges, mut memory) =
-        (block.clone(), EdgeForces::default(), Forces::default());
-    let here = block.start..block.start + block.len(discs);
-    let (velocities, spins) = (&discs.velocities[here.clone()], &discs.spins[here.clone()]);
-    let mut positions = discs.positions[here.clone()].to_vec();
-    let (mut moving, mut turning) = (velocities.to_vec(), spins.to_vec());
-    let (radii, masses) = (&discs.radii[here.clone()], &discs.masses[here.clone()]);
-    let (inverse_masses, materials) = (&discs.inverse_masses[here.clone()], &discs.materials[here]);
-    let mut own = Own {
-        positions: &mut positions,
-        velocities: &mut moving,
-        spins: &mut turning,
-        radii,
-        masses,
-        inverse_masses,
-        materials,
+    mid_step: MidStep<'_>,
+) -> (StepTotals, Vec<Contact>) {
+    let mut contacts = Vec::new();
+    let mut forces = match solved {
+        Some(solved) => solved.clone(),
+        None => find_forces(&mut block.clone(), discs, step, &mut contacts).found,
     };
-    match solved {
-        Some(solved) => memory.clone_from(solved),
-        None => {
-            edges.find(&mut block, discs, scene);
-            memory.find(&mut block, &own, &edges, &mut Near::default(), scene);
-        }
-    }
+    let range = block.start..block.start + block.len(discs.len());
+    let masses = &discs.masses[range.clone()];
+    let inverse_masses = &discs.inverse_masses[range];
+    let view = discs.view(block.start);
     let half = 0.5 * parameters.time_step;
-    let bodies = velocities.iter().zip(inverse_masses).zip(&memory.forces);
+    let bodies = view.velocities.iter().zip(inverse_masses).zip(forces.forces.iter());
     for (velocity, ((&[vx, vy], &inverse_mass), &[fx, fy, ..])) in
-        seen.velocities.iter_mut().zip(bodies)
+        mid_step.velocities.iter_mut().zip(bodies)
     {
         let a = motion::acceleration(parameters.gravity, [fx, fy], inverse_mass);
         *velocity = [vx + a[0] * half, vy + a[1] * half];
     }
-    seen.spins.copy_from_slice(spins);
-    let bodies = masses.iter().zip(radii);
-    let friction = memory.tangential.iter().zip(&memory.rolling);
+    mid_step.spins.copy_from_slice(view.spins);
+    let bodies = masses.iter().zip(view.radii);
+    let friction = forces.tangential.iter().zip(&forces.rolling);
     for ((spin, (&mass, &radius)), (&tangential, &rolling)) in
-        seen.spins.iter_mut().zip(bodies).zip(friction)
+        mid_step.spins.iter_mut().zip(bodies).zip(friction)
     {
-        let [torque, _] = turn::torque(radius, tangential, rolling);
+        let [torque, _] = integrate::torque(radius, tangential, rolling);
         *spin += motion::angular_acceleration(torque, mass, radius) * half;
     }
-    integrate::kick_and_drift(&mut own, &mut memory, block.start, scene, parameters)
+    let mut copy = BlockDiscs {
+        positions: &mut view.positions.to_vec(),
+        velocities: &mut view.velocities.to_vec(),
+        spins: &mut view.spins.to_vec(),
+        radii: view.radii,
+        masses,
+        inverse_masses,
+        materials: view.materials,
+    };
+    let totals = integrate::kick_and_drift(&mut copy, &mut forces, block.start, step, parameters);
+    (totals, contacts)
 }
 
 /// Turns the velocities of the start, at the positions' time, into those of velocity Verlet's half step before:

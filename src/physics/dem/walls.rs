@@ -1,4 +1,4 @@
-//! Walls: their shapes, how they move, and where a disc touches them.
+//! Walls: shapes, motion, and contact points with discs.
 
 use crate::simd::dispatch::{self, Kernel};
 use serde::{Deserialize, Serialize};
@@ -7,25 +7,24 @@ use std::f64::consts::TAU;
 /// A wall and its motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Wall {
-    /// Where it is at the start.
+    /// Shape and position at the start.
     pub(super) shape: Shape,
-    /// How it moves.
     pub(super) motion: Motion,
 }
 
 /// The shape of a wall, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Shape {
-    /// A plane without end through `point`; the unit `normal` looks to the side of the discs.
+    /// An infinite plane through `point`; the unit `normal` points to the side of the discs.
     Plane { point: [f64; 2], normal: [f64; 2] },
-    /// A straight wall with two ends; discs may stand on either side.
+    /// A straight wall with two ends; discs may be on either side.
     Segment { from: [f64; 2], to: [f64; 2] },
     /// A circle with the discs inside.
     Drum { center: [f64; 2], radius: f64 },
 }
 
 /// Displacement at the time t: u t + A sin(2 pi f t), and for a drum an angular velocity about its center. The clock t runs
-/// while the wall moves, and all the time where nothing is said of that.
+/// only within `moves`, or always without it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Motion {
     /// Constant velocity u, m/s.
@@ -36,26 +35,26 @@ pub(super) struct Motion {
     pub(super) frequency: f64,
     /// Angular velocity of a drum, rad/s.
     pub(super) spin: f64,
-    /// When the motion begins and ends, s.
+    /// Begin and end of the motion, s.
     pub(super) moves: Option<[f64; 2]>,
 }
 
-/// A wall at a step.
+/// A wall at a given step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlacedWall {
-    /// Where it is now.
+    /// Shape and present position.
     pub(super) shape: Shape,
-    /// Its way in the step before over dt, m/s: as the discs' integrator velocities, half a step behind.
+    /// Its displacement in the step before over dt, m/s: half a step behind, as the discs' integrator velocities are.
     pub(super) step_velocity: [f64; 2],
-    /// Its way in the two steps around now over 2 dt, m/s.
+    /// Its displacement in the steps before and after over 2 dt, m/s.
     pub(super) mid_velocity: [f64; 2],
     /// Angular velocity of a drum, rad/s.
     pub(super) spin: f64,
 }
 
-/// Where a disc stands before a wall.
+/// The point of a wall that is nearest to a disc.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Footing {
+pub(super) struct WallContact {
     /// Unit vector from the wall to the disc's center.
     pub(super) normal: [f64; 2],
     /// Distance of the center, m; negative behind a plane or a drum.
@@ -71,7 +70,7 @@ impl Motion {
         [along(0), along(1)]
     }
 
-    /// Whether it ever leaves its place; a drum that only turns does not.
+    /// Whether the wall is ever displaced; a drum that only rotates is not.
     pub(super) fn leaves(&self) -> bool {
         self.velocity != [0.0; 2] || self.amplitude != [0.0; 2]
     }
@@ -92,7 +91,7 @@ impl Motion {
 }
 
 impl Wall {
-    /// A wall that stays where it is.
+    /// A wall at rest.
     pub(super) fn at_rest(shape: Shape) -> Self {
         Self { shape, motion: Motion::default() }
     }
@@ -135,13 +134,13 @@ impl Shape {
         dispatch::run(Nearness { shape: *self, positions, radii, margin, are_near });
     }
 
-    /// Where a disc at `center` stands before this wall.
+    /// The nearest point of this wall to a disc's center.
     #[inline(always)]
-    pub(super) fn footing(&self, [x, y]: [f64; 2]) -> Footing {
+    pub(super) fn contact(&self, [x, y]: [f64; 2]) -> WallContact {
         match *self {
             Self::Plane { point, normal } => {
                 let distance = (x - point[0]) * normal[0] + (y - point[1]) * normal[1];
-                Footing { normal, distance }
+                WallContact { normal, distance }
             }
             Self::Segment { from, to } => {
                 let along = [to[0] - from[0], to[1] - from[1]];
@@ -153,14 +152,14 @@ impl Shape {
             }
             Self::Drum { center, radius } => {
                 let inward = away_from([x, y], center);
-                Footing { normal: inward.normal, distance: radius - inward.distance }
+                WallContact { normal: inward.normal, distance: radius - inward.distance }
             }
         }
     }
 }
 
 impl PlacedWall {
-    /// Velocity of the wall's surface where a disc with this normal touches it: by the way of the wall and its spin.
+    /// Velocity of the wall's surface at the contact point, from the wall's velocity and its spin.
     pub(super) fn surface_velocity(&self, velocity: [f64; 2], normal: [f64; 2]) -> [f64; 2] {
         match self.shape {
             Shape::Drum { radius, .. } => {
@@ -188,20 +187,20 @@ impl Kernel for Nearness<'_> {
     fn run(self) {
         let discs = self.positions.iter().zip(self.radii);
         for (is_near, (&position, radius)) in self.are_near.iter_mut().zip(discs) {
-            *is_near |= self.shape.footing(position).distance < radius + self.margin;
+            *is_near |= self.shape.contact(position).distance < radius + self.margin;
         }
     }
 }
 
 /// Direction and distance from a point to another.
 #[inline(always)]
-fn away_from(point: [f64; 2], to: [f64; 2]) -> Footing {
+fn away_from(point: [f64; 2], to: [f64; 2]) -> WallContact {
     let apart = [to[0] - point[0], to[1] - point[1]];
     let distance = (apart[0] * apart[0] + apart[1] * apart[1]).sqrt();
-    // A center on the point itself has no direction; any will do.
+    // A center on the point itself has no direction; any one will do.
     let normal =
         if distance > 0.0 { [apart[0] / distance, apart[1] / distance] } else { [0.0, 1.0] };
-    Footing { normal, distance }
+    WallContact { normal, distance }
 }
 
 #[cfg(test)]
@@ -209,7 +208,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn discs_are_marked_near_by_their_footing() {
+    fn discs_within_reach_are_marked_near() {
         let shapes = [
             Shape::Plane { point: [0.0, 3.0], normal: [0.6, -0.8] },
             Shape::Segment { from: [2.0, 2.0], to: [7.0, 5.0] },
@@ -223,7 +222,7 @@ mod tests {
             let mut are_near = vec![false; 203];
             shape.mark_near(&positions, &radii, 0.5, &mut are_near);
             let is_near = |(&position, radius): (&[f64; 2], &f64)| {
-                shape.footing(position).distance < radius + 0.5
+                shape.contact(position).distance < radius + 0.5
             };
             let wanted: Vec<bool> = positions.iter().zip(&radii).map(is_near).collect();
             assert_eq!(are_near, wanted);

@@ -1,4 +1,8 @@
-//! Wide instructions: chosen at run time, with the same bits at every width.
+//! SIMD instructions, chosen at run time, with the same bits at every width.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 pub mod dispatch;
 pub(crate) mod registers;

@@ -1,44 +1,31 @@
-//! Registers of four (AVX2) or eight (AVX-512) numbers, so that a formula is written once for both: `+`, `-`, `*`, `/` and
-//! the rest act lane by lane, rounded as those of single numbers are, and never fused.
+//! Registers of one, four (AVX2) or eight (AVX-512) numbers, so that a formula is written once for every width.
 //!
-//! What the unsafe code keeps to:
-//! - A [`Machine`] is a proof that this machine has the instructions: only `run` makes one, after it has looked. Every
-//!   register comes out of a machine, so that what is done with it needs no second look.
-//! - Loads and stores go through references to as many numbers as are moved, and are unaligned by instruction.
-//! - Everything is inlined into one of the two functions that are compiled for the instructions.
+//! Operators act lane by lane. Each operation is rounded by IEEE 754 as that of a single number and is never fused; therefore,
+//! results have the same bits at every width. Width 1 is plain `f64` arithmetic with checked indices and runs on every processor.
+//!
+//! # Safety
+//! - A value of an [`InstructionSet`] proves that the processor has the instructions: [`run`] is the only function that creates
+//!   one, after detection. Every register comes from an instruction set, so operations on it need no second check.
+//! - Everything is inlined into a function that is compiled for the instructions.
 
 #![allow(unsafe_code)]
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A loop over columns of numbers for any width. `run` must be `#[inline(always)]`.
-pub(crate) trait Kernel {
-    /// What it returns.
+/// Numbers in the widest register.
+pub(crate) const MAX_WIDTH: usize = 8;
+
+/// A loop over columns of numbers that is generic over the register. `run` must be `#[inline(always)]`.
+pub(crate) trait RegisterKernel {
+    /// What the loop returns.
     type Output;
 
     /// Runs the loop.
-    fn run<const N: usize, M: Machine<N>>(self, machine: M) -> Self::Output;
+    fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> Self::Output;
 }
 
-/// Proof of instructions for `N` numbers at a time; makes registers.
-pub(crate) trait Machine<const N: usize>: Copy {
-    type Lanes: Lanes<N>;
-
-    /// One number in all lanes.
-    fn all(self, value: f64) -> Self::Lanes;
-
-    /// A number a lane.
-    fn of(self, values: [f64; N]) -> Self::Lanes;
-
-    /// A number a lane, out of memory.
-    fn load(self, values: &[f64; N]) -> Self::Lanes;
-
-    /// Vectors `first` minus vectors `second`, along x and along y.
-    fn differences(self, vectors: &[[f64; 2]], ends: [&[u32; N]; 2]) -> [Self::Lanes; 2];
-}
-
-/// A register. Each lane holds a number.
-pub(crate) trait Lanes<const N: usize>:
+/// A register of numbers.
+pub(crate) trait Register:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -46,7 +33,7 @@ pub(crate) trait Lanes<const N: usize>:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Yes or no for each lane.
+    /// A yes or no per lane.
     type Mask: Mask;
 
     fn sqrt(self) -> Self;
@@ -61,471 +48,291 @@ pub(crate) trait Lanes<const N: usize>:
     fn or_else(self, mask: Self::Mask, other: Self) -> Self;
 
     /// `if mask { self } else { 0.0 }`
-    fn only(self, mask: Self::Mask) -> Self;
-    fn store(self, into: &mut [f64; N]);
-
-    /// Adds rows, given by columns, to sums at `first`, and takes them off those at `second`.
-    fn add_opposite(columns: [Self; 4], sums: &mut [[f64; 4]], ends: [&[u32; N]; 2]);
-
-    /// Adds rows, given by columns, to sums at both ends.
-    fn add_to_both(columns: [Self; 2], sums: &mut [[f64; 2]], ends: [&[u32; N]; 2]);
+    fn or_zero(self, mask: Self::Mask) -> Self;
 }
 
-/// Yes or no for each lane.
+/// A yes or no per lane.
 pub(crate) trait Mask: Copy {
-    /// A bit a lane, the first the lowest.
+    /// One bit per lane, the first lane lowest.
     fn bits(self) -> u32;
 }
 
-/// Runs a kernel with at most `most` lanes; `None` where this machine has no such registers.
-#[cfg(target_arch = "x86_64")]
-pub(crate) fn run<K: Kernel>(kernel: K, most: usize) -> Option<K::Output> {
-    if most >= 8 && std::arch::is_x86_feature_detected!("avx512f") {
-        // SAFETY: the machine has AVX-512.
-        return Some(unsafe { avx512::run(kernel) });
-    }
-    if most >= 4 && std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the machine has AVX2.
-        return Some(unsafe { avx2::run(kernel) });
-    }
-    None
-}
+/// Instructions for registers of `N` numbers.
+pub(crate) trait InstructionSet<const N: usize>: Copy {
+    type Register: Register;
 
-/// Runs a kernel with at most `most` lanes; `None` where this machine has no such registers.
-#[cfg(not(target_arch = "x86_64"))]
-pub(crate) fn run<K: Kernel>(_: K, _: usize) -> Option<K::Output> {
-    None
-}
+    /// One number in all lanes.
+    fn splat(self, value: f64) -> Self::Register;
 
-/// Lane by lane operators of a register type.
-#[cfg(target_arch = "x86_64")]
-macro_rules! operators {
-    ($register:ident: $($operator:ident $name:ident $intrinsic:ident),*) => {
-        $(impl $operator for $register {
-            type Output = Self;
+    /// One number per lane.
+    fn load(self, values: &[f64; N]) -> Self::Register;
+    fn store(self, register: Self::Register, into: &mut [f64; N]);
 
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                // SAFETY: a register is proof of its instructions.
-                Self(unsafe { $intrinsic(self.0, other.0) })
-            }
-        })*
-    };
-}
+    /// The x and the y of `N` adjacent vectors.
+    fn columns(self, vectors: &[[f64; 2]; N]) -> [Self::Register; 2];
 
-/// What both widths do with rows.
-#[cfg(target_arch = "x86_64")]
-mod rows {
-    use std::arch::x86_64::*;
-
-    /// Two rows in one register.
+    /// Vectors `first` minus vectors `second`, along x and along y.
     ///
     /// # Safety
-    /// The machine has AVX.
-    #[inline(always)]
-    pub(super) unsafe fn two(low: &[f64; 2], high: &[f64; 2]) -> __m256d {
-        // SAFETY: the caller knows the machine; two f64 lie behind each reference.
-        unsafe {
-            let (low, high) = (_mm_loadu_pd(low.as_ptr()), _mm_loadu_pd(high.as_ptr()));
-            _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
-        }
-    }
+    /// - Every index is less than the number of vectors.
+    unsafe fn differences(self, vectors: &[[f64; 2]], ends: [&[u32; N]; 2]) -> [Self::Register; 2];
 
-    /// Adds rows to sums at `first`, and takes them off those at `second`.
+    /// Adds rows, given by columns, to the sums at `first`, and subtracts them from those at `second`.
     ///
     /// # Safety
-    /// The machine has AVX.
-    #[inline(always)]
-    pub(super) unsafe fn add_opposite<const N: usize>(
-        rows: [__m256d; N],
+    /// - Every index is less than the number of sums.
+    unsafe fn add_opposite(
+        self,
+        columns: [Self::Register; 4],
         sums: &mut [[f64; 4]],
-        [first, second]: [&[u32; N]; 2],
+        ends: [&[u32; N]; 2],
+    );
+
+    /// Adds rows, given by columns, to the sums at both ends.
+    fn add_to_both(self, columns: [Self::Register; 2], sums: &mut [[f64; 2]], ends: [&[u32; N]; 2]);
+
+    /// Stores the lanes whose bits are set in `lanes`, packed from the front; the rest is undefined.
+    fn store_selected(self, register: Self::Register, lanes: u32, into: &mut [f64; N]);
+
+    /// Stores the pairs (`first`, `second` + lane) of the selected lanes, packed from the front; the rest is undefined.
+    fn store_selected_pairs(self, ends: [u32; 2], lanes: u32, into: &mut [[u32; 2]; N]);
+
+    /// Stores those of eight numbers from `first` on whose bits are set in `selected`, packed from the front.
+    fn store_selected_numbers(self, first: u32, selected: u32, into: &mut [u32; 8]);
+}
+
+/// Runs a kernel with the widest registers of at most `max_width` numbers that the processor has.
+pub(crate) fn run<K: RegisterKernel>(kernel: K, max_width: usize) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("popcnt") {
+        if max_width >= 8 && std::arch::is_x86_feature_detected!("avx512f") {
+            // SAFETY: the processor has AVX-512 and POPCNT.
+            return unsafe { super::avx512::run(kernel) };
+        }
+        if max_width >= 4 && std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has AVX2 and POPCNT.
+            return unsafe { super::avx2::run(kernel) };
+        }
+    }
+    let _ = max_width;
+    kernel.run(Scalar)
+}
+
+/// Width 1.
+#[derive(Clone, Copy)]
+pub(crate) struct Scalar;
+
+impl Mask for bool {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
+}
+
+impl Register for f64 {
+    type Mask = bool;
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn is_less(self, other: Self) -> bool {
+        self < other
+    }
+
+    #[inline(always)]
+    fn is_at_most(self, other: Self) -> bool {
+        self <= other
+    }
+
+    #[inline(always)]
+    fn or_else(self, mask: bool, other: Self) -> Self {
+        if mask { self } else { other }
+    }
+
+    #[inline(always)]
+    fn or_zero(self, mask: bool) -> Self {
+        if mask { self } else { 0.0 }
+    }
+}
+
+impl InstructionSet<1> for Scalar {
+    type Register = f64;
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> f64 {
+        value
+    }
+
+    #[inline(always)]
+    fn load(self, [value]: &[f64; 1]) -> f64 {
+        *value
+    }
+
+    #[inline(always)]
+    fn store(self, value: f64, into: &mut [f64; 1]) {
+        *into = [value];
+    }
+
+    #[inline(always)]
+    fn columns(self, [[x, y]]: &[[f64; 2]; 1]) -> [f64; 2] {
+        [*x, *y]
+    }
+
+    #[inline(always)]
+    unsafe fn differences(
+        self,
+        vectors: &[[f64; 2]],
+        [[first], [second]]: [&[u32; 1]; 2],
+    ) -> [f64; 2] {
+        let ([x, y], [other_x, other_y]) = (vectors[*first as usize], vectors[*second as usize]);
+        [x - other_x, y - other_y]
+    }
+
+    #[inline(always)]
+    unsafe fn add_opposite(
+        self,
+        columns: [f64; 4],
+        sums: &mut [[f64; 4]],
+        [[first], [second]]: [&[u32; 1]; 2],
     ) {
-        for lane in 0..N {
-            let sum = &mut sums[first[lane] as usize];
-            // SAFETY: the caller knows the machine; four f64 lie behind the reference.
-            unsafe {
-                let added = _mm256_add_pd(_mm256_loadu_pd(sum.as_ptr()), rows[lane]);
-                _mm256_storeu_pd(sum.as_mut_ptr(), added);
-            }
-            let sum = &mut sums[second[lane] as usize];
-            // SAFETY: the caller knows the machine; four f64 lie behind the reference.
-            unsafe {
-                let taken = _mm256_sub_pd(_mm256_loadu_pd(sum.as_ptr()), rows[lane]);
-                _mm256_storeu_pd(sum.as_mut_ptr(), taken);
-            }
+        let sum = sums[*first as usize];
+        sums[*first as usize] = [0, 1, 2, 3].map(|part: usize| sum[part] + columns[part]);
+        let sum = sums[*second as usize];
+        sums[*second as usize] = [0, 1, 2, 3].map(|part: usize| sum[part] - columns[part]);
+    }
+
+    #[inline(always)]
+    fn add_to_both(
+        self,
+        columns: [f64; 2],
+        sums: &mut [[f64; 2]],
+        [[first], [second]]: [&[u32; 1]; 2],
+    ) {
+        for end in [first, second] {
+            let [x, y] = sums[*end as usize];
+            sums[*end as usize] = [x + columns[0], y + columns[1]];
         }
     }
 
-    /// Adds rows to sums at both ends.
-    ///
-    /// # Safety
-    /// The machine has AVX.
     #[inline(always)]
-    pub(super) unsafe fn add_to_both<const N: usize>(
-        rows: [__m128d; N],
-        sums: &mut [[f64; 2]],
-        [first, second]: [&[u32; N]; 2],
-    ) {
-        for lane in 0..N {
-            for end in [first[lane], second[lane]] {
-                let sum = &mut sums[end as usize];
-                // SAFETY: the caller knows the machine; two f64 lie behind the reference.
-                unsafe {
-                    let added = _mm_add_pd(_mm_loadu_pd(sum.as_ptr()), rows[lane]);
-                    _mm_storeu_pd(sum.as_mut_ptr(), added);
+    fn store_selected(self, value: f64, _: u32, into: &mut [f64; 1]) {
+        *into = [value];
+    }
+
+    #[inline(always)]
+    fn store_selected_pairs(self, ends: [u32; 2], _: u32, into: &mut [[u32; 2]; 1]) {
+        *into = [ends];
+    }
+
+    #[inline(always)]
+    fn store_selected_numbers(self, first: u32, selected: u32, into: &mut [u32; 8]) {
+        let selected = (0..8).filter(|number| selected >> number & 1 == 1);
+        for (place, number) in into.iter_mut().zip(selected) {
+            *place = first + number;
+        }
+    }
+}
+
+/// For a set of eight lanes, an order that puts the lanes in the set first.
+#[cfg(target_arch = "x86_64")]
+pub(super) const fn selected_first(set: usize) -> [u8; 8] {
+    let mut order = [0; 8];
+    let (mut lane, mut place) = (0, 0);
+    while lane < 8 {
+        if set >> lane & 1 == 1 {
+            order[place] = lane;
+            place += 1;
+        }
+        lane += 1;
+    }
+    order
+}
+
+/// The order of [`selected_first`] for every set of eight lanes.
+#[cfg(target_arch = "x86_64")]
+pub(super) static SELECTED_FIRST: [[u8; 8]; 256] = {
+    let mut orders = [[0; 8]; 256];
+    let mut set = 0;
+    while set < 256 {
+        orders[set] = selected_first(set);
+        set += 1;
+    }
+    orders
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every operation on columns of numbers, as bits.
+    struct Operations<'a>(&'a [[f64; 2]; 8]);
+
+    impl RegisterKernel for Operations<'_> {
+        type Output = Vec<u64>;
+
+        #[inline(always)]
+        fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> Vec<u64> {
+            let (mut results, mut sums) = (vec![Vec::new(); 9], ([[0.1; 4]; 8], [[0.2; 2]; 8]));
+            let (mut packed, mut pairs) = (Vec::new(), Vec::new());
+            for group in 0..8 / N {
+                let vectors = self.0.as_chunks::<N>().0;
+                let [x, y] = instructions.columns(&vectors[group]);
+                let values = [x + y, x - y, x * y, x / y, x.abs().sqrt(), x.larger(y)];
+                let selected = [(-x).or_else(x.is_less(y), y), x.or_zero(x.is_at_most(y))];
+                let mut stored = [0.0; N];
+                for (column, value) in results.iter_mut().zip(values.into_iter().chain(selected)) {
+                    instructions.store(value, &mut stored);
+                    column.extend(stored);
+                }
+                let first: [u32; N] = std::array::from_fn(|lane| (group * N + lane) as u32);
+                let ends = [&first, &first.map(|index| (3 * index + 1) % 8)];
+                // SAFETY: indices are less than 8.
+                let [dx, dy] = unsafe { instructions.differences(self.0, ends) };
+                let columns = [dx, dy, x, instructions.splat(3.0)];
+                // SAFETY: as above.
+                unsafe { instructions.add_opposite(columns, &mut sums.0, ends) };
+                instructions.add_to_both([dy, dx], &mut sums.1, ends);
+                let lanes = x.is_less(y).bits();
+                let count = lanes.count_ones() as usize;
+                instructions.store_selected(y, lanes, &mut stored);
+                if count > 0 {
+                    packed.extend(&stored[..count]);
+                    let mut room = [[0; 2]; N];
+                    instructions.store_selected_pairs([7, first[0]], lanes, &mut room);
+                    pairs.extend(room[..count].iter().flatten().copied());
                 }
             }
-        }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-pub(crate) mod avx2 {
-    use super::{Add, Div, Kernel, Lanes, Machine, Mask, Mul, Neg, Sub, rows};
-    use std::arch::x86_64::*;
-
-    #[derive(Clone, Copy)]
-    struct Avx2(());
-
-    #[derive(Clone, Copy)]
-    struct Four(__m256d);
-
-    #[derive(Clone, Copy)]
-    struct FourMask(__m256d);
-
-    #[target_feature(enable = "avx2")]
-    pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run(Avx2(()))
-    }
-
-    operators!(Four: Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
-
-    /// Rows to columns, and back.
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    pub(crate) fn transposed(rows: [__m256d; 4]) -> [__m256d; 4] {
-        let low = [_mm256_unpacklo_pd(rows[0], rows[1]), _mm256_unpacklo_pd(rows[2], rows[3])];
-        let high = [_mm256_unpackhi_pd(rows[0], rows[1]), _mm256_unpackhi_pd(rows[2], rows[3])];
-        [
-            _mm256_permute2f128_pd::<0x20>(low[0], low[1]),
-            _mm256_permute2f128_pd::<0x20>(high[0], high[1]),
-            _mm256_permute2f128_pd::<0x31>(low[0], low[1]),
-            _mm256_permute2f128_pd::<0x31>(high[0], high[1]),
-        ]
-    }
-
-    impl Machine<4> for Avx2 {
-        type Lanes = Four;
-
-        #[inline(always)]
-        fn all(self, value: f64) -> Four {
-            // SAFETY: the machine is proof of AVX2.
-            Four(unsafe { _mm256_set1_pd(value) })
-        }
-
-        #[inline(always)]
-        fn of(self, [a, b, c, d]: [f64; 4]) -> Four {
-            // SAFETY: the machine is proof of AVX2.
-            Four(unsafe { _mm256_setr_pd(a, b, c, d) })
-        }
-
-        #[inline(always)]
-        fn load(self, values: &[f64; 4]) -> Four {
-            // SAFETY: the machine is proof of AVX2, and four f64 lie behind the reference.
-            Four(unsafe { _mm256_loadu_pd(values.as_ptr()) })
-        }
-
-        #[inline(always)]
-        fn differences(self, vectors: &[[f64; 2]], ends: [&[u32; 4]; 2]) -> [Four; 2] {
-            let even =
-                (self.every_other(vectors, ends[0], 0) - self.every_other(vectors, ends[1], 0)).0;
-            let odd =
-                (self.every_other(vectors, ends[0], 1) - self.every_other(vectors, ends[1], 1)).0;
-            // SAFETY: the machine is proof of AVX2.
-            unsafe { [Four(_mm256_unpacklo_pd(even, odd)), Four(_mm256_unpackhi_pd(even, odd))] }
+            let mut numbers = [0; 8];
+            instructions.store_selected_numbers(40, 0b1101_0010, &mut numbers);
+            pairs.extend(&numbers[..4]);
+            let rows = sums.0.as_flattened().iter().chain(sums.1.as_flattened());
+            let numbers = results.as_slice().concat().into_iter().chain(packed);
+            let bits = numbers.chain(rows.copied()).map(f64::to_bits);
+            bits.chain(pairs.into_iter().map(u64::from)).collect()
         }
     }
 
-    impl Avx2 {
-        /// Every other of some vectors, from one of the first two on.
-        #[inline(always)]
-        fn every_other(self, vectors: &[[f64; 2]], ends: &[u32; 4], from: usize) -> Four {
-            let (low, high) = (ends[from] as usize, ends[from + 2] as usize);
-            // SAFETY: the machine is proof of AVX2.
-            Four(unsafe { rows::two(&vectors[low], &vectors[high]) })
-        }
-    }
-
-    impl Neg for Four {
-        type Output = Self;
-
-        #[inline(always)]
-        fn neg(self) -> Self {
-            // SAFETY: a register is proof of its instructions.
-            Self(unsafe { _mm256_xor_pd(self.0, _mm256_set1_pd(-0.0)) })
-        }
-    }
-
-    impl Mask for FourMask {
-        #[inline(always)]
-        fn bits(self) -> u32 {
-            // SAFETY: a register is proof of its instructions.
-            unsafe { _mm256_movemask_pd(self.0) as u32 }
-        }
-    }
-
-    // SAFETY of all that follows: a register is proof of its instructions; references hold what is moved.
-    impl Lanes<4> for Four {
-        type Mask = FourMask;
-
-        #[inline(always)]
-        fn sqrt(self) -> Self {
-            Self(unsafe { _mm256_sqrt_pd(self.0) })
-        }
-
-        #[inline(always)]
-        fn abs(self) -> Self {
-            Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
-        }
-
-        #[inline(always)]
-        fn larger(self, other: Self) -> Self {
-            Self(unsafe { _mm256_max_pd(self.0, other.0) })
-        }
-
-        #[inline(always)]
-        fn is_less(self, other: Self) -> FourMask {
-            FourMask(unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0) })
-        }
-
-        #[inline(always)]
-        fn is_at_most(self, other: Self) -> FourMask {
-            FourMask(unsafe { _mm256_cmp_pd::<_CMP_LE_OQ>(self.0, other.0) })
-        }
-
-        #[inline(always)]
-        fn or_else(self, mask: FourMask, other: Self) -> Self {
-            Self(unsafe { _mm256_blendv_pd(other.0, self.0, mask.0) })
-        }
-
-        #[inline(always)]
-        fn only(self, mask: FourMask) -> Self {
-            Self(unsafe { _mm256_and_pd(self.0, mask.0) })
-        }
-
-        #[inline(always)]
-        fn store(self, into: &mut [f64; 4]) {
-            unsafe { _mm256_storeu_pd(into.as_mut_ptr(), self.0) }
-        }
-
-        #[inline(always)]
-        fn add_opposite(columns: [Self; 4], sums: &mut [[f64; 4]], ends: [&[u32; 4]; 2]) {
-            let columns = [columns[0].0, columns[1].0, columns[2].0, columns[3].0];
-            unsafe { rows::add_opposite(transposed(columns), sums, ends) }
-        }
-
-        #[inline(always)]
-        fn add_to_both(columns: [Self; 2], sums: &mut [[f64; 2]], ends: [&[u32; 4]; 2]) {
-            unsafe {
-                let even = _mm256_unpacklo_pd(columns[0].0, columns[1].0);
-                let odd = _mm256_unpackhi_pd(columns[0].0, columns[1].0);
-                let rows = [
-                    _mm256_castpd256_pd128(even),
-                    _mm256_castpd256_pd128(odd),
-                    _mm256_extractf128_pd::<1>(even),
-                    _mm256_extractf128_pd::<1>(odd),
-                ];
-                rows::add_to_both(rows, sums, ends);
-            }
-        }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-mod avx512 {
-    use super::{Add, Div, Kernel, Lanes, Machine, Mask, Mul, Neg, Sub, rows};
-    use std::arch::x86_64::*;
-
-    #[derive(Clone, Copy)]
-    struct Avx512(());
-
-    #[derive(Clone, Copy)]
-    struct Eight(__m512d);
-
-    impl Mask for __mmask8 {
-        #[inline(always)]
-        fn bits(self) -> u32 {
-            u32::from(self)
-        }
-    }
-
-    #[target_feature(enable = "avx512f")]
-    pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run(Avx512(()))
-    }
-
-    operators!(Eight: Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
-
-    /// Registers of the rows i and i + 4 to columns, and back.
-    #[inline]
-    #[target_feature(enable = "avx512f")]
-    fn transposed(rows: [__m512d; 4]) -> [__m512d; 4] {
-        let low = [_mm512_unpacklo_pd(rows[0], rows[1]), _mm512_unpacklo_pd(rows[2], rows[3])];
-        let high = [_mm512_unpackhi_pd(rows[0], rows[1]), _mm512_unpackhi_pd(rows[2], rows[3])];
-        let front = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
-        let back = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
-        [
-            _mm512_permutex2var_pd(low[0], front, low[1]),
-            _mm512_permutex2var_pd(high[0], front, high[1]),
-            _mm512_permutex2var_pd(low[0], back, low[1]),
-            _mm512_permutex2var_pd(high[0], back, high[1]),
-        ]
-    }
-
-    impl Machine<8> for Avx512 {
-        type Lanes = Eight;
-
-        #[inline(always)]
-        fn all(self, value: f64) -> Eight {
-            // SAFETY: the machine is proof of AVX-512.
-            Eight(unsafe { _mm512_set1_pd(value) })
-        }
-
-        #[inline(always)]
-        fn of(self, [a, b, c, d, e, f, g, h]: [f64; 8]) -> Eight {
-            // SAFETY: the machine is proof of AVX-512.
-            Eight(unsafe { _mm512_setr_pd(a, b, c, d, e, f, g, h) })
-        }
-
-        #[inline(always)]
-        fn load(self, values: &[f64; 8]) -> Eight {
-            // SAFETY: the machine is proof of AVX-512, and eight f64 lie behind the reference.
-            Eight(unsafe { _mm512_loadu_pd(values.as_ptr()) })
-        }
-
-        #[inline(always)]
-        fn differences(self, vectors: &[[f64; 2]], ends: [&[u32; 8]; 2]) -> [Eight; 2] {
-            let even =
-                (self.every_other(vectors, ends[0], 0) - self.every_other(vectors, ends[1], 0)).0;
-            let odd =
-                (self.every_other(vectors, ends[0], 1) - self.every_other(vectors, ends[1], 1)).0;
-            // SAFETY: the machine is proof of AVX-512.
-            unsafe { [Eight(_mm512_unpacklo_pd(even, odd)), Eight(_mm512_unpackhi_pd(even, odd))] }
-        }
-    }
-
-    impl Avx512 {
-        /// Every other of some vectors, from one of the first two on.
-        #[inline(always)]
-        fn every_other(self, vectors: &[[f64; 2]], ends: &[u32; 8], from: usize) -> Eight {
-            let (a, b) = (ends[from] as usize, ends[from + 2] as usize);
-            let (c, d) = (ends[from + 4] as usize, ends[from + 6] as usize);
-            // SAFETY: the machine is proof of AVX-512.
-            Eight(unsafe {
-                let low = _mm512_castpd256_pd512(rows::two(&vectors[a], &vectors[b]));
-                _mm512_insertf64x4::<1>(low, rows::two(&vectors[c], &vectors[d]))
-            })
-        }
-    }
-
-    impl Neg for Eight {
-        type Output = Self;
-
-        #[inline(always)]
-        fn neg(self) -> Self {
-            // SAFETY: a register is proof of its instructions.
-            Self(unsafe {
-                let sign = _mm512_castpd_si512(_mm512_set1_pd(-0.0));
-                _mm512_castsi512_pd(_mm512_xor_si512(_mm512_castpd_si512(self.0), sign))
-            })
-        }
-    }
-
-    // SAFETY of all that follows: a register is proof of its instructions; references hold what is moved.
-    impl Lanes<8> for Eight {
-        type Mask = __mmask8;
-
-        #[inline(always)]
-        fn sqrt(self) -> Self {
-            Self(unsafe { _mm512_sqrt_pd(self.0) })
-        }
-
-        #[inline(always)]
-        fn abs(self) -> Self {
-            Self(unsafe { _mm512_abs_pd(self.0) })
-        }
-
-        #[inline(always)]
-        fn larger(self, other: Self) -> Self {
-            Self(unsafe { _mm512_max_pd(self.0, other.0) })
-        }
-
-        #[inline(always)]
-        fn is_less(self, other: Self) -> __mmask8 {
-            unsafe { _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, other.0) }
-        }
-
-        #[inline(always)]
-        fn is_at_most(self, other: Self) -> __mmask8 {
-            unsafe { _mm512_cmp_pd_mask::<_CMP_LE_OQ>(self.0, other.0) }
-        }
-
-        #[inline(always)]
-        fn or_else(self, mask: __mmask8, other: Self) -> Self {
-            Self(unsafe { _mm512_mask_blend_pd(mask, other.0, self.0) })
-        }
-
-        #[inline(always)]
-        fn only(self, mask: __mmask8) -> Self {
-            Self(unsafe { _mm512_maskz_mov_pd(mask, self.0) })
-        }
-
-        #[inline(always)]
-        fn store(self, into: &mut [f64; 8]) {
-            unsafe { _mm512_storeu_pd(into.as_mut_ptr(), self.0) }
-        }
-
-        #[inline(always)]
-        fn add_opposite(columns: [Self; 4], sums: &mut [[f64; 4]], ends: [&[u32; 8]; 2]) {
-            let columns = [columns[0].0, columns[1].0, columns[2].0, columns[3].0];
-            unsafe {
-                let [a, b, c, d] = transposed(columns);
-                let rows = [
-                    _mm512_castpd512_pd256(a),
-                    _mm512_castpd512_pd256(b),
-                    _mm512_castpd512_pd256(c),
-                    _mm512_castpd512_pd256(d),
-                    _mm512_extractf64x4_pd::<1>(a),
-                    _mm512_extractf64x4_pd::<1>(b),
-                    _mm512_extractf64x4_pd::<1>(c),
-                    _mm512_extractf64x4_pd::<1>(d),
-                ];
-                rows::add_opposite(rows, sums, ends);
-            }
-        }
-
-        #[inline(always)]
-        fn add_to_both(columns: [Self; 2], sums: &mut [[f64; 2]], ends: [&[u32; 8]; 2]) {
-            unsafe {
-                let even = _mm512_unpacklo_pd(columns[0].0, columns[1].0);
-                let odd = _mm512_unpackhi_pd(columns[0].0, columns[1].0);
-                let (low_even, low_odd) =
-                    (_mm512_castpd512_pd256(even), _mm512_castpd512_pd256(odd));
-                let (high_even, high_odd) =
-                    (_mm512_extractf64x4_pd::<1>(even), _mm512_extractf64x4_pd::<1>(odd));
-                let rows = [
-                    _mm256_castpd256_pd128(low_even),
-                    _mm256_castpd256_pd128(low_odd),
-                    _mm256_extractf128_pd::<1>(low_even),
-                    _mm256_extractf128_pd::<1>(low_odd),
-                    _mm256_castpd256_pd128(high_even),
-                    _mm256_castpd256_pd128(high_odd),
-                    _mm256_extractf128_pd::<1>(high_even),
-                    _mm256_extractf128_pd::<1>(high_odd),
-                ];
-                rows::add_to_both(rows, sums, ends);
-            }
+    #[test]
+    fn every_width_gives_the_same_bits() {
+        // The fractional parts of multiples of irrational numbers fill the unit interval evenly (Weyl 1916).
+        let part = |index: usize, root: f64| (index as f64 * root.sqrt()).fract() - 0.5;
+        let vectors: [[f64; 2]; 8] = std::array::from_fn(|i| [part(i + 1, 2.0), part(i + 1, 3.0)]);
+        let scalar = run(Operations(&vectors), 1);
+        for width in [4, MAX_WIDTH] {
+            assert_eq!(run(Operations(&vectors), width), scalar, "{width}");
         }
     }
 }

@@ -1,26 +1,25 @@
-//! What the user is told in words: of the start, of a refusal, of a blow-up.
+//! Messages: the facts of a start, a rejection, a blow-up.
 
-use crate::dem::Dem;
 use crate::dem::diagnosis::suggestions;
 use crate::dem::diagnosis::{Diagnosis, figure};
 use crate::dem::discs::Discs;
-use crate::dem::forces::contact::Partner;
 use crate::dem::materials::Dashpot;
 use crate::dem::parameters::Parameters;
-use crate::dem::{restitution, start, step};
-use crate::model::{Fault, Model};
+use crate::dem::totals::{BlowUp, Partner};
+use crate::dem::{restitution, start};
+use crate::model::Fault;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail, Placement, Stability};
 
-/// Why a start is refused and which values would do; the same words warn where it runs all the same.
+/// The reasons for a rejection and the suggestions; the same text is the warning if the run starts anyway.
 pub(in crate::dem) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
     let mut sentences = diagnosis.problems();
-    let remedies = suggestions::find(config);
-    if remedies.is_empty() {
+    let suggestions = suggestions::find(config);
+    if suggestions.is_empty() {
         sentences.push("No single value helps: change two of them together.".to_owned());
     } else {
         sentences.push(format!(
             "The nearest values that would do, each alone: {}.",
-            remedies.join("; ")
+            suggestions.join("; ")
         ));
     }
     if config.integrator != DemIntegrator::ImplicitDashpot {
@@ -34,7 +33,7 @@ pub(in crate::dem) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> Stri
     sentences.join(" ")
 }
 
-/// The start in numbers, a line each.
+/// The figures of the start, one line each.
 pub(in crate::dem) fn facts(
     config: &DemConfig,
     parameters: &Parameters,
@@ -65,7 +64,7 @@ pub(in crate::dem) fn facts(
     ]
 }
 
-/// The true number of steps of a contact: the document's formula counts m where two discs have m/2.
+/// The true number of steps per contact: the DEM exercise's formula has the mass m where two discs have m/2.
 fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
     let steps = |effective_mass: f64| {
         let law = &parameters.law;
@@ -108,33 +107,39 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
     )
 }
 
-/// What went wrong, where and when, and what to do.
-pub(in crate::dem) fn fault(model: &Dem, blow_up: step::BlowUp) -> Fault {
+/// The message of a blow-up after a number of steps, at a time in s: its place and what to change.
+pub(in crate::dem) fn fault(
+    parameters: &Parameters,
+    discs: &Discs,
+    (count, time): (u64, f64),
+    damping_step: f64,
+    blow_up: BlowUp,
+) -> Fault {
     let what = match blow_up {
-        step::BlowUp::Overlap(disc, partner, over_radius) => {
+        BlowUp::Overlap(disc, partner, over_radius) => {
             let partner = match partner {
-                Partner::Disc(partner) => format!("disc {}", model.discs.ids[partner as usize]),
+                Partner::Disc(partner) => format!("disc {}", discs.ids[partner as usize]),
                 Partner::Wall(wall) => format!("wall {wall}"),
             };
             format!(
                 "disc {} and {partner} overlap by {} radii",
-                model.discs.ids[disc as usize],
+                discs.ids[disc as usize],
                 figure(over_radius)
             )
         }
-        step::BlowUp::Outside(disc) => {
-            let ([x, y], [vx, vy]) = (model.discs.positions[disc], model.discs.velocities[disc]);
-            let id = model.discs.ids[disc];
+        BlowUp::Outside(disc) => {
+            let ([x, y], [vx, vy]) = (discs.positions[disc], discs.velocities[disc]);
+            let id = discs.ids[disc];
             format!(
                 "the center of disc {id} left the box, at ({x:e}, {y:e}) m with a velocity of ({vx:e}, {vy:e}) m/s"
             )
         }
-        step::BlowUp::Residual(share) => format!(
+        BlowUp::Residual(share) => format!(
             "the energy ledger does not close: its residual is {} of all the energy there was",
             figure(share)
         ),
     };
-    let advice = if model.damping_step >= 0.3 && !model.parameters.law.is_implicit {
+    let advice = if damping_step >= 0.3 && !parameters.law.is_implicit {
         "The dashpot is too strong for the time step: take more steps_per_contact (or a shorter time_step_s), less \
          damping_n_s_per_m (or a higher restitution), or integrator = \"implicit-dashpot\"."
     } else {
@@ -143,8 +148,8 @@ pub(in crate::dem) fn fault(model: &Dem, blow_up: step::BlowUp) -> Fault {
     };
     Fault(format!(
         "Blow-up at step {} (t = {:e} s): {what}. c = eta dt/m_eff = {}. {advice}",
-        model.count,
-        model.time(),
-        figure(model.damping_step)
+        count,
+        time,
+        figure(damping_step)
     ))
 }

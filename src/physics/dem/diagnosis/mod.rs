@@ -1,47 +1,46 @@
-//! Whether a run can be integrated at all: found out before its first step.
+//! Diagnosis before the first step: whether a run can be integrated.
 //!
-//! Each step of an explicit scheme subtracts c = eta dt/m_eff times the relative velocity of a contact. From c = 1 on it
-//! flips on the first touch, and far above each touch multiplies it by c.
+//! Each step of an explicit scheme subtracts c = eta dt/m_eff times the relative velocity of a contact: v' = (1 - c) v. The
+//! velocity reverses for c > 1 and grows for c > 2; far above, each contact multiplies it by about c.
 
 pub(super) mod messages;
 mod suggestions;
 
 use crate::dem::parameters::Parameters;
-use crate::dem::recorded;
-use crate::dem::restitution;
+use crate::dem::{restitution, start};
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement};
 
-/// c = eta dt/m_eff from which a run is refused.
-const LARGEST_DAMPING_STEP: f64 = 1.0;
-/// c from which the restitution is no longer the one that was wanted.
+/// c = eta dt/m_eff from which a run is rejected.
+const MAX_DAMPING_STEP: f64 = 1.0;
+/// c from which the restitution deviates from the requested one.
 const DOUBTFUL_DAMPING_STEP: f64 = 0.3;
 /// Bound of 6 k dt^2/m + 12 eta dt/m, for a hexagonal bed.
 const BED_BOUND: f64 = 4.0;
 /// pi sqrt(m/k) / dt below which beds chatter.
 const DOUBTFUL_STEPS_PER_CONTACT: f64 = 10.0;
-/// Overlap over radius from which a run is refused: a second push brings the center through the wall.
-const LARGEST_OVERLAP: f64 = 0.5;
-/// Overlap over radius from which the user is told.
+/// Overlap over radius from which a run is rejected: a second impact would bring the center through the wall.
+const MAX_OVERLAP: f64 = 0.5;
+/// Overlap over radius from which a warning is given.
 const DOUBTFUL_OVERLAP: f64 = 0.3;
-/// Standard deviations of drawn velocities that are reckoned with.
+/// Standard deviations of drawn velocities that are taken into account.
 const DRAWN_DEVIATIONS: f64 = 4.0;
-/// Whole numbers beyond this are not all floating-point numbers.
-const MOST_STEPS: u64 = 1 << 53;
+/// Integers beyond this are not all floating-point numbers.
+const MAX_STEPS: u64 = 1 << 53;
 
-/// The figures by which a start is judged.
+/// The figures that decide whether a start is accepted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Diagnosis {
     /// c = eta dt/m_eff of the lightest pair.
     pub(super) damping_step: f64,
-    /// 6 k dt^2/m + 12 eta dt/m of the lightest discs, the dashpot's part only where it is explicit.
+    /// 6 k dt^2/m + 12 eta dt/m of the lightest discs; an implicit dashpot does not contribute.
     bed: f64,
-    /// The document's N_t: pi sqrt(m/k) / dt, m the smallest mass.
+    /// The DEM exercise's N_t: pi sqrt(m/k) / dt, m the smallest mass.
     steps_per_contact: f64,
-    /// Largest overlap to be expected at a wall, over the radius.
+    /// Largest expected overlap at a wall, over the radius.
     pub(super) overlap_over_radius: f64,
-    /// Whether the dashpot is solved implicitly, and knows no bound.
+    /// Whether the dashpot is implicit, and has no bound.
     is_implicit: bool,
-    /// Whether the number of steps is at least one and can be counted.
+    /// Whether the number of steps is at least one and exactly representable.
     is_countable: bool,
 }
 
@@ -59,32 +58,32 @@ impl Diagnosis {
             steps_per_contact: std::f64::consts::PI * (mass / stiffness).sqrt() / step,
             overlap_over_radius: expected_overlap(config, &parameters) / parameters.radius,
             is_implicit,
-            is_countable: step > 0.0 && (1..=MOST_STEPS).contains(&parameters.total_steps),
+            is_countable: step > 0.0 && (1..=MAX_STEPS).contains(&parameters.total_steps),
         }
     }
 
-    /// Whether the run can't be trusted from its first contact on. Comparisons are written so that no number is unstable.
-    pub(super) fn is_refused(&self) -> bool {
+    /// Whether the run must be rejected. Comparisons are written so that a value that is not a number is unstable.
+    pub(super) fn is_rejected(&self) -> bool {
         self.is_unstable() || self.passes_walls() || !self.is_countable
     }
 
-    /// Whether the number of steps makes sense; without that nothing runs.
+    /// Whether the number of steps is valid; no run starts without that.
     pub(super) fn is_countable(&self) -> bool {
         self.is_countable
     }
 
     fn is_unstable(&self) -> bool {
         let is_bed_stable = self.bed < BED_BOUND;
-        let is_pair_stable = self.is_implicit || self.damping_step < LARGEST_DAMPING_STEP;
+        let is_pair_stable = self.is_implicit || self.damping_step < MAX_DAMPING_STEP;
         !(is_bed_stable && is_pair_stable)
     }
 
     fn passes_walls(&self) -> bool {
-        let is_held = self.overlap_over_radius < LARGEST_OVERLAP;
+        let is_held = self.overlap_over_radius < MAX_OVERLAP;
         !is_held
     }
 
-    /// Why the run is refused, a sentence each.
+    /// The reasons for a rejection, one sentence each.
     pub(super) fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
         if self.is_unstable() {
@@ -98,7 +97,7 @@ impl Diagnosis {
         if self.passes_walls() {
             problems.push(format!(
                 "The contacts are too soft: a disc that falls through the box overlaps the wall by about {} of its \
-                 radius (at most {LARGEST_OVERLAP} is accepted), and its center may pass the wall.",
+                 radius (at most {MAX_OVERLAP} is accepted), and its center may pass the wall.",
                 figure(self.overlap_over_radius)
             ));
         }
@@ -111,49 +110,49 @@ impl Diagnosis {
         problems
     }
 
-    /// What an accepted run should be looked at for, a sentence each.
-    pub(super) fn doubts(&self) -> Vec<String> {
-        let mut doubts = Vec::new();
+    /// Warnings for an accepted run, one sentence each.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
         if self.is_unstable() {
-            return doubts;
+            return warnings;
         }
         if self.is_implicit && self.damping_step >= DOUBTFUL_DAMPING_STEP {
-            doubts.push(format!(
+            warnings.push(format!(
                 "c = eta dt/m_eff = {} with the implicit dashpot: collisions lose more than the dashpot would take; from \
                  c = 1 on it is a way to see the discs come to rest, not a measurement.",
                 figure(self.damping_step)
             ));
         } else if self.damping_step >= DOUBTFUL_DAMPING_STEP {
-            doubts.push(format!(
+            warnings.push(format!(
                 "c = eta dt/m_eff = {} for the lightest pair: from 0.3 on the restitution is not the one that the \
                  dashpot stands for; a smaller time step helps.",
                 figure(self.damping_step)
             ));
         }
         if self.steps_per_contact < DOUBTFUL_STEPS_PER_CONTACT {
-            doubts.push(format!(
+            warnings.push(format!(
                 "Only {} steps in pi sqrt(m/k): beds chatter below 10.",
                 figure(self.steps_per_contact)
             ));
         }
         if self.overlap_over_radius >= DOUBTFUL_OVERLAP && !self.passes_walls() {
-            doubts.push(format!(
+            warnings.push(format!(
                 "A disc that falls through the box overlaps the wall by about {} of its radius: a higher stiffness_n_per_m \
                  would keep it harder.",
                 figure(self.overlap_over_radius)
             ));
         }
-        doubts
+        warnings
     }
 }
 
-/// Largest overlap to be expected at a wall, m: that of a disc that hits it at the speed of its fall, and that of a column
-/// of resting discs that its weight adds, all discs lying in even layers.
+/// Largest expected overlap at a wall, m: that of a disc that falls onto it, plus that due to the weight of a column of discs, with
+/// all discs in even layers.
 fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
     let law = &parameters.law;
     let mass = parameters.mass * law.materials.density_range().1;
     let natural_frequency = (law.stiffness / mass).sqrt();
-    let hit = restitution::largest_overlap(
+    let impact = restitution::largest_overlap(
         impact_speed(config, parameters),
         parameters.weakest_damping_ratio(mass),
         natural_frequency,
@@ -164,10 +163,10 @@ fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
     let weight = mass
         * (parameters.gravity[0].abs() * layers(parameters.sides[1])
             + parameters.gravity[1].abs() * layers(parameters.sides[0]));
-    hit + weight / law.stiffness
+    impact + weight / law.stiffness
 }
 
-/// Speed of the fastest disc at the wall that it falls to, m/s: from the given start, else through the whole box.
+/// Speed of the fastest disc at the wall onto which it falls, m/s: from the given start, else through the whole box.
 fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
     let (_, radius) = parameters.radius_range;
     let fall = |axis: usize, start: Option<f64>| {
@@ -195,7 +194,7 @@ fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
             let moving = given.positions.iter().zip(&given.velocities);
             moving.map(|([x, y], [vx, vy])| [x, y, vx, vy].map(|value| value.get())).collect()
         }
-        Placement::Recorded(start) => recorded::motions(start),
+        Placement::Recorded(recording) => start::recorded_motions(recording),
     };
     for [x, y, vx, vy] in motions {
         let squared = vx * vx + vy * vy + fall(0, Some(x)) + fall(1, Some(y));
@@ -204,7 +203,7 @@ fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
     fastest.sqrt()
 }
 
-/// A figure for a sentence: whole from ten on, else two digits.
+/// A figure for a message: an integer from ten on, else two decimals.
 pub(super) fn figure(value: f64) -> String {
     if value >= 1e5 {
         format!("{value:.2e}")

@@ -1,7 +1,7 @@
-//! What to change where a start is refused: for each key of the manifest, the nearest value that is accepted.
+//! Suggestions for a rejected start: for each key of the manifest, the nearest value that is accepted.
 //!
-//! A value is found by trying the changed manifest itself, with the value as it will be printed. So what is named here is
-//! accepted when it is typed back.
+//! A value is found by diagnosing the changed manifest, with the value as it will be printed. Therefore, every suggestion is
+//! accepted as it is printed.
 
 use crate::dem::diagnosis::Diagnosis;
 use crate::dem::parameters::Parameters;
@@ -13,18 +13,18 @@ use std::f64::consts::PI;
 /// One key that may be changed.
 struct Key {
     name: &'static str,
-    /// The value in use, or where the search begins.
+    /// The value in use, or the value at which the search begins.
     current: f64,
-    /// The manifest with another value; `None` where that is out of range.
+    /// The manifest with another value; `None` if that is out of range.
     change: fn(&DemConfig, f64) -> Option<DemConfig>,
 }
 
-/// Doublings and halvings of a value that are tried.
+/// Doublings and halvings that are tried.
 const DOUBLINGS: u32 = 100;
-/// Above this share of the box, larger discs may find no place.
+/// Packing fraction above which larger discs may not fit.
 const ROOMY_PACKING_FRACTION: f64 = 0.4;
 
-/// The nearest accepted values, as lines of a manifest, each good on its own.
+/// The nearest accepted values, as lines of a manifest; each one is sufficient.
 pub(in crate::dem) fn find(config: &DemConfig) -> Vec<String> {
     keys(config).iter().filter_map(|key| nearest_accepted(config, key)).collect()
 }
@@ -35,7 +35,7 @@ fn keys(config: &DemConfig) -> Vec<Key> {
     let pair_mass = parameters.lightest_pair_mass();
     let present =
         restitution::restitution(parameters.strongest_damping_ratio(pair_mass), config.force_tail);
-    // An overdamped dashpot has no restitution to start from.
+    // An overdamped dashpot has no restitution at which the search could begin.
     let restitution = if present > 1e-3 { present } else { 1e-3 };
     vec![
         Key {
@@ -81,7 +81,7 @@ fn keys(config: &DemConfig) -> Vec<Key> {
     ]
 }
 
-/// Equal discs of another radius, where they leave enough room to be placed anew.
+/// Equal discs of another radius, if they leave enough room for a new placement.
 fn with_radius(config: &DemConfig, radius: f64) -> Option<DemConfig> {
     let (smallest, largest) = config.radius_m.range();
     let box_area = config.width_m.get() * config.height_m.get();
@@ -93,10 +93,10 @@ fn with_radius(config: &DemConfig, radius: f64) -> Option<DemConfig> {
     Some(DemConfig { radius_m: DiscRadius::Equal(Positive::new(radius)?), ..config.clone() })
 }
 
-/// Walks away from the present value in both directions until one is accepted, then back to the border.
+/// Searches from the present value in both directions until a value is accepted, then bisects to the limit.
 fn nearest_accepted(config: &DemConfig, key: &Key) -> Option<String> {
     let is_accepted = |value: f64| {
-        (key.change)(config, value).is_some_and(|changed| !Diagnosis::of(&changed).is_refused())
+        (key.change)(config, value).is_some_and(|changed| !Diagnosis::of(&changed).is_rejected())
     };
     if is_accepted(key.current) {
         return rounded(key, key.current, 1.0, is_accepted);
@@ -105,13 +105,13 @@ fn nearest_accepted(config: &DemConfig, key: &Key) -> Option<String> {
     for _ in 0..DOUBLINGS {
         for (inner, outer) in [(factor, 2.0 * factor), (1.0 / factor, 0.5 / factor)] {
             if is_accepted(key.current * outer) {
-                let (mut refused, mut accepted) = (key.current * inner, key.current * outer);
+                let (mut rejected, mut accepted) = (key.current * inner, key.current * outer);
                 for _ in 0..60 {
-                    let middle = (refused * accepted).sqrt();
+                    let middle = (rejected * accepted).sqrt();
                     if is_accepted(middle) {
                         accepted = middle;
                     } else {
-                        refused = middle;
+                        rejected = middle;
                     }
                 }
                 return rounded(key, accepted, outer, is_accepted);
@@ -122,7 +122,7 @@ fn nearest_accepted(config: &DemConfig, key: &Key) -> Option<String> {
     None
 }
 
-/// The value with three digits, moved on in the direction of `outward` until what is printed is accepted.
+/// The value with three digits, moved in the direction of `outward` until the printed value is accepted.
 fn rounded(
     key: &Key,
     value: f64,

@@ -1,50 +1,47 @@
-//! Dashpots that take the velocities at the step's end, f = k delta - eta v_n': stable at any damping.
+//! Dashpots at the velocities of the step's end, f = k delta - eta v_n': stable at any damping.
 //!
-//! For one contact alone this is v' = (v + k delta dt/m_eff) / (1 + c), c = eta dt/m_eff: it stops where the explicit
-//! dashpot would multiply the velocity by c. In a bed each force changes the velocities of its neighbors' contacts. So the
-//! contacts are solved in turn, in their fixed order, each by that formula with the velocities as the others have left
-//! them, sweep after sweep until nothing moves any more (projected Gauss–Seidel, which converges for dashpots and for
+//! For a single contact this is v' = (v + k delta dt/m_eff) / (1 + c), c = eta dt/m_eff: it stops where the explicit
+//! dashpot would multiply the velocity by c. In a bed, each force changes the velocities of the neighboring contacts. Therefore, the
+//! contacts are solved in turn, in their fixed order, each by that formula with the velocities that result from the others,
+//! sweep after sweep until the velocities no longer change (projected Gauss–Seidel, which converges for dashpots and for
 //! forces clamped at zero; Cottle, Pang and Stone, The Linear Complementarity Problem, 1992, chapter 5).
 //!
 //! One sweep is not enough: a spring under load would be softened by the factor 1 + c, and a bed would sink into itself.
+//! Friction and moving walls are not supported.
 
+use crate::dem::block::BLOCK;
 use crate::dem::discs::Discs;
-use crate::dem::forces::contact::{Contact, Partner};
-use crate::dem::forces::{Forces, Scene};
 use crate::dem::motion;
-use crate::dem::neighbors::BLOCK;
-use crate::dem::parameters::Parameters;
+use crate::dem::parameters::{Parameters, StepContext};
+use crate::dem::totals::{BlockForces, Contact, MaxOverlap, Partner};
 
-/// Change of a velocity in a sweep at which the solution is found, over the fastest contact's and what gravity adds to it.
+/// Change of a velocity in a sweep at which the solution is accepted, over the fastest contact's and the change by gravity.
 const TOLERANCE: f64 = 1e-6;
-/// Sweeps after which the solution is taken as it is: every sweep brings it nearer. They make a bed some tens of times
-/// slower than with explicit dashpots.
-const MOST_SWEEPS: u32 = 50;
+/// Sweeps after which the solution is accepted anyway: every sweep improves it. A bed runs some tens of times slower than with
+/// explicit dashpots.
+const MAX_SWEEPS: u32 = 50;
 
-/// Replaces the contacts' forces by those with implicit dashpots.
-pub(in crate::dem) fn solve_dashpots(
-    discs: &Discs,
-    parameters: &Parameters,
-    contacts: &mut [Contact],
-) {
+/// Replaces the contacts' explicit forces by those with implicit dashpots.
+pub(in crate::dem) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Contact]) {
     let Parameters { gravity, ref law, time_step, .. } = *parameters;
-    // The velocities at the step's end, as far as they are known: by gravity and the springs, then by the dashpots too.
-    // So a bed at rest is solved at once.
-    let values = (0..discs.len()).map(|disc| discs.velocities[disc]).collect();
-    let mut end = Velocities { values, discs, time_step };
+    contacts.iter_mut().for_each(set_normal);
+    let mut end = Velocities { values: discs.velocities.clone(), discs, time_step };
+    let begin: Vec<f64> = contacts.iter().map(|contact| end.separating(contact)).collect();
+    // The velocities at the step's end as far as they are known: after gravity and the springs, later after the dashpots too.
+    // Therefore, a bed at rest is solved at once.
     for v in &mut end.values {
         *v = [v[0] + gravity[0] * time_step, v[1] + gravity[1] * time_step];
     }
     let mut fastest = (gravity[0].abs() + gravity[1].abs()) * time_step;
     for contact in contacts.iter_mut() {
-        contact.force = law.stiffness * contact.overlap;
-        end.push(contact, contact.force);
+        contact.normal_force = law.stiffness * contact.overlap;
+        end.apply(contact, contact.normal_force);
     }
-    for contact in contacts.iter() {
-        let speed = end.separating(contact).abs() + contact.separating_speed.abs();
+    for (contact, separating_speed) in contacts.iter().zip(begin) {
+        let speed = end.separating(contact).abs() + separating_speed.abs();
         fastest = if speed > fastest { speed } else { fastest };
     }
-    for _ in 0..MOST_SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut largest_change = 0.0;
         for contact in contacts.iter_mut() {
             let effective_mass = end.effective_mass(contact);
@@ -53,13 +50,19 @@ pub(in crate::dem) fn solve_dashpots(
                 Partner::Disc(other) => law.damping(discs, disc, other as usize),
                 Partner::Wall(_) => law.wall_damping(discs, disc),
             };
-            // What the contact would find without its own force.
-            let free = end.separating(contact) - contact.force * time_step / effective_mass;
-            let explicit = motion::contact_force(law.stiffness, damping, contact.overlap, free);
-            let force = law.clamped(explicit / (1.0 + damping * time_step / effective_mass));
-            let change = force - contact.force;
-            end.push(contact, change);
-            contact.force = force;
+            // The speed that the contact would have without its own force.
+            let free = end.separating(contact) - contact.normal_force * time_step / effective_mass;
+            let force = motion::implicit_normal_force(
+                law.stiffness,
+                damping,
+                contact.overlap,
+                free,
+                damping * time_step / effective_mass,
+                law.least_force(),
+            );
+            let change = force - contact.normal_force;
+            end.apply(contact, change);
+            contact.normal_force = force;
             let moved = change.abs() * time_step / effective_mass;
             largest_change = if moved > largest_change { moved } else { largest_change };
         }
@@ -67,34 +70,52 @@ pub(in crate::dem) fn solve_dashpots(
             break;
         }
     }
+    for contact in contacts {
+        contact.force = contact.normal.map(|part| contact.normal_force * part);
+    }
 }
 
-/// The forces of solved contacts on the discs, block by block, with their dissipative parts as `forces` has them.
+/// Sets the normal of two discs by division. Two centers on one point have no normal; any will do, because such an overlap ends the
+/// run.
+fn set_normal(contact: &mut Contact) {
+    if let Partner::Disc(_) = contact.partner {
+        let distance = motion::distance_squared(contact.separation).sqrt();
+        let unit = contact.separation.map(|part| part / distance);
+        contact.normal = if distance > 0.0 { unit } else { [0.0, 1.0] };
+    }
+}
+
+/// The forces of solved contacts on the discs, block by block, with their dissipative parts.
 pub(in crate::dem) fn forces_of(
     contacts: &[Contact],
     discs: &Discs,
-    scene: &Scene<'_>,
-    blocks: &mut [Forces],
-) {
-    for (number, block) in blocks.iter_mut().enumerate() {
-        let count = Ord::min(BLOCK, discs.len() - number * BLOCK);
-        block.forces.clear_to(count);
-        block.sums.clear(scene, number * BLOCK);
-    }
+    step: &StepContext<'_>,
+) -> Vec<BlockForces> {
+    let blocks = 0..discs.len().div_ceil(BLOCK);
+    let mut blocks: Vec<BlockForces> = blocks
+        .map(|number| {
+            let mut block = BlockForces::default();
+            block.forces.clear_to(Ord::min(BLOCK, discs.len() - number * BLOCK));
+            let start = number * BLOCK;
+            let max_overlap = MaxOverlap::new(step.known_overlap, step.smallest_radius, start);
+            block.sums.clear(step.walls.len(), max_overlap);
+            block
+        })
+        .collect();
     for contact in contacts {
-        let loss = scene.law.stiffness * contact.overlap - contact.force;
-        let [nx, ny] = contact.normal;
-        let on_disc = [contact.force * nx, contact.force * ny, loss * nx, loss * ny];
+        let loss = step.law.stiffness * contact.overlap - contact.normal_force;
+        let ([fx, fy], [nx, ny]) = (contact.force, contact.normal);
+        let on_disc = [fx, fy, loss * nx, loss * ny];
         let mut add = |disc: u32, sign: f64| {
             let block = &mut blocks[disc as usize / BLOCK];
             let sum = &mut block.forces[disc as usize % BLOCK];
             for (sum, part) in sum.iter_mut().zip(on_disc) {
                 *sum += sign * part;
             }
-            let deepest = &mut block.sums.deepest;
-            if contact.overlap_over_radius > deepest.over_radius {
-                deepest.over_radius = contact.overlap_over_radius;
-                deepest.ends = Some((contact.disc, contact.partner));
+            let max_overlap = &mut block.sums.max_overlap;
+            if contact.overlap_over_radius > max_overlap.over_radius {
+                max_overlap.over_radius = contact.overlap_over_radius;
+                max_overlap.ends = Some((contact.disc, contact.partner));
             }
         };
         add(contact.disc, 1.0);
@@ -103,10 +124,11 @@ pub(in crate::dem) fn forces_of(
             Partner::Wall(wall) => {
                 let by_wall = &mut blocks[contact.disc as usize / BLOCK].sums.walls[wall as usize];
                 // These walls are at rest.
-                *by_wall = [by_wall[0] + on_disc[0], by_wall[1] + on_disc[1], 0.0];
+                *by_wall = [by_wall[0] + fx, by_wall[1] + fy, 0.0];
             }
         }
     }
+    blocks
 }
 
 /// Velocities that forces act on for one step.
@@ -125,7 +147,7 @@ impl Velocities<'_> {
         }
     }
 
-    /// Speed at which the two of a contact move apart.
+    /// Relative velocity along the normal, positive if the two move apart, m/s.
     fn separating(&self, contact: &Contact) -> f64 {
         let mut v = self.values[contact.disc as usize];
         if let Partner::Disc(partner) = contact.partner {
@@ -135,8 +157,8 @@ impl Velocities<'_> {
         v[0] * contact.normal[0] + v[1] * contact.normal[1]
     }
 
-    /// Lets a normal force act on both sides of a contact for the whole step.
-    fn push(&mut self, contact: &Contact, force: f64) {
+    /// Applies a normal force to both sides of a contact for the whole step.
+    fn apply(&mut self, contact: &Contact, force: f64) {
         let impulse = force * self.time_step;
         let mut change = |disc: usize, impulse: f64| {
             let speed = impulse / self.discs.masses[disc];

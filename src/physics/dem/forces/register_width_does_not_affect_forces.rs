@@ -1,15 +1,17 @@
-//! Promise: pairs that rub have the same forces, springs and energies to the last bit, whether they are taken one by one,
-//! four or eight at a time: with rolling friction or without, for one material or several, with the force's tail or without.
+//! Guarantee: contact forces, springs and energies are bitwise identical for registers of one, four and eight numbers: without
+//! friction, with rolling friction or without, for one material or several, with the force's attractive tail or without.
 //!
-//! Setup: 1003 pairs of 60 discs that overlap, touch or are apart, with stretched springs, moving and turning at random; so
-//! many that a few fill no register.
-//! Tolerance: none. Control: discs that turn faster by one part in 10^15 are noticed.
+//! Setup: 1003 pairs of 60 discs that overlap, touch or are apart, with stretched springs and random velocities and spins; some
+//! pairs do not fill a register.
+//! Tolerance: none. Control: velocities that are larger by one part in 10^15 are noticed.
 
-use crate::dem::forces::Deepest;
-use crate::dem::forces::contact::ContactLaw;
-use crate::dem::forces::rubbing::{self, LaneSums, Sight, Totals};
-use crate::dem::neighbors::Pairs;
+use super::kernel::{self, FrictionEnergies, NearMemory, PairContext, PairSums};
+use crate::dem::block::{BlockView, Pairs, TIERS};
+use crate::dem::materials::ContactLaw;
+use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs};
+use crate::dem::neighbors::tiers::Scope;
 use crate::dem::parameters::Parameters;
+use crate::dem::totals::{ContactMask, MaxOverlap};
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{DemConfig, DemContactConstants, DemMaterial, ForceTail};
 use kinetoscope_manifest::quantity::{NonNegative, Positive, Share};
@@ -18,7 +20,7 @@ const DISCS: u32 = 60;
 const PAIRS: usize = 1003;
 const RADIUS: f64 = 5e-4;
 
-struct Crowd {
+struct Sample {
     law: ContactLaw,
     positions: Vec<[f64; 2]>,
     velocities: Vec<[f64; 2]>,
@@ -28,16 +30,16 @@ struct Crowd {
     pairs: Pairs,
 }
 
-/// Bits of all that came out.
+/// The bits of all results.
 #[derive(PartialEq)]
 struct Outcome {
     sums: Vec<u64>,
     springs: Vec<u64>,
-    energies: LaneSums,
-    deepest: u64,
+    energies: FrictionEnergies,
+    max_overlap: u64,
 }
 
-fn law(rolls: bool, differ: bool, force_tail: ForceTail) -> ContactLaw {
+fn law(rolls: bool, differ: bool, force_tail: ForceTail, friction: f64) -> ContactLaw {
     let coefficient = |value: f64| NonNegative::new(value).expect("not negative");
     let material = |name: &str, friction: f64| DemMaterial {
         name: name.to_owned(),
@@ -50,7 +52,7 @@ fn law(rolls: bool, differ: bool, force_tail: ForceTail) -> ContactLaw {
         },
     };
     let config = DemConfig {
-        friction: coefficient(0.5),
+        friction: coefficient(friction),
         rolling_friction: coefficient(if rolls { 0.1 } else { 0.0 }),
         materials: if differ { vec![material("a", 0.3), material("b", 0.0)] } else { vec![] },
         force_tail,
@@ -59,7 +61,7 @@ fn law(rolls: bool, differ: bool, force_tail: ForceTail) -> ContactLaw {
     Parameters::new(&config).law
 }
 
-impl Crowd {
+impl Sample {
     fn new(law: ContactLaw, generator: &mut Generator) -> Self {
         let rolls = law.has_rolling_friction();
         let side = 1.5 * RADIUS;
@@ -85,63 +87,99 @@ impl Crowd {
                 pairs.rolling_stretch.push(within(0.1 * RADIUS));
             }
         }
+        pairs.ends = [PAIRS as u32; TIERS];
         Self { law, positions, velocities, spins, radii, materials, pairs }
     }
 
-    fn by(&self, most: usize) -> Outcome {
+    fn outcome(&self, max_width: usize) -> Outcome {
         let count = self.positions.len();
         let (mut forces, mut tangential) = (vec![[0.0; 4]; count], vec![[0.0; 2]; count]);
-        let (mut rolling, mut deepest) = (vec![0.0; count], Deepest::default());
+        let (mut rolling, mut max_overlap) = (vec![0.0; count], MaxOverlap::new(0.0, 0.0, 0));
         let rim_speeds: Vec<f64> = self.radii.iter().zip(&self.spins).map(|(r, w)| r * w).collect();
-        let sight = Sight {
+        let discs = BlockView {
+            start: 0,
             positions: &self.positions,
             velocities: &self.velocities,
-            rim_speeds: &rim_speeds,
             spins: &self.spins,
             radii: &self.radii,
             materials: &self.materials,
-            law: &self.law,
-            time_step: 1e-6,
-            end: PAIRS,
         };
-        let mut totals = Totals {
+        let (law, rim_speeds) = (&self.law, rim_speeds.as_slice());
+        let context = PairContext { law, time_step: 1e-6, discs, rim_speeds, max_width };
+        let mut sums = PairSums {
             forces: &mut forces,
             tangential: &mut tangential,
             rolling: &mut rolling,
-            energies: LaneSums::default(),
-            deepest: &mut deepest,
+            max_overlap: &mut max_overlap,
         };
         let mut pairs = self.pairs.clone();
-        rubbing::in_lanes(&mut pairs, &sight, &mut totals, most);
-        let energies = totals.energies;
+        let mut contacts = Vec::new();
+        let energies = if law.has_friction() {
+            kernel::add_with_friction(&context, &mut pairs, PAIRS, &mut sums, &mut contacts)
+        } else {
+            let scope = Scope {
+                tiers: TIERS,
+                moved: 0.0,
+                clearance: 0.0,
+                displacement: 0.0,
+                list: 1,
+                skin: RADIUS,
+                spares_memory: false,
+            };
+            let memory = NearMemory {
+                near: &mut NearPairs::default(),
+                contacts: &mut ContactNumbers::default(),
+                mask: &mut ContactMask::default(),
+            };
+            kernel::add_without_friction(
+                &context,
+                &pairs,
+                &scope,
+                memory,
+                &mut sums,
+                &mut contacts,
+            );
+            FrictionEnergies::default()
+        };
         let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        let recorded = contacts.iter().flat_map(|contact| {
+            let [[x, y], [fx, fy]] = [contact.normal, contact.force];
+            [x, y, fx, fy, contact.overlap, contact.overlap_over_radius, contact.normal_force]
+        });
+        let recorded = bits(&recorded.collect::<Vec<f64>>());
+        let sums = [forces.as_flattened(), tangential.as_flattened(), rolling.as_slice()];
         Outcome {
-            sums: [bits(forces.as_flattened()), bits(tangential.as_flattened()), bits(&rolling)]
-                .concat(),
+            sums: [sums.map(bits).concat(), recorded].concat(),
             springs: [bits(&pairs.stretch), bits(&pairs.rolling_stretch)].concat(),
             energies,
-            deepest: deepest.over_radius.to_bits(),
+            max_overlap: max_overlap.over_radius.to_bits(),
         }
     }
 }
 
 #[test]
-fn the_number_taken_at_a_time_changes_no_bit() {
+fn register_width_changes_no_bit() {
     let mut generator = Seed { seed: 11, replicate: 0 }.stream(Stream::Positions);
-    for (rolls, differ) in [(false, false), (false, true), (true, false), (true, true)] {
+    for (rolls, differ, friction) in [
+        (false, false, 0.0),
+        (false, false, 0.5),
+        (false, true, 0.5),
+        (true, false, 0.5),
+        (true, true, 0.5),
+    ] {
         for tail in [ForceTail::Clamped, ForceTail::Attractive] {
-            let mut crowd = Crowd::new(law(rolls, differ, tail), &mut generator);
-            let one_by_one = crowd.by(1);
-            let LaneSums { elastic, friction, rolling } = one_by_one.energies;
-            assert!(elastic.iter().chain(&friction).all(|&energy| energy > 0.0), "all rub");
+            let mut sample = Sample::new(law(rolls, differ, tail, friction), &mut generator);
+            let scalar = sample.outcome(1);
+            let FrictionEnergies { elastic, friction: lost, rolling } = scalar.energies;
+            assert_eq!(elastic.iter().chain(&lost).all(|&energy| energy > 0.0), friction > 0.0);
             assert_eq!(rolling.iter().all(|&energy| energy > 0.0), rolls);
-            for most in [4, 8] {
-                assert!(crowd.by(most) == one_by_one, "{most}; {rolls} {differ} {tail:?}");
+            for width in [4, 8] {
+                assert!(sample.outcome(width) == scalar, "{width}; {rolls} {differ} {tail:?}");
             }
-            for spin in &mut crowd.spins {
-                *spin *= 1.0 + 1e-15;
+            for [vx, _] in &mut sample.velocities {
+                *vx *= 1.0 + 1e-15;
             }
-            assert!(crowd.by(8) != one_by_one, "control: other spins");
+            assert!(sample.outcome(8) != scalar, "control: other velocities");
         }
     }
 }

@@ -1,25 +1,25 @@
-//! Law: the list holds every pair closer than touching plus the skin, each once with each of its discs, images beyond
-//! periodic sides too; until it says that it is no longer good, it holds every pair that touches, and so do the tiers of
-//! it that are looked at.
+//! Guarantee: the lists contain every pair closer than contact plus the skin, each once with each of its discs, including images
+//! beyond periodic sides. While the lists are valid, they contain every contact, and so do the tiers in scope.
 //!
-//! Source: all pairs and images, one by one.
-//! Setup: random points in boxes of several shapes, from one disc to several blocks, with radii from equal to one in ten;
-//! then moved by just under nine tenths of half the skin, where the list is built anew.
-//! Tolerance: none, the sets are equal.
+//! Source: comparison of all pairs and images.
+//! Setup: random points in boxes of several shapes, from one disc to several blocks, with size ratios from 1 to 10; then discs are
+//! displaced by just under nine tenths of half the skin, where the lists expire.
+//! Tolerance: none, the sets are equal. Control: a disc beyond the limit invalidates the lists; tiers of lists that count no
+//! displacement miss contacts.
 
+use crate::dem::block::TIERS;
 use crate::dem::discs::Discs;
-use crate::dem::neighbors::pair_search::Finders;
-use crate::dem::neighbors::tiers::TIERS;
-use crate::dem::neighbors::{Neighbors, Surroundings};
+use crate::dem::neighbors::Neighbors;
+use crate::dem::neighbors::pair_search::{SearchMemory, Surroundings};
 use crate::dem::parameters::Parameters;
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::DemConfig;
 use std::collections::BTreeSet;
 
-/// A list begins with a skin of so many mean radii.
+/// The initial skin over the mean radius.
 const SKIN: f64 = 0.5;
 
-/// Two ids, and by how many box lengths the second is shifted.
+/// Two ids, and the number of box lengths by which the second disc is shifted.
 type Pair = (u32, u32, [i8; 2]);
 
 struct Case {
@@ -37,7 +37,7 @@ impl Case {
         periodic: [bool; 2],
         radii: [f64; 2],
         generator: &mut Generator,
-        finders: &Finders,
+        memory: &SearchMemory,
     ) -> Self {
         let mut place =
             || [generator.uniform_in(0.0, sides[0]), generator.uniform_in(0.0, sides[1])];
@@ -55,11 +55,11 @@ impl Case {
         };
         let neighbors = Neighbors::new(0.5 * (radii[0] + radii[1]));
         let mut case = Self { sides, periodic, radii, discs, neighbors };
-        case.build(finders);
+        case.build(memory);
         case
     }
 
-    fn build(&mut self, finders: &Finders) {
+    fn build(&mut self, memory: &SearchMemory) {
         let around = Surroundings {
             sides: self.sides,
             periodic: self.periodic,
@@ -67,7 +67,7 @@ impl Case {
             walls: &[],
             displacements: &[],
             largest_radius: self.radii[1],
-            finders,
+            memory,
         };
         self.neighbors.build(&mut self.discs, &around);
     }
@@ -76,12 +76,12 @@ impl Case {
         SKIN * 0.5 * (self.radii[0] + self.radii[1])
     }
 
-    /// What is listed, from either side; and how often.
+    /// The listed pairs, seen from either disc, and their number with repetitions.
     fn listed(&self) -> (BTreeSet<Pair>, usize) {
         self.listed_in(TIERS)
     }
 
-    /// The same of the first few tiers.
+    /// The same for the first `tiers` tiers.
     fn listed_in(&self, tiers: usize) -> (BTreeSet<Pair>, usize) {
         let ids = &self.discs.ids;
         let mut pairs = Vec::new();
@@ -102,7 +102,7 @@ impl Case {
         (pairs.into_iter().collect(), count)
     }
 
-    /// All pairs closer than touching plus a margin, from either side.
+    /// All pairs closer than contact plus a margin, seen from either disc.
     fn all(&self, margin: f64) -> BTreeSet<Pair> {
         let mut pairs = BTreeSet::new();
         let turns = |axis: usize| if self.periodic[axis] { -1..=1 } else { 0..=0 };
@@ -124,27 +124,27 @@ impl Case {
 
 fn cases() -> Vec<Case> {
     let mut generator = Seed { seed: 3, replicate: 0 }.stream(Stream::Positions);
-    // What is kept of one search must not show in the next.
-    let finders = Finders::default();
+    // The memory of one search must not affect the next one.
+    let memory = SearchMemory::default();
     let mut cases = Vec::new();
     for (sides, radii) in
         [([10.0, 10.0], [0.05, 0.05]), ([40.0, 3.0], [0.02, 0.2]), ([2.0, 30.0], [0.05, 0.3])]
     {
         for periodic in [[false, false], [true, false], [false, true], [true, true]] {
             for count in [1, 2, 30, 300] {
-                cases.push(Case::new(count, sides, periodic, radii, &mut generator, &finders));
+                cases.push(Case::new(count, sides, periodic, radii, &mut generator, &memory));
             }
         }
     }
     // Several blocks and bands.
     for periodic in [[false, false], [true, true]] {
-        cases.push(Case::new(6000, [12.0, 12.0], periodic, [0.05, 0.05], &mut generator, &finders));
+        cases.push(Case::new(6000, [12.0, 12.0], periodic, [0.05, 0.05], &mut generator, &memory));
     }
     cases
 }
 
 #[test]
-fn the_list_is_that_of_all_pairs() {
+fn lists_equal_all_pairs_within_the_skin() {
     let mut pairs = 0;
     for case in cases() {
         let (listed, count) = case.listed();
@@ -152,12 +152,12 @@ fn the_list_is_that_of_all_pairs() {
         assert!(listed == case.all(case.skin()), "{:?} in {:?}", case.discs.len(), case.sides);
         pairs += count;
     }
-    // Seen from either side.
+    // Seen from either disc.
     assert!(pairs > 20_000, "{pairs}");
 }
 
 #[test]
-fn the_list_holds_all_that_touch_until_it_says_no() {
+fn valid_lists_contain_every_contact() {
     let mut generator = Seed { seed: 4, replicate: 0 }.stream(Stream::Positions);
     for mut case in cases().into_iter().filter(|case| case.discs.len() == 300) {
         let (listed, _) = case.listed();
@@ -167,37 +167,37 @@ fn the_list_holds_all_that_touch_until_it_says_no() {
             *x += 0.999 * limit * libm::cos(angle);
             *y += 0.999 * limit * libm::sin(angle);
         }
-        // So long a way that the true displacements are asked for.
-        let way = case.skin();
-        assert!(case.neighbors.is_good_after(way, &case.discs, &[]));
-        assert!(case.all(0.0).is_subset(&listed), "a pair that touches is not listed");
+        // So long that the true displacements are needed.
+        let displacement = case.skin();
+        assert!(case.neighbors.is_valid_after(displacement, &case.discs, &[]));
+        assert!(case.all(0.0).is_subset(&listed), "a contact is not listed");
         // Control: one disc beyond the limit.
         case.discs.positions[7][0] += 2.0 * limit;
-        assert!(!case.neighbors.is_good_after(way, &case.discs, &[]));
+        assert!(!case.neighbors.is_valid_after(displacement, &case.discs, &[]));
     }
 }
 
 #[test]
-fn the_tiers_in_scope_hold_all_that_touch() {
+fn tiers_in_scope_contain_every_contact() {
     let mut generator = Seed { seed: 5, replicate: 0 }.stream(Stream::Positions);
-    let (mut looked_at, mut listed, mut missing) = (0, 0, 0);
+    let (mut visited, mut listed, mut missing) = (0, 0, 0);
     for mut case in cases().into_iter().filter(|case| case.discs.len() == 300) {
         // Two discs that approach use up a gap of six tenths of the skin.
-        let way = 0.3 * case.skin();
+        let displacement = 0.3 * case.skin();
         for [x, y] in &mut case.discs.positions {
             let angle = generator.uniform_in(0.0, std::f64::consts::TAU);
-            *x += 0.999 * way * libm::cos(angle);
-            *y += 0.999 * way * libm::sin(angle);
+            *x += 0.999 * displacement * libm::cos(angle);
+            *y += 0.999 * displacement * libm::sin(angle);
         }
-        let touching = case.all(0.0);
-        // Control: the tiers of a list that nothing has moved since do not hold them all.
-        missing += touching.difference(&case.listed_in(case.neighbors.scope().tiers).0).count();
-        assert!(case.neighbors.is_good_after(way, &case.discs, &[]));
+        let contacts = case.all(0.0);
+        // Control: the tiers in scope before any displacement do not contain them all.
+        missing += contacts.difference(&case.listed_in(case.neighbors.scope().tiers).0).count();
+        assert!(case.neighbors.is_valid_after(displacement, &case.discs, &[]));
         let (tiers, count) = case.listed_in(case.neighbors.scope().tiers);
-        assert!(touching.is_subset(&tiers), "a pair that touches is not looked at");
-        looked_at += count;
+        assert!(contacts.is_subset(&tiers), "a contact is not visited");
+        visited += count;
         listed += case.listed().1;
     }
     assert!(missing > 50, "{missing}");
-    assert!(looked_at < listed, "{looked_at} of {listed}");
+    assert!(visited < listed, "{visited} of {listed}");
 }

@@ -1,77 +1,70 @@
-//! Pairs that may touch within the next steps, out of a block's list: most of those that a wide skin brings along are not.
+//! Pairs that may come into contact within the next steps: a wide skin lists many pairs that cannot.
 //!
-//! A pair with a gap g stays apart while no disc has moved by g/2. So once in a while all pairs of the tiers in reach are
-//! looked at, and until the fastest discs may have come a horizon's way only those that were closer than twice that. Their
-//! order is that of the list, so sums of forces have the same bits with and without.
+//! A pair with a gap g stays apart while no disc has moved by g/2. Therefore, all pairs of the tiers in scope are compared only
+//! once per horizon; until the fastest discs may have moved by the horizon, only those are compared whose gap was less than twice
+//! the horizon. They keep the order of the list, so sums of forces have the same bits with and without.
 //!
-//! What the unsafe code keeps to:
-//! - Loads and stores of whole arrays through their own references: in bounds, and unaligned by instruction.
-//! - Positions by a pair's places, unchecked pair by pair: all places are checked before the loop.
-//! - Functions compiled for AVX2 and POPCNT, called by others that are compiled for them.
+//! # Safety
+//! - Every index is compared with the number of positions before a loop that does not check it.
 
 #![allow(unsafe_code)]
-#![cfg_attr(
-    not(target_arch = "x86_64"),
-    allow(dead_code, reason = "only AVX2 has use for near pairs")
-)]
 
-use crate::dem::forces::fours::{Fours, LANES};
-use crate::dem::neighbors::tiers::TIERS;
-use crate::dem::neighbors::{Pairs, Scope};
+use crate::dem::block::{Pairs, TIERS};
+use crate::dem::motion;
+use crate::dem::neighbors::tiers::Scope;
+use crate::simd::registers::{InstructionSet, MAX_WIDTH, Mask};
 
-/// The near pairs of a block. They are no part of the state.
+/// The near pairs of a block. They are not part of the state.
 #[derive(Clone, Debug, Default)]
-pub(in crate::dem) struct Near {
-    good: Good,
-    /// Pairs of the list before this one are not looked through: most of them touch.
+pub(in crate::dem) struct NearPairs {
+    validity: Validity,
+    /// Pairs of the list before this one are not compared here, because most of them are in contact.
     begin: usize,
-    /// Where the list ends if near pairs are not copied: all from `begin` on are looked through.
-    end_of_all: Option<usize>,
-    /// Numbers in the list.
+    /// The end of the compared range if near pairs are not copied.
+    end_of_range: Option<usize>,
+    /// Positions in the list.
     numbers: Vec<u32>,
-    /// Places of their discs in the block and r_i + r_j, m, in fours; filled up with a disc and itself.
-    columns: Columns,
-    /// Whether so few pairs of the list's first tier touch that it is looked through as well.
+    /// Indices of the near pairs' discs and r_i + r_j, m; filled up to whole registers with pairs of a disc and itself.
+    first: Vec<u32>,
+    second: Vec<u32>,
+    reach: Vec<f64>,
+    /// The largest index in these columns.
+    max_index: usize,
+    /// Whether less than half of the list's first tier is in contact; then near pairs include that tier.
     is_sparse: bool,
 }
 
-/// Which of the near pairs of a block touch: memory that blocks share.
+/// The near pairs of a block that are in contact: memory that blocks share.
 #[derive(Clone, Debug, Default)]
-pub(in crate::dem) struct Touching {
-    /// By their order among the near ones, and room behind them.
-    places: Vec<u32>,
+pub(in crate::dem) struct ContactNumbers {
+    /// Numbers among the near pairs, followed by unused room.
+    numbers: Vec<u32>,
     count: usize,
-}
-
-/// Columns of fours of pairs.
-#[derive(Clone, Debug, Default)]
-struct Columns {
-    firsts: Vec<[u32; LANES]>,
-    seconds: Vec<[u32; LANES]>,
-    reaches: Vec<[f64; LANES]>,
-    /// The largest place.
-    beyond: usize,
 }
 
 /// The horizon over the skin.
 const HORIZON: f64 = 1.0 / TIERS as f64;
+/// Pairs per store of selected numbers.
+const STORED: usize = 8;
 
-/// What near pairs are good for; by itself nothing.
+/// How long near pairs are valid; by default they are not.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::dem) struct Good {
-    /// The number of the list that they are from, and the way of its fastest discs, m, that is too long for them.
-    list_and_way: Option<(u64, f64)>,
+pub(in crate::dem) struct Validity {
+    /// The number of their list, and the displacement of the fastest discs, m, at which they expire.
+    list_and_displacement: Option<(u64, f64)>,
 }
 
-impl Good {
-    /// Whether pairs that were near are good for the lists and the ways of a scope.
-    pub(in crate::dem) fn is_for(&self, scope: &Scope) -> bool {
-        self.list_and_way.is_some_and(|(list, way)| list == scope.list && scope.way < way)
+impl Validity {
+    /// Whether the near pairs hold for the lists and displacements of a scope.
+    pub(in crate::dem) fn holds_for(&self, scope: &Scope) -> bool {
+        self.list_and_displacement
+            .is_some_and(|(list, limit)| list == scope.list && scope.displacement < limit)
     }
 
-    /// Pairs that are near now.
-    pub(in crate::dem) fn until_the_horizon(scope: &Scope) -> Self {
-        Self { list_and_way: Some((scope.list, scope.way + horizon(scope).0)) }
+    /// The validity of near pairs found now.
+    pub(in crate::dem) fn until_horizon(scope: &Scope) -> Self {
+        let limit = scope.displacement + horizon(scope).0;
+        Self { list_and_displacement: Some((scope.list, limit)) }
     }
 }
 
@@ -82,201 +75,193 @@ pub(in crate::dem) fn horizon(scope: &Scope) -> (f64, f64) {
     (horizon, 2.000_001 * horizon)
 }
 
-impl Near {
-    /// Pairs of the list before this one are not among these: most of them touch. A multiple of the lanes.
+/// The largest index of two columns.
+pub(in crate::dem) fn max_index(first: &[u32], second: &[u32]) -> usize {
+    let largest = |column: &[u32]| column.iter().fold(0, |most, &index| Ord::max(most, index));
+    Ord::max(largest(first), largest(second)) as usize
+}
+
+impl NearPairs {
+    /// Pairs of the list before this one are not among the near pairs. A multiple of the register's width.
     pub(in crate::dem) fn begin(&self) -> usize {
         self.begin
     }
 
-    /// Numbers in the list of those that touch, in its order; with up to three more at its end.
-    pub(in crate::dem) fn those(&self, touching: &Touching) -> impl Iterator<Item = usize> {
-        let places = touching.places[..touching.count].iter().map(|&place| place as usize);
-        places.map(|place| match self.end_of_all {
-            Some(_) => self.begin + place,
-            None => self.numbers[place] as usize,
+    /// Positions in the list of the pairs in contact, in its order; a few at its end may be apart.
+    pub(in crate::dem) fn in_contact(
+        &self,
+        contacts: &ContactNumbers,
+    ) -> impl Iterator<Item = usize> {
+        let numbers = contacts.numbers[..contacts.count].iter().map(|&number| number as usize);
+        numbers.map(|number| match self.end_of_range {
+            Some(_) => self.begin + number,
+            None => self.numbers[number] as usize,
         })
     }
 
-    /// Takes note of how many of the list's first pairs touch.
-    pub(in crate::dem) fn note(&mut self, touching: usize, of: usize) {
-        let is_sparse = 2 * touching < of;
+    /// Notes how many pairs of the first tier are in contact.
+    pub(in crate::dem) fn note_first_tier(&mut self, contacts: usize, pairs: usize) {
+        let is_sparse = 2 * contacts < pairs;
         if is_sparse != self.is_sparse {
-            (self.is_sparse, self.good) = (is_sparse, Good::default());
+            (self.is_sparse, self.validity) = (is_sparse, Validity::default());
         }
     }
-}
 
-/// Room for as many, and an eighth more: there are others each time.
-fn make_room<T>(column: &mut Vec<T>, values: usize) {
-    if column.capacity() < values {
-        // What it held need not be moved.
-        *column = Vec::with_capacity(values + values / 8);
+    /// Finds the near pairs that are in contact; first the near pairs, if those found before have expired.
+    #[inline(always)]
+    pub(in crate::dem) fn find_contacts<const N: usize, I: InstructionSet<N>>(
+        &mut self,
+        instructions: I,
+        pairs: &Pairs,
+        positions: &[[f64; 2]],
+        scope: &Scope,
+        contacts: &mut ContactNumbers,
+    ) {
+        if !self.validity.holds_for(scope) {
+            self.find_near(instructions, pairs, positions, scope, contacts);
+        }
+        let (groups, rest) = match self.end_of_range {
+            Some(end) => PairGroups::of(pairs, self.begin..end),
+            None => {
+                let Self { first, second, reach, max_index, .. } = self;
+                (PairGroups::new(first, second, reach, *max_index), 0..0)
+            }
+        };
+        assert!(groups.max_index < positions.len(), "a pair names a disc that does not exist");
+        // SAFETY: every index is less than the number of positions.
+        unsafe { list_closer(instructions, &groups, positions, 0.0, contacts) };
+        for pair in rest {
+            // There is room behind the numbers that count.
+            contacts.numbers[contacts.count] = (pair - self.begin) as u32;
+            contacts.count += 1;
+        }
     }
-}
 
-impl Columns {
-    /// Copies pairs of a list.
-    fn take(&mut self, pairs: &Pairs, numbers: &[u32]) {
-        fn sized<T: Copy + Default>(column: &mut Vec<T>, fours: usize) {
+    /// Finds the pairs whose gap is less than twice the horizon.
+    #[inline(always)]
+    fn find_near<const N: usize, I: InstructionSet<N>>(
+        &mut self,
+        instructions: I,
+        pairs: &Pairs,
+        positions: &[[f64; 2]],
+        scope: &Scope,
+        found: &mut ContactNumbers,
+    ) {
+        let (horizon, margin) = horizon(scope);
+        let end = pairs.in_tiers(scope.tiers_within(horizon));
+        let first_tier = pairs.in_tiers(1);
+        self.begin = if self.is_sparse { 0 } else { first_tier - first_tier % N };
+        self.validity = Validity::until_horizon(scope);
+        self.numbers.clear();
+        self.end_of_range = scope.spares_memory.then_some(end);
+        if scope.spares_memory {
+            return;
+        }
+        let (groups, rest) = PairGroups::<N>::of(pairs, self.begin..end);
+        assert!(groups.max_index < positions.len(), "a pair names a disc that does not exist");
+        // SAFETY: every index is less than the number of positions.
+        unsafe { list_closer(instructions, &groups, positions, margin, found) };
+        make_room(&mut self.numbers, found.count + rest.len());
+        let found = &found.numbers[..found.count];
+        self.numbers.extend(found.iter().map(|&number| number + self.begin as u32));
+        self.numbers.extend(rest.map(|pair| pair as u32));
+        self.copy_columns(pairs);
+    }
+
+    /// Copies the near pairs' columns out of the list.
+    fn copy_columns(&mut self, pairs: &Pairs) {
+        fn sized<T: Copy + Default>(column: &mut Vec<T>, length: usize) {
             column.clear();
-            make_room(column, fours);
-            column.resize(fours, T::default());
+            make_room(column, length);
+            column.resize(length, T::default());
         }
-        let fours = numbers.len().div_ceil(LANES);
-        sized(&mut self.firsts, fours);
-        sized(&mut self.seconds, fours);
-        sized(&mut self.reaches, fours);
-        let ends = self.firsts.as_flattened_mut().iter_mut().zip(self.seconds.as_flattened_mut());
-        let columns = ends.zip(self.reaches.as_flattened_mut());
-        for (((first, second), reach), &number) in columns.zip(numbers) {
+        let length = self.numbers.len().next_multiple_of(MAX_WIDTH);
+        sized(&mut self.first, length);
+        sized(&mut self.second, length);
+        sized(&mut self.reach, length);
+        let columns = self.first.iter_mut().zip(&mut self.second).zip(&mut self.reach);
+        for (((first, second), reach), &number) in columns.zip(&self.numbers) {
             let number = number as usize;
             (*first, *second) = (pairs.first[number], pairs.second[number]);
             *reach = pairs.reach[number];
         }
-        self.beyond = Fours { firsts: &self.firsts, seconds: &self.seconds, reaches: &[] }.beyond();
+        self.max_index = max_index(&self.first, &self.second);
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-mod avx2 {
-    use super::{Columns, Fours, Good, LANES, Near, Touching, horizon, make_room};
-    use crate::dem::forces::fours::{differences, those_first};
-    use crate::dem::neighbors::{Pairs, Scope};
-    use std::arch::x86_64::*;
+/// Reserves room for as many values and an eighth more, because their number differs each time.
+fn make_room<T>(column: &mut Vec<T>, values: usize) {
+    if column.capacity() < values {
+        // Old values need not be moved.
+        *column = Vec::with_capacity(values + values / 8);
+    }
+}
 
-    impl Near {
-        /// Finds out which pairs touch, by the positions, m, of the block's discs.
-        #[inline]
-        #[target_feature(enable = "avx2,popcnt")]
-        pub(in crate::dem) fn look(
-            &mut self,
-            pairs: &Pairs,
-            positions: &[[f64; 2]],
-            scope: &Scope,
-            touching: &mut Touching,
-        ) {
-            if !self.good.is_for(scope) {
-                self.look_far(pairs, positions, scope, touching);
-            }
-            let Columns { firsts, seconds, reaches, .. } = &self.columns;
-            let (fours, last) = match self.end_of_all {
-                Some(end) => Fours::of(pairs, self.begin..end),
-                None => (Fours { firsts, seconds, reaches }, 0..0),
-            };
-            let beyond =
-                if self.end_of_all.is_some() { fours.beyond() } else { self.columns.beyond };
-            assert!(beyond < positions.len(), "a pair of no disc");
-            // SAFETY: no place is beyond the rows.
-            unsafe { list(fours, positions, 0.0, touching) };
-            for pair in last {
-                // There is room behind those that count.
-                touching.places[touching.count] = (pair - self.begin) as u32;
-                touching.count += 1;
-            }
-        }
+/// Pairs in groups of as many as a register holds.
+struct PairGroups<'a, const N: usize> {
+    first: &'a [[u32; N]],
+    second: &'a [[u32; N]],
+    reach: &'a [[f64; N]],
+    max_index: usize,
+}
 
-        /// Finds the near pairs anew.
-        #[target_feature(enable = "avx2,popcnt")]
-        fn look_far(
-            &mut self,
-            pairs: &Pairs,
-            positions: &[[f64; 2]],
-            scope: &Scope,
-            found: &mut Touching,
-        ) {
-            let (horizon, margin) = horizon(scope);
-            let end = pairs.in_tiers(scope.tiers_within(horizon));
-            let first_tier = pairs.in_tiers(1);
-            self.begin = if self.is_sparse { 0 } else { first_tier - first_tier % LANES };
-            let (fours, last) = Fours::of(pairs, self.begin..end);
-            assert!(fours.beyond() < positions.len(), "a pair of no disc");
-            self.good = Good::until_the_horizon(scope);
-            self.numbers.clear();
-            self.end_of_all = scope.spares_memory.then_some(end);
-            if scope.spares_memory {
-                return;
-            }
-            // SAFETY: no place is beyond the rows.
-            unsafe { list(fours, positions, margin, found) };
-            make_room(&mut self.numbers, found.count + last.len());
-            let found = &found.places[..found.count];
-            self.numbers.extend(found.iter().map(|&place| place + self.begin as u32));
-            self.numbers.extend(last.map(|pair| pair as u32));
-            self.columns.take(pairs, &self.numbers);
+impl<'a, const N: usize> PairGroups<'a, N> {
+    fn new(first: &'a [u32], second: &'a [u32], reach: &'a [f64], max_index: usize) -> Self {
+        Self {
+            first: first.as_chunks().0,
+            second: second.as_chunks().0,
+            reach: reach.as_chunks().0,
+            max_index,
         }
     }
 
-    /// Lists the places of those pairs whose gaps are smaller than a margin, m. All places of discs must be those of positions.
-    #[inline]
-    #[target_feature(enable = "avx2,popcnt")]
-    unsafe fn list(fours: Fours<'_>, positions: &[[f64; 2]], margin: f64, into: &mut Touching) {
-        // Eight are written at a time, wherever the last that counts stands.
-        let room = (fours.firsts.len() + 2) * LANES;
-        if into.places.len() < room {
-            into.places.resize(room, 0);
-        }
-        let mut count = 0;
-        let mut numbers = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-        let margin = _mm256_set1_pd(margin);
-        let ends = fours.firsts.iter().zip(fours.seconds);
-        let mut fours = ends.zip(fours.reaches);
-        while let Some(((first, second), reach)) = fours.next() {
-            // SAFETY: the caller's promise.
-            let mut set = unsafe { who_is_near([first, second], reach, margin, positions) };
-            if let Some(((first, second), reach)) = fours.next() {
-                // SAFETY: the caller's promise.
-                set |= unsafe { who_is_near([first, second], reach, margin, positions) } << LANES;
-            }
-            // All are written before it is known who of them counts: there is no branch to guess.
-            let Some(place) = into.places.get_mut(count..).and_then(|rest| rest.first_chunk_mut())
-            else {
-                break;
-            };
-            place_first(numbers, set as usize, place);
-            numbers = _mm256_add_epi32(numbers, _mm256_set1_epi32(2 * LANES as i32));
-            count += set.count_ones() as usize;
-        }
-        into.count = count;
+    /// Pairs of a list, and those at the end that fill no register.
+    fn of(pairs: &'a Pairs, range: std::ops::Range<usize>) -> (Self, std::ops::Range<usize>) {
+        let rest = range.end - range.len() % N..range.end;
+        let (first, second) = (&pairs.first[range.clone()], &pairs.second[range.clone()]);
+        let whole = first.len() - rest.len();
+        let max_index = max_index(&first[..whole], &second[..whole]);
+        (Self::new(first, second, &pairs.reach[range], max_index), rest)
     }
+}
 
-    /// Which of four pairs have gaps smaller than a margin, a bit each. All places must be those of positions.
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    unsafe fn who_is_near(
-        ends: [&[u32; LANES]; 2],
-        reach: &[f64; LANES],
-        margin: __m256d,
-        positions: &[[f64; 2]],
-    ) -> u32 {
-        // SAFETY: the caller's promise.
-        let [x, y] = unsafe { differences(positions, ends) };
-        // SAFETY: four f64 lie behind the reference.
-        let reach = _mm256_add_pd(unsafe { _mm256_loadu_pd(reach.as_ptr()) }, margin);
-        let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
-        let is_near = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
-        _mm256_movemask_pd(is_near) as u32
+/// Lists the numbers of the pairs whose gap is less than a margin, m.
+///
+/// # Safety
+/// - Every index is less than the number of positions.
+#[inline(always)]
+unsafe fn list_closer<const N: usize, I: InstructionSet<N>>(
+    instructions: I,
+    groups: &PairGroups<'_, N>,
+    positions: &[[f64; 2]],
+    margin: f64,
+    into: &mut ContactNumbers,
+) {
+    // Eight numbers are written at a time, even if fewer count.
+    let room = groups.first.len() * N + 2 * STORED;
+    if into.numbers.len() < room {
+        into.numbers.resize(room, 0);
     }
-
-    /// For each set of eight that count, an order that puts these first.
-    static COUNTING_FIRST: [[u8; 2 * LANES]; 256] = {
-        let mut orders = [[0; 2 * LANES]; 256];
-        let mut set = 0;
-        while set < 256 {
-            orders[set] = those_first(set);
-            set += 1;
+    let mut count = 0;
+    let margin = instructions.splat(margin);
+    let mut columns = groups.first.iter().zip(groups.second).zip(groups.reach);
+    for number in (0..(groups.first.len() * N) as u32).step_by(STORED) {
+        let mut selected = 0;
+        for part in 0..STORED / N {
+            let Some(((first, second), reach)) = columns.next() else { break };
+            // SAFETY: the caller checked the indices.
+            let separation = unsafe { instructions.differences(positions, [first, second]) };
+            let reach = instructions.load(reach) + margin;
+            let is_near = motion::is_closer(motion::distance_squared(separation), reach);
+            selected |= is_near.bits() << (part * N);
         }
-        orders
-    };
-
-    /// Writes eight numbers with those first that count.
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn place_first(numbers: __m256i, set: usize, into: &mut [u32; 2 * LANES]) {
-        // SAFETY: eight u8 and eight u32 lie behind the references.
-        unsafe {
-            let order = _mm_loadl_epi64(COUNTING_FIRST[set].as_ptr().cast());
-            let sorted = _mm256_permutevar8x32_epi32(numbers, _mm256_cvtepu8_epi32(order));
-            _mm256_storeu_si256(into.as_mut_ptr().cast(), sorted);
-        }
+        // All numbers are stored before it is known which of them count, so there is no branch to predict.
+        let Some(place) = into.numbers.get_mut(count..).and_then(|rest| rest.first_chunk_mut())
+        else {
+            break;
+        };
+        instructions.store_selected_numbers(number, selected, place);
+        count += selected.count_ones() as usize;
     }
+    into.count = count;
 }

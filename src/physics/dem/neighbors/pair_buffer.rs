@@ -1,115 +1,107 @@
-//! Pairs found while a block's list is built, four discs at a time with AVX2 where the machine has it: the same sums,
-//! products and comparisons as one by one, so the same list (a test compares them).
+//! Pairs found while a block's list is built, several discs at a time with SIMD instructions.
 //!
-//! What the unsafe code keeps to:
-//! - Loads of whole `[f64; 4]` and `[u32; 8]` through their own references: in bounds, and unaligned by instruction.
-//! - Stores of four pairs from a place on, of which those count that are near. A look moves the place on by four at most, and
-//!   before the loop it is made sure that there is room for four pairs of every look.
-//! - The call of a function compiled for AVX2 and POPCNT, made only where `is_x86_feature_detected!` has found them.
-
-#![allow(unsafe_code)]
+//! Sums, products and comparisons are the same at every width; therefore, so are the lists (a test compares them).
 
 use crate::dem::discs::Discs;
+use crate::dem::motion;
 use crate::dem::neighbors::tiers;
+use crate::simd::registers::{self, InstructionSet, Mask, RegisterKernel, Scalar};
 use std::ops::Range;
 
-/// Discs at a time.
-const LANES: usize = 4;
+/// Partners per comparison, and the width of its registers.
+const PARTNERS: usize = 4;
 
-/// By how many box lengths along each axis a disc is shifted to stand beside the one that looks.
-pub(in crate::dem) type Turns = [i8; 2];
+/// Number of box lengths along each axis by which a disc is shifted.
+pub(in crate::dem) type ImageShift = [i8; 2];
 
-/// A disc, and others that follow each other, of which it is compared with at most the first four.
+/// A disc and up to four adjacent discs that it is compared with.
 #[derive(Clone, Copy, Default)]
-struct Look {
-    /// The disc, and the first of the others.
+struct Comparison {
+    /// The disc, and the first of its partners.
     ends: [u32; 2],
-    /// Where the others end.
+    /// End of the partners.
     stop: u32,
-    turns: Turns,
+    shift: ImageShift,
 }
 
-/// Who is compared with whom, in order. Room is made ahead, and a look is written before it is known whether it counts: there
-/// is no branch to guess.
+/// Comparisons to be made, in order. Room is reserved ahead, and a comparison is written before it is known whether it counts, so
+/// there is no branch to predict.
 #[derive(Default)]
-pub(in crate::dem) struct Looks {
-    looks: Vec<Look>,
+pub(in crate::dem) struct Comparisons {
+    comparisons: Vec<Comparison>,
     count: usize,
 }
 
-/// Pairs, column by column, in the order in which they were found. Here, too, room is made ahead.
+/// The pairs found, column by column, in the order in which they were found. Room is reserved ahead here as well.
 #[derive(Default)]
-pub(in crate::dem) struct Found {
-    /// The disc, counted from the block's first, and the other, counted from where the others are.
+pub(in crate::dem) struct PairBuffer {
+    /// The disc, counted from the block's first disc, and its partner, counted from the first disc of the search space.
     pairs: Vec<[u32; 2]>,
     /// r_i + r_j, m.
-    touching: Vec<f64>,
-    /// Their tiers.
+    reach: Vec<f64>,
     tiers: Vec<u8>,
-    /// Squares of the distances of the centers, m^2, for the tiers that are not yet found.
-    squared: Vec<f64>,
-    /// Those of the others; empty where none is shifted.
-    turns: Vec<Turns>,
+    /// Squared distances, m^2, of the pairs whose tiers are not yet known.
+    distance_squared: Vec<f64>,
+    /// Shifts of the partners; empty if none is shifted.
+    shifts: Vec<ImageShift>,
     count: usize,
 }
 
-/// What pairs are looked for among.
+/// The discs among which pairs are searched.
 #[derive(Clone, Copy)]
-pub(in crate::dem) struct Among<'a> {
+pub(in crate::dem) struct SearchSpace<'a> {
     pub(in crate::dem) discs: &'a Discs,
-    /// How far the list reaches beyond touching, m.
+    /// Distance beyond contact up to which pairs are listed, m.
     pub(in crate::dem) skin: f64,
-    /// The disc that the block's own are counted from, and the one that the others are.
+    /// The discs that the block's discs and their partners are counted from.
     pub(in crate::dem) counted_from: [usize; 2],
-    /// The box, m.
+    /// Sides of the box, m.
     pub(in crate::dem) sides: [f64; 2],
 }
 
-impl Looks {
-    /// How many there are.
+impl Comparisons {
     pub(in crate::dem) fn len(&self) -> usize {
         self.count
     }
 
-    /// A disc is compared with others, of which there may be none: a range that begins behind its end is a mistake.
+    /// Adds the comparisons of a disc with adjacent partners, of which there may be none. The range must not end before it begins.
     #[inline]
-    pub(in crate::dem) fn add(&mut self, disc: u32, others: Range<u32>, turns: Turns) {
-        let Range { start, end: stop } = others;
-        let looks = (stop - start + LANES as u32 - 1) as usize / LANES;
-        // Two are written even where fewer count.
-        let most = self.count + looks + 2;
-        if self.looks.len() < most {
-            self.looks.resize(2 * most, Look::default());
+    pub(in crate::dem) fn add(&mut self, disc: u32, partners: Range<u32>, shift: ImageShift) {
+        let Range { start, end: stop } = partners;
+        let count = (stop - start + PARTNERS as u32 - 1) as usize / PARTNERS;
+        // Two are written even if fewer count.
+        let end = self.count + count + 2;
+        if self.comparisons.len() < end {
+            self.comparisons.resize(2 * end, Comparison::default());
         }
-        let look = |first: u32| Look { ends: [disc, first], stop, turns };
-        let room = &mut self.looks[self.count..];
+        let comparison = |first: u32| Comparison { ends: [disc, first], stop, shift };
+        let room = &mut self.comparisons[self.count..];
         // Mostly one or two.
         if let Some(room) = room.first_chunk_mut::<2>() {
-            *room = [look(start), look(start + LANES as u32)];
+            *room = [comparison(start), comparison(start + PARTNERS as u32)];
         }
-        if looks > 2 {
-            let others = (start..stop).step_by(LANES);
-            for (place, first) in room.iter_mut().zip(others).skip(2) {
-                *place = look(first);
+        if count > 2 {
+            let firsts = (start..stop).step_by(PARTNERS);
+            for (place, first) in room.iter_mut().zip(firsts).skip(2) {
+                *place = comparison(first);
             }
         }
-        self.count += looks;
+        self.count += count;
     }
 }
 
-impl Among<'_> {
-    /// What is added to the center of a disc, m.
+impl SearchSpace<'_> {
+    /// The vector, in m, of a shift.
     #[inline(always)]
-    pub(in crate::dem) fn shift(&self, turns: Turns) -> [f64; 2] {
-        [0, 1].map(|axis: usize| f64::from(turns[axis]) * self.sides[axis])
+    pub(in crate::dem) fn vector(&self, shift: ImageShift) -> [f64; 2] {
+        [0, 1].map(|axis: usize| f64::from(shift[axis]) * self.sides[axis])
     }
 }
 
-impl Found {
-    /// Forgets all pairs.
+impl PairBuffer {
     pub(in crate::dem) fn clear(&mut self) {
         self.count = 0;
-        self.turns.clear();
+        self.shifts.clear();
         self.tiers.clear();
     }
 
@@ -117,250 +109,173 @@ impl Found {
         &self.pairs[..self.count]
     }
 
-    pub(in crate::dem) fn touching(&self) -> &[f64] {
-        &self.touching[..self.count]
+    pub(in crate::dem) fn reach(&self) -> &[f64] {
+        &self.reach[..self.count]
     }
 
     pub(in crate::dem) fn tiers(&self) -> &[u8] {
         &self.tiers
     }
 
-    pub(in crate::dem) fn turns(&self) -> &[Turns] {
-        &self.turns
+    pub(in crate::dem) fn shifts(&self) -> &[ImageShift] {
+        &self.shifts
     }
 
-    /// Takes the pairs that are closer than touching plus the skin, and empties the looks. With `SHIFTED`, the others may be
-    /// images beyond periodic sides.
+    /// Makes the comparisons, keeps the pairs closer than contact plus the skin, and empties the comparisons. With `SHIFTED`,
+    /// partners may be images beyond periodic sides.
     pub(in crate::dem) fn take<const SHIFTED: bool>(
         &mut self,
-        looks: &mut Looks,
-        among: &Among<'_>,
+        comparisons: &mut Comparisons,
+        space: &SearchSpace<'_>,
     ) {
         let before = self.count;
-        let mut room = self.room(looks.count);
-        room.look::<SHIFTED>(&looks.looks[..looks.count], among);
-        let found = room.count;
-        looks.count = 0;
-        self.count += found;
+        let found = self.compare::<SHIFTED>(comparisons, space, PARTNERS);
+        comparisons.count = 0;
         self.tiers.resize(self.count, 0);
-        let gaps = [&self.squared[..found], &self.touching[before..self.count]];
-        tiers::find(gaps, among.skin, &mut self.tiers[before..]);
+        let gaps = [&self.distance_squared[..found], &self.reach[before..self.count]];
+        tiers::find(gaps, space.skin, &mut self.tiers[before..]);
     }
 
-    /// Makes room for the pairs that so many looks may find.
-    fn room(&mut self, looks: usize) -> Room<'_> {
-        let Self { pairs, touching, squared, turns, count, .. } = self;
-        let most = looks * LANES;
-        if squared.len() < most {
-            squared.resize(most, 0.0);
+    /// Makes the comparisons in registers of at most `max_width` numbers, and returns the number of pairs found.
+    fn compare<const SHIFTED: bool>(
+        &mut self,
+        comparisons: &Comparisons,
+        space: &SearchSpace<'_>,
+        max_width: usize,
+    ) -> usize {
+        let comparisons = &comparisons.comparisons[..comparisons.count];
+        let Self { pairs, reach, distance_squared, shifts, count, .. } = self;
+        // Whole registers are written, even if fewer pairs count.
+        let room = (comparisons.len() + 1) * PARTNERS;
+        if distance_squared.len() < room {
+            distance_squared.resize(room, 0.0);
         }
-        let end = *count + most;
+        let end = *count + room;
         if pairs.len() < end {
             pairs.resize(end + end / 4, [0; 2]);
-            touching.resize(end + end / 4, 0.0);
+            reach.resize(end + end / 4, 0.0);
         }
-        let (pairs, touching) = (&mut pairs[*count..end], &mut touching[*count..end]);
-        Room { pairs, touching, squared, turns, count: 0 }
+        let room = *count..end;
+        let (pairs, reach) = (&mut pairs[room.clone()], &mut reach[room]);
+        let room = Room { pairs, reach, distance_squared, shifts };
+        let found = registers::run(Compare::<SHIFTED> { comparisons, space, room }, max_width);
+        *count += found;
+        found
     }
 }
 
-/// Room for the pairs of some looks, four for each.
+/// Room for the pairs of some comparisons.
 struct Room<'a> {
     pairs: &'a mut [[u32; 2]],
-    touching: &'a mut [f64],
-    squared: &'a mut [f64],
-    turns: &'a mut Vec<Turns>,
-    /// How many were found.
-    count: usize,
+    reach: &'a mut [f64],
+    distance_squared: &'a mut [f64],
+    shifts: &'a mut Vec<ImageShift>,
 }
 
-impl Room<'_> {
-    fn look<const SHIFTED: bool>(&mut self, looks: &[Look], among: &Among<'_>) {
-        #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2")
-            && std::arch::is_x86_feature_detected!("popcnt")
-        {
-            // SAFETY: the machine has these instructions.
-            unsafe { avx2::look::<SHIFTED>(self, looks, among) };
-            return;
-        }
-        self.look_one_by_one::<SHIFTED>(looks, among);
-    }
+/// The loop over comparisons.
+struct Compare<'a, const SHIFTED: bool> {
+    comparisons: &'a [Comparison],
+    space: &'a SearchSpace<'a>,
+    room: Room<'a>,
+}
 
-    fn look_one_by_one<const SHIFTED: bool>(&mut self, looks: &[Look], among: &Among<'_>) {
-        let Among { discs, skin, .. } = *among;
-        for &Look { ends: [disc, first], stop, turns } in looks {
-            let [x, y] = discs.positions[disc as usize];
-            let radius = discs.radii[disc as usize];
-            let shift = among.shift(turns);
-            for other in first..Ord::min(stop, first + LANES as u32) {
-                let [mut other_x, mut other_y] = discs.positions[other as usize];
-                if SHIFTED {
-                    (other_x, other_y) = (other_x + shift[0], other_y + shift[1]);
-                }
-                let apart = [x - other_x, y - other_y];
-                let squared = apart[0] * apart[0] + apart[1] * apart[1];
-                let touching = radius + discs.radii[other as usize];
-                let reach = touching + skin;
-                // A position that is no number is near nothing.
-                if squared < reach * reach {
-                    let [from, others_from] = among.counted_from.map(|disc| disc as u32);
-                    self.pairs[self.count] = [disc - from, other - others_from];
-                    self.touching[self.count] = touching;
-                    self.squared[self.count] = squared;
-                    self.count += 1;
-                    if SHIFTED {
-                        self.turns.push(turns);
+impl<const SHIFTED: bool> RegisterKernel for Compare<'_, SHIFTED> {
+    /// The number of pairs found.
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> usize {
+        let Self { comparisons, space, mut room } = self;
+        let positions = space.discs.positions.as_slice();
+        // Columns of one length, so that an index is checked once.
+        let radii = &space.discs.radii[..positions.len()];
+        let mut count = 0;
+        for comparison in comparisons {
+            let shift = if SHIFTED { space.vector(comparison.shift) } else { [0.0; 2] };
+            let found = count;
+            let Comparison { ends: [disc, first], stop, .. } = *comparison;
+            let stop = Ord::min(stop, first + PARTNERS as u32);
+            for group in 0..PARTNERS.div_ceil(N) as u32 {
+                let first = first + group * N as u32;
+                let partners = first as usize..first as usize + N;
+                let centers = positions.get(partners.clone()).and_then(|part| part.first_chunk());
+                let radii_of = radii.get(partners).and_then(|part| part.first_chunk());
+                if let (Some(centers), Some(partner_radii)) = (centers, radii_of) {
+                    let partners = Partners { disc, first, stop, shift, centers, partner_radii };
+                    count += partners.compare::<I, SHIFTED>(instructions, space, &mut room, count);
+                } else {
+                    // The last discs in memory do not fill a register.
+                    for first in first..stop {
+                        let center = &[positions[first as usize]];
+                        let radius = &[radii[first as usize]];
+                        let partners = Partners {
+                            disc,
+                            first,
+                            stop,
+                            shift,
+                            centers: center,
+                            partner_radii: radius,
+                        };
+                        count += partners.compare::<_, SHIFTED>(Scalar, space, &mut room, count);
                     }
+                    break;
                 }
             }
+            if SHIFTED {
+                room.shifts.extend(std::iter::repeat_n(comparison.shift, count - found));
+            }
         }
+        count
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-mod avx2 {
-    use super::{Among, LANES, Look, Room};
-    use crate::dem::forces::fours::those_first;
-    use std::arch::x86_64::*;
+/// A disc and the partners that it is compared with at a time.
+struct Partners<'a, const N: usize> {
+    disc: u32,
+    first: u32,
+    stop: u32,
+    /// Added to the partners' centers, m.
+    shift: [f64; 2],
+    centers: &'a [[f64; 2]; N],
+    partner_radii: &'a [f64; N],
+}
 
-    /// For each set of lanes that are near, an order of 32-bit halves that puts these lanes first.
-    const NEAR_FIRST: [[u32; 8]; 16] = {
-        let mut orders = [[0; 8]; 16];
-        let mut set = 0;
-        while set < 16 {
-            let lanes = those_first(set);
-            let mut half = 0;
-            while half < 8 {
-                orders[set][half] = 2 * lanes[half / 2] as u32 + half as u32 % 2;
-                half += 1;
-            }
-            set += 1;
-        }
-        orders
-    };
-
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn load(values: &[f64; LANES]) -> __m256d {
-        // SAFETY: four f64 lie behind the reference.
-        unsafe { _mm256_loadu_pd(values.as_ptr()) }
-    }
-
-    /// The x of four centers, and their y.
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn columns(&[a, b, c, d]: &[[f64; 2]; LANES]) -> [__m256d; 2] {
-        let (low, high) = (load(&[a[0], a[1], b[0], b[1]]), load(&[c[0], c[1], d[0], d[1]]));
-        let even = _mm256_permute2f128_pd::<0x20>(low, high);
-        let odd = _mm256_permute2f128_pd::<0x31>(low, high);
-        [_mm256_unpacklo_pd(even, odd), _mm256_unpackhi_pd(even, odd)]
-    }
-
-    /// For each number of others, the lanes that hold them.
-    const LANES_OF: [u32; LANES + 1] = [0, 1, 3, 7, 15];
-
-    #[target_feature(enable = "avx2,popcnt")]
-    pub(in crate::dem) fn look<const SHIFTED: bool>(
+impl<const N: usize> Partners<'_, N> {
+    /// Writes the pairs found from number `count` on, and returns how many they are.
+    #[inline(always)]
+    fn compare<I: InstructionSet<N>, const SHIFTED: bool>(
+        &self,
+        instructions: I,
+        space: &SearchSpace<'_>,
         room: &mut Room<'_>,
-        looks: &[Look],
-        among: &Among<'_>,
-    ) {
-        let mut rest = looks;
-        while let Some((one, others)) = rest.split_first() {
-            let done = look_at_fours::<SHIFTED>(room, rest, among);
-            if done > 0 {
-                rest = &rest[done..];
-            } else {
-                // The last few discs of all.
-                room.look_one_by_one::<SHIFTED>(std::slice::from_ref(one), among);
-                rest = others;
-            }
-        }
-    }
-
-    /// Looks at fours of discs up to the first look behind which fewer discs stand in memory; returns how many were done.
-    #[inline]
-    #[target_feature(enable = "avx2,popcnt")]
-    fn look_at_fours<const SHIFTED: bool>(
-        room: &mut Room<'_>,
-        looks: &[Look],
-        among: &Among<'_>,
+        count: usize,
     ) -> usize {
-        let most = room.count + looks.len() * LANES;
-        assert!(room.pairs.len() >= most, "no room for pairs");
-        assert!(room.touching.len() >= most, "no room for their reach");
-        assert!(room.squared.len() >= most, "no room for their distances");
-        let pairs = room.pairs.as_mut_ptr();
-        let (touchings, squares) = (room.touching.as_mut_ptr(), room.squared.as_mut_ptr());
-        let positions = &among.discs.positions[..];
-        // Of one length: looked at once.
-        let radii = &among.discs.radii[..positions.len()];
-        let skin = _mm256_set1_pd(among.skin);
-        let [a, b] = among.counted_from.map(|disc| disc as i32);
-        let counted = _mm256_sub_epi32(
-            _mm256_setr_epi32(0, 0, 0, 1, 0, 2, 0, 3),
-            _mm256_setr_epi32(a, b, a, b, a, b, a, b),
-        );
-        let mut count = room.count;
-        for (number, look) in looks.iter().enumerate() {
-            let [disc, first] = look.ends.map(|disc| disc as usize);
-            let others = first..first + LANES;
-            let centers = positions.get(others.clone()).and_then(|centers| centers.first_chunk());
-            let other_radii = radii.get(others).and_then(|radii| radii.first_chunk());
-            let (Some(centers), Some(other_radii)) = (centers, other_radii) else {
-                room.count = count;
-                return number;
-            };
-            let [mut other_x, mut other_y] = columns(centers);
-            if SHIFTED {
-                let [shift_x, shift_y] = among.shift(look.turns).map(|part| _mm256_set1_pd(part));
-                other_x = _mm256_add_pd(other_x, shift_x);
-                other_y = _mm256_add_pd(other_y, shift_y);
-            }
-            let [x, y] = positions[disc].map(|value| _mm256_set1_pd(value));
-            let (x, y) = (_mm256_sub_pd(x, other_x), _mm256_sub_pd(y, other_y));
-            let squared = _mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y));
-            let touching = _mm256_add_pd(_mm256_set1_pd(radii[disc]), load(other_radii));
-            let reach = _mm256_add_pd(touching, skin);
-            let near = _mm256_cmp_pd::<_CMP_LT_OQ>(squared, _mm256_mul_pd(reach, reach));
-            // Discs behind the last one do not count.
-            let others = LANES_OF[Ord::min(look.stop - look.ends[1], LANES as u32) as usize];
-            let near = _mm256_movemask_pd(near) as u32 & others;
-            // The disc below, the other above.
-            let ends = u64::from(look.ends[1]) << 32 | u64::from(look.ends[0]);
-            let ends = _mm256_add_epi32(_mm256_set1_epi64x(ends as i64), counted);
-            let (touching, squared) = (_mm256_castpd_si256(touching), _mm256_castpd_si256(squared));
-            // SAFETY: there is room for four pairs of every look.
-            unsafe {
-                let order = order_of(near);
-                store(pairs.add(count).cast(), ends, order);
-                store(touchings.add(count).cast(), touching, order);
-                store(squares.add(count).cast(), squared, order);
-            }
-            let found = near.count_ones() as usize;
-            if SHIFTED {
-                room.turns.extend(std::iter::repeat_n(look.turns, found));
-            }
-            count += found;
+        let Self { disc, first, stop, shift, centers, partner_radii } = *self;
+        let [mut other_x, mut other_y] = instructions.columns(centers);
+        if SHIFTED {
+            other_x = other_x + instructions.splat(shift[0]);
+            other_y = other_y + instructions.splat(shift[1]);
         }
-        room.count = count;
-        looks.len()
-    }
-
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn order_of(near: u32) -> __m256i {
-        // SAFETY: eight u32 lie behind the reference.
-        unsafe { _mm256_loadu_si256(NEAR_FIRST[near as usize].as_ptr().cast()) }
-    }
-
-    /// Writes four lanes in an order. There must be room.
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    unsafe fn store(into: *mut __m256i, lanes: __m256i, order: __m256i) {
-        // SAFETY: the caller's promise.
-        unsafe { _mm256_storeu_si256(into, _mm256_permutevar8x32_epi32(lanes, order)) };
+        let [x, y] = space.discs.positions[disc as usize].map(|part| instructions.splat(part));
+        let separation = [x - other_x, y - other_y];
+        let distance_squared = motion::distance_squared(separation);
+        let radius = instructions.splat(space.discs.radii[disc as usize]);
+        let reach = radius + instructions.load(partner_radii);
+        let is_near = motion::is_closer(distance_squared, reach + instructions.splat(space.skin));
+        // Partners from the end on do not count.
+        let partners = (1 << Ord::min(stop.saturating_sub(first), N as u32)) - 1;
+        let near = is_near.bits() & partners;
+        let columns =
+            (room.pairs[count..].first_chunk_mut(), room.reach[count..].first_chunk_mut());
+        let squares = room.distance_squared[count..].first_chunk_mut();
+        let ((Some(pairs), Some(reaches)), Some(squares)) = (columns, squares) else {
+            unreachable!("there is room for whole registers")
+        };
+        let from = space.counted_from.map(|disc| disc as u32);
+        instructions.store_selected_pairs([disc - from[0], first - from[1]], near, pairs);
+        instructions.store_selected(reach, near, reaches);
+        instructions.store_selected(distance_squared, near, squares);
+        near.count_ones() as usize
     }
 }
 
@@ -369,7 +284,7 @@ mod tests {
     use super::*;
     use crate::dem::discs::Disc;
 
-    /// Places evenly spread, by the multiples of irrational numbers (Weyl 1916).
+    /// Discs at evenly spread positions: multiples of irrational numbers (Weyl 1916).
     fn discs(count: u32) -> Discs {
         let mut discs = Discs::default();
         for id in 0..count {
@@ -387,44 +302,39 @@ mod tests {
     }
 
     #[test]
-    fn four_discs_at_a_time_give_the_same_list() {
+    fn pairs_do_not_depend_on_the_register_width() {
         const COUNT: u32 = 203;
         let discs = discs(COUNT);
-        let mut looks = Looks::default();
+        let mut comparisons = Comparisons::default();
         let mut compared = 0;
         for disc in 3..COUNT {
             for length in 0..12 {
-                let others = Ord::min(disc + 1, COUNT)..Ord::min(disc + 1 + length, COUNT);
-                compared += others.len();
-                looks.add(disc, others, [(disc % 3) as i8 - 1, (length % 3) as i8 - 1]);
+                let partners = Ord::min(disc + 1, COUNT)..Ord::min(disc + 1 + length, COUNT);
+                compared += partners.len();
+                comparisons.add(disc, partners, [(disc % 3) as i8 - 1, (length % 3) as i8 - 1]);
             }
         }
-        let among = Among { discs: &discs, skin: 2.0, counted_from: [3, 1], sides: [3.0, 4.0] };
-        let near = [compare::<false>(&looks, &among), compare::<true>(&looks, &among)];
-        // Those within touching and skin of 2 to 5 in a box of 10 are many, not all.
+        let space =
+            SearchSpace { discs: &discs, skin: 2.0, counted_from: [3, 1], sides: [3.0, 4.0] };
+        let near = [found::<false>(&comparisons, &space), found::<true>(&comparisons, &space)];
+        // Pairs within contact and skin, 2 to 5 in a box of 10, are many, but not all.
         assert!(near.iter().all(|&near| near > 1000 && near < compared - 1000), "{near:?}");
         assert!(near[0] != near[1]);
     }
 
-    /// How many pairs are near, by either way of looking.
-    fn compare<const SHIFTED: bool>(looks: &Looks, among: &Among<'_>) -> usize {
-        let (mut wide, mut single) = (Found::default(), Found::default());
-        let looks = &looks.looks[..looks.count];
-        // Twice, as a second column of cells is.
+    /// The number of pairs found, which is the same at every width.
+    fn found<const SHIFTED: bool>(comparisons: &Comparisons, space: &SearchSpace<'_>) -> usize {
+        let (mut wide, mut single) = (PairBuffer::default(), PairBuffer::default());
+        // Twice, as for a second column of cells.
         for _ in 0..2 {
-            let (mut wide_room, mut room) = (wide.room(looks.len()), single.room(looks.len()));
-            wide_room.look::<SHIFTED>(looks, among);
-            room.look_one_by_one::<SHIFTED>(looks, among);
-            let found = room.count;
-            assert_eq!(wide_room.count, found);
-            assert_eq!(wide_room.squared[..found], room.squared[..found]);
-            wide.count += found;
-            single.count += found;
+            let found = single.compare::<SHIFTED>(comparisons, space, 1);
+            assert_eq!(wide.compare::<SHIFTED>(comparisons, space, PARTNERS), found);
+            assert_eq!(wide.distance_squared[..found], single.distance_squared[..found]);
         }
         assert_eq!(wide.pairs(), single.pairs());
-        assert_eq!(wide.touching(), single.touching());
-        assert_eq!(wide.turns(), single.turns());
-        assert_eq!(wide.turns().len(), if SHIFTED { wide.count } else { 0 });
+        assert_eq!(wide.reach(), single.reach());
+        assert_eq!(wide.shifts(), single.shifts());
+        assert_eq!(wide.shifts().len(), if SHIFTED { wide.count } else { 0 });
         wide.count / 2
     }
 }

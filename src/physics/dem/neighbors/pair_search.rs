@@ -1,107 +1,122 @@
-//! Finding the pairs of a block's lists.
+//! Search for the pairs of a block's lists.
 //!
-//! A disc is compared with those behind it in its own column of three cells and with the three cells beside it in the next column;
-//! at the edge of a band, of a block or of the box with what stands around it, piece by piece. Who is compared with whom is
-//! noted first, then all comparisons are made in one loop, then the pairs found are sorted by their tiers.
+//! A disc is compared with those behind it in its own column of three cells and with the three adjacent cells of the next column;
+//! at the border of a band, of a block or of the box, with all surrounding cells. First all comparisons are listed, then they are made
+//! in one loop, then the pairs found are sorted by tier.
 
+use crate::dem::block::{Block, Pairs, TIERS, WallPair};
 use crate::dem::discs::Discs;
-use crate::dem::neighbors::cell_grid::{Cells, Run, Stretch};
-use crate::dem::neighbors::pair_buffer::{Among, Found, Looks, Turns};
-use crate::dem::neighbors::tiers::{Sorter, TIERS};
-use crate::dem::neighbors::{Block, Pairs, Surroundings, WallPair};
+use crate::dem::materials::ContactLaw;
+use crate::dem::neighbors::cell_grid::{CellGrid, CellRun, ColumnRun, Periodic};
+use crate::dem::neighbors::pair_buffer::{Comparisons, ImageShift, PairBuffer, SearchSpace};
+use crate::dem::neighbors::tiers::Sorter;
+use crate::dem::walls::PlacedWall;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fmt, mem};
 
-/// Where pairs are looked for.
-pub(in crate::dem) struct Grid<'a> {
+/// The discs, the cells, and the constants of a search.
+pub(in crate::dem) struct PairSearch<'a> {
     pub(in crate::dem) discs: &'a Discs,
     /// The cells that the discs are sorted by.
-    pub(in crate::dem) cells: &'a Cells,
+    pub(in crate::dem) cells: &'a CellGrid,
     pub(in crate::dem) around: &'a Surroundings<'a>,
-    /// How far the list reaches beyond touching, m.
+    /// Distance beyond contact up to which pairs are listed, m.
     pub(in crate::dem) skin: f64,
+}
+
+/// What lists depend on, besides the discs.
+pub(in crate::dem) struct Surroundings<'a> {
+    pub(in crate::dem) sides: [f64; 2],
+    pub(in crate::dem) periodic: Periodic,
+    pub(in crate::dem) law: &'a ContactLaw,
+    pub(in crate::dem) walls: &'a [PlacedWall],
+    /// Displacements of the walls since the start, m.
+    pub(in crate::dem) displacements: &'a [[f64; 2]],
+    /// Largest radius, m.
+    pub(in crate::dem) largest_radius: f64,
+    pub(in crate::dem) memory: &'a SearchMemory,
 }
 
 /// Memory of a search.
 #[derive(Default)]
 struct Finder {
-    around: Vec<Run>,
-    /// Comparisons with discs of the block, and with others or images.
-    inner: Looks,
-    edges: Looks,
-    found: Found,
+    around: Vec<CellRun>,
+    /// Comparisons within the block.
+    inner: Comparisons,
+    /// Comparisons with discs of other blocks or with images.
+    edges: Comparisons,
+    found: PairBuffer,
     sorter: Sorter,
-    /// Which of the block's discs are near a wall.
+    /// Whether each of the block's discs is near a wall.
     are_near: Vec<bool>,
 }
 
-/// So many looks are taken at once: they stay in the nearest cache.
+/// Comparisons made at a time: they stay in the nearest cache.
 const MANY: usize = 256;
-/// Discs that follow each other, of which mostly none is near a wall.
+/// Adjacent discs of which mostly none is near a wall.
 const GROUP: usize = 16;
 
-/// Memory of searches that are over. It is kept from list to list: fresh memory would have to be cleared, and
-/// is not in the cache.
+/// Memory of finished searches. It is kept from list to list, because new memory would have to be cleared and is not in the cache.
 #[derive(Default)]
-pub(in crate::dem) struct Finders(Mutex<Vec<Finder>>);
+pub(in crate::dem) struct SearchMemory(Mutex<Vec<Finder>>);
 
-/// A search: its memory is given back when it ends.
+/// A search in progress; it returns its memory at its end.
 pub(in crate::dem) struct Search<'a> {
-    finders: &'a Finders,
+    memory: &'a SearchMemory,
     finder: Finder,
 }
 
-impl Finders {
+impl SearchMemory {
     fn idle(&self) -> MutexGuard<'_, Vec<Finder>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins a search.
+    /// Starts a search.
     pub(in crate::dem) fn search(&self) -> Search<'_> {
         let finder = self.idle().pop().unwrap_or_default();
-        Search { finders: self, finder }
+        Search { memory: self, finder }
     }
 }
 
-/// A copy of a run finds its own memory.
-impl Clone for Finders {
+/// A copy of a run gets memory of its own.
+impl Clone for SearchMemory {
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
-impl fmt::Debug for Finders {
+impl fmt::Debug for SearchMemory {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("Finders").finish_non_exhaustive()
+        formatter.debug_struct("SearchMemory").finish_non_exhaustive()
     }
 }
 
 impl Drop for Search<'_> {
     fn drop(&mut self) {
-        self.finders.idle().push(mem::take(&mut self.finder));
+        self.memory.idle().push(mem::take(&mut self.finder));
     }
 }
 
 impl Search<'_> {
-    /// Lists the pairs of a block, its edges and its discs near walls anew.
-    pub(in crate::dem) fn fill(&mut self, block: &mut Block, grid: &Grid<'_>) {
-        self.finder.fill(block, grid);
+    /// Rebuilds the lists of a block: inner pairs, inter-block pairs and discs near walls.
+    pub(in crate::dem) fn fill(&mut self, block: &mut Block, search: &PairSearch<'_>) {
+        self.finder.fill(block, search);
     }
 }
 
 impl Finder {
-    fn fill(&mut self, block: &mut Block, grid: &Grid<'_>) {
-        let Grid { discs, skin, around, .. } = *grid;
-        let own = block.start..block.start + block.len(discs);
-        let inner =
-            Among { discs, skin, counted_from: [block.start, block.start], sides: around.sides };
+    fn fill(&mut self, block: &mut Block, search: &PairSearch<'_>) {
+        let PairSearch { discs, skin, around, .. } = *search;
+        let own = block.start..block.start + block.len(discs.len());
+        let counted_from = [block.start, block.start];
+        let inner = SearchSpace { discs, skin, counted_from, sides: around.sides };
         self.found.clear();
         let mut disc = own.start;
         while disc < own.end {
-            disc = match grid.cells.stretch(disc, &own) {
-                Some(stretch) => self.look_from_stretch(disc, &stretch),
-                None => self.look_from_cell(disc, &own, grid),
+            disc = match search.cells.column_run(disc, &own) {
+                Some(run) => self.compare_column_run(disc, &run),
+                None => self.compare_cell(disc, &own, search),
             };
             if self.inner.len() >= MANY {
                 self.found.take::<false>(&mut self.inner, &inner);
@@ -109,50 +124,50 @@ impl Finder {
         }
         self.found.take::<false>(&mut self.inner, &inner);
         let ends = self.sorter.sort(self.found.tiers());
-        self.sorter.deal_to_strands(ends[0]);
-        self.hand_over(&mut block.inner, ends, &inner, around);
-        let edges = Among { counted_from: [block.start, 0], ..inner };
+        self.sorter.interleave_quarters(ends[0]);
+        self.fill_list(&mut block.inner, ends, &inner, around);
+        let edges = SearchSpace { counted_from: [block.start, 0], ..inner };
         self.found.clear();
         self.found.take::<true>(&mut self.edges, &edges);
         let ends = self.sorter.sort(self.found.tiers());
-        self.hand_over(&mut block.edges, ends, &edges, around);
+        self.fill_list(&mut block.edges, ends, &edges, around);
         block.shifts.clear();
-        let turns = self.found.turns();
-        let shifts = self.sorter.order().iter().map(|&pair| edges.shift(turns[pair as usize]));
-        block.shifts.extend(shifts);
-        self.list_walls(block, own, grid);
+        let shifts = self.found.shifts();
+        let order = self.sorter.order().iter();
+        block.shifts.extend(order.map(|&pair| edges.vector(shifts[pair as usize])));
+        self.list_walls(block, own, search);
     }
 
-    /// Each disc of a stretch, which begins with one, is compared with those behind it in its own column and with those
-    /// beside it in the next. Returns where the stretch ends.
-    fn look_from_stretch(&mut self, begin: usize, stretch: &Stretch<'_>) -> usize {
-        for (disc, &cell) in (begin as u32..).zip(stretch.cells) {
-            self.inner.add(disc, disc + 1..stretch.end_above(cell), [0, 0]);
-            self.inner.add(disc, stretch.beside(cell), [0, 0]);
+    /// Compares each disc of a run, which begins with disc `begin`, with those behind it in its own column and with the adjacent
+    /// ones in the next column. Returns the end of the run.
+    fn compare_column_run(&mut self, begin: usize, run: &ColumnRun<'_>) -> usize {
+        for (disc, &cell) in (begin as u32..).zip(run.cells) {
+            self.inner.add(disc, disc + 1..run.end_above(cell), [0, 0]);
+            self.inner.add(disc, run.next_column(cell), [0, 0]);
         }
-        begin + stretch.cells.len()
+        begin + run.cells.len()
     }
 
-    /// The same for the rest of a cell that begins with a disc, wherever it is.
-    fn look_from_cell(&mut self, begin: usize, own: &Range<usize>, grid: &Grid<'_>) -> usize {
-        grid.cells.around(grid.discs.positions[begin], &mut self.around);
-        let end = grid.cells.end_of_cell(begin, own);
-        let add = |looks: &mut Looks, disc: usize, others: Range<usize>, shift: Turns| {
+    /// Compares the discs from `begin` to the end of its cell with all surrounding cells. Returns the end of the cell.
+    fn compare_cell(&mut self, begin: usize, own: &Range<usize>, search: &PairSearch<'_>) -> usize {
+        search.cells.around(search.discs.positions[begin], &mut self.around);
+        let end = search.cells.end_of_cell(begin, own);
+        let add = |to: &mut Comparisons, disc: usize, others: Range<usize>, shift: ImageShift| {
             if !others.is_empty() {
-                looks.add(disc as u32, others.start as u32..others.end as u32, shift);
+                to.add(disc as u32, others.start as u32..others.end as u32, shift);
             }
         };
         for disc in begin..end {
-            for Run { discs: run, shift } in &self.around {
+            for CellRun { discs: run, shift } in &self.around {
                 if *shift != [0, 0] {
-                    // Images stand beside the block as a whole.
+                    // Images never belong to the block.
                     add(&mut self.edges, disc, run.clone(), *shift);
                     continue;
                 }
                 // Each inner pair once.
                 let inner = Ord::max(run.start, disc + 1)..Ord::min(run.end, own.end);
                 add(&mut self.inner, disc, inner, *shift);
-                // What stands before and behind the block.
+                // The discs before and behind the block.
                 add(&mut self.edges, disc, run.start..Ord::min(run.end, own.start), *shift);
                 add(&mut self.edges, disc, Ord::max(run.start, own.end)..run.end, *shift);
             }
@@ -160,55 +175,55 @@ impl Finder {
         end
     }
 
-    /// Makes the pairs found a list, in the order that was found, with what does not change until it is built anew.
-    fn hand_over(
+    /// Copies the pairs found into a list, in the order of the sorter, with their constants.
+    fn fill_list(
         &self,
         list: &mut Pairs,
         ends: [u32; TIERS],
-        among: &Among<'_>,
+        space: &SearchSpace<'_>,
         around: &Surroundings<'_>,
     ) {
         let order = self.sorter.order();
         list.resize(order.len(), ends);
-        let (pairs, touching) = (self.found.pairs(), self.found.touching());
+        let (pairs, reaches) = (self.found.pairs(), self.found.reach());
         let columns = list.first.iter_mut().zip(&mut list.second).zip(&mut list.reach);
         for (((first, second), reach), &pair) in columns.zip(order) {
             [*first, *second] = pairs[pair as usize];
-            *reach = touching[pair as usize];
+            *reach = reaches[pair as usize];
         }
         let ends = [&*list.first, &*list.second];
-        around.law.dampings(among.discs, among.counted_from, ends, &mut list.damping);
+        around.law.dampings(space.discs, space.counted_from, ends, &mut list.damping);
     }
 
-    /// Lists the discs near walls: a disc with one wall after the other.
-    fn list_walls(&mut self, block: &mut Block, own: Range<usize>, grid: &Grid<'_>) {
-        let Grid { discs, skin, around, .. } = *grid;
+    /// Lists the discs near walls, disc by disc.
+    fn list_walls(&mut self, block: &mut Block, own: Range<usize>, search: &PairSearch<'_>) {
+        let PairSearch { discs, skin, around, .. } = *search;
         block.walls.clear();
         self.are_near.clear();
-        // Up to a whole group; there are no discs behind the last one.
+        // Filled up to a whole group; there are no discs behind the last one.
         self.are_near.resize(own.len().next_multiple_of(GROUP), false);
         for wall in around.walls {
             let are_near = &mut self.are_near;
             let (positions, radii) = (&discs.positions[own.clone()], &discs.radii[own.clone()]);
             wall.shape.mark_near(positions, radii, skin, are_near);
         }
-        // Most discs are far from all walls.
+        // Most groups are far from all walls.
         let (groups, _) = self.are_near.as_chunks::<GROUP>();
         let some = groups.iter().enumerate().filter(|&(_, group)| *group != [false; GROUP]);
         for number in some.flat_map(|(group, _)| group * GROUP..(group + 1) * GROUP) {
             if self.are_near[number] {
-                list_walls_of(block, own.start + number, grid);
+                list_walls_of(block, own.start + number, search);
             }
         }
     }
 }
 
-/// Lists a disc with the walls that it is near.
-fn list_walls_of(block: &mut Block, disc: usize, grid: &Grid<'_>) {
-    let Grid { discs, skin, around, .. } = *grid;
+/// Lists the walls near a disc.
+fn list_walls_of(block: &mut Block, disc: usize, search: &PairSearch<'_>) {
+    let PairSearch { discs, skin, around, .. } = *search;
     let reach = discs.radii[disc] + skin;
     for (wall, placed) in (0..).zip(around.walls) {
-        if placed.shape.footing(discs.positions[disc]).distance < reach {
+        if placed.shape.contact(discs.positions[disc]).distance < reach {
             block.walls.push(WallPair {
                 disc: (disc - block.start) as u32,
                 wall,

@@ -1,33 +1,33 @@
-//! Looks at the places of all discs, in wide instructions: they are made when lists are built, or are about to be.
+//! Scans of the positions of all discs, with SIMD instructions.
 //!
-//! Maxima and minima do not depend on how many discs are taken at a time. A place that is no number is passed over by them.
+//! Maxima and minima do not depend on the width of instructions. They ignore a position that is not a number.
 
-use crate::dem::neighbors::cell_grid::Periodic;
+use super::cell_grid::Periodic;
 use crate::simd::dispatch::{self, Kernel, each, larger};
 use std::ops::Range;
 
-/// Discs a group, of which none is looked at again where none has left.
+/// Discs per group. A group without a disc that left is scanned once.
 const GROUP: usize = 64;
 
-/// The longest way of a disc from where it was, m.
-pub(in crate::dem) fn longest_way(from: &[[f64; 2]], positions: &[[f64; 2]]) -> f64 {
-    dispatch::run(LongestWay { from, positions }).sqrt()
+/// The largest displacement of a disc, m.
+pub(in crate::dem) fn max_displacement(from: &[[f64; 2]], positions: &[[f64; 2]]) -> f64 {
+    dispatch::run(MaxDisplacement { from, positions }).sqrt()
 }
 
-struct LongestWay<'a> {
+struct MaxDisplacement<'a> {
     from: &'a [[f64; 2]],
     positions: &'a [[f64; 2]],
 }
 
-impl Kernel for LongestWay<'_> {
+impl Kernel for MaxDisplacement<'_> {
     /// Its square, m^2.
     type Output = f64;
 
     #[inline(always)]
     fn run(self) -> f64 {
         let squared = |then: [f64; 2], now: [f64; 2]| {
-            let way = [now[0] - then[0], now[1] - then[1]];
-            way[0] * way[0] + way[1] * way[1]
+            let moved = [now[0] - then[0], now[1] - then[1]];
+            moved[0] * moved[0] + moved[1] * moved[1]
         };
         let (from, last_from) = self.from.as_chunks::<4>();
         let (positions, last_positions) = self.positions.as_chunks::<4>();
@@ -84,7 +84,7 @@ impl Kernel for Clearance<'_> {
     }
 }
 
-/// Discs that stand together in memory, in groups of which some may have left through a periodic side.
+/// Ranges of adjacent discs that contain all discs outside a periodic side.
 pub(in crate::dem) fn groups_that_left(
     positions: &[[f64; 2]],
     sides: [f64; 2],
@@ -115,7 +115,7 @@ impl Kernel for SomeAreOutside<'_> {
     fn run(self) -> bool {
         let ([left, bottom], [right, top]) = (self.low, self.high);
         self.positions.iter().fold(false, |some, &[x, y]| {
-            // A place that is no number is outside.
+            // A position that is not a number is outside.
             let is_inside = (x >= left) & (x < right) & (y >= bottom) & (y < top);
             some | !is_inside
         })
@@ -126,45 +126,45 @@ impl Kernel for SomeAreOutside<'_> {
 mod tests {
     use super::*;
 
-    /// Places evenly spread, by the multiples of irrational numbers (Weyl 1916); one is no number.
-    fn places(count: u32) -> Vec<[f64; 2]> {
+    /// Evenly spread positions, by the multiples of irrational numbers (Weyl 1916); one is not a number.
+    fn positions(count: u32) -> Vec<[f64; 2]> {
         let part = |number: u32, root: f64| (f64::from(number) * root.sqrt()).fract();
-        let place = |number| [part(number, 2.0), 2.0 * part(number, 3.0)];
-        let mut places: Vec<[f64; 2]> = (0..count).map(place).collect();
-        places[5][0] = f64::NAN;
-        places
+        let position = |number| [part(number, 2.0), 2.0 * part(number, 3.0)];
+        let mut positions: Vec<[f64; 2]> = (0..count).map(position).collect();
+        positions[5][0] = f64::NAN;
+        positions
     }
 
     #[test]
-    fn extremes_are_those_of_all_places_that_are_numbers() {
+    fn extremes_ignore_positions_that_are_not_numbers() {
         for count in 130..140 {
-            let places = places(count);
-            let from = vec![[0.25, 0.5]; places.len()];
-            let numbers = || places.iter().filter(|place| !place[0].is_nan());
-            let way = |place: &[f64; 2]| {
-                let way = [place[0] - 0.25, place[1] - 0.5];
-                (way[0] * way[0] + way[1] * way[1]).sqrt()
+            let positions = positions(count);
+            let from = vec![[0.25, 0.5]; positions.len()];
+            let numbers = || positions.iter().filter(|position| !position[0].is_nan());
+            let displacement = |position: &[f64; 2]| {
+                let moved = [position[0] - 0.25, position[1] - 0.5];
+                (moved[0] * moved[0] + moved[1] * moved[1]).sqrt()
             };
-            let longest = numbers().map(way).fold(0.0, larger);
-            assert_eq!(longest_way(&from, &places), longest);
+            let longest = numbers().map(displacement).fold(0.0, larger);
+            assert_eq!(max_displacement(&from, &positions), longest);
             let least = numbers()
                 .flat_map(|&[x, _]| [x, 1.0 - x])
                 .fold(1.0, |a: f64, b| if b < a { b } else { a });
-            assert_eq!(clearance(&places, [1.0, 2.0], [false, true]), least);
+            assert_eq!(clearance(&positions, [1.0, 2.0], [false, true]), least);
         }
-        assert_eq!(clearance(&places(9), [1.0, 2.0], [true, true]), f64::INFINITY);
+        assert_eq!(clearance(&positions(9), [1.0, 2.0], [true, true]), f64::INFINITY);
     }
 
     #[test]
-    fn groups_of_those_that_left_are_found() {
-        let mut places = places(200);
+    fn groups_with_discs_outside_are_found() {
+        let mut positions = positions(200);
         let group = |from: usize| from..Ord::min(from + GROUP, 200);
-        // What is no number is looked at as well.
-        assert_eq!(groups_that_left(&places, [1.0, 2.0], [true, true]), [group(0)]);
-        places[70][1] = 2.0;
-        places[199][0] = -1e-9;
-        let both = groups_that_left(&places, [1.0, 2.0], [true, true]);
+        // A position that is not a number counts as outside.
+        assert_eq!(groups_that_left(&positions, [1.0, 2.0], [true, true]), [group(0)]);
+        positions[70][1] = 2.0;
+        positions[199][0] = -1e-9;
+        let both = groups_that_left(&positions, [1.0, 2.0], [true, true]);
         assert_eq!(both, [group(0), group(64), group(192)]);
-        assert_eq!(groups_that_left(&places, [1.0, 2.0], [false, true]), [group(0), group(64)]);
+        assert_eq!(groups_that_left(&positions, [1.0, 2.0], [false, true]), [group(0), group(64)]);
     }
 }

@@ -1,38 +1,35 @@
-//! Springs of friction are carried from one list to the next by the ids of the two that they join.
+//! Springs of friction are carried from one list to the next by the ids of their two discs.
 //!
-//! A tangential spring looks the same from both of its ends. A rolling spring does not: its stretch is that of the first
-//! against the second, and changes sign where the next list names the two the other way round.
+//! The stretch of a tangential spring does not depend on the order of its discs. That of a rolling spring does: it measures the
+//! rotation of the first disc against the second, and changes sign if the next list swaps the two.
 
+use crate::dem::block::{Block, Pairs, Stretch};
 use crate::dem::discs::Discs;
-use crate::dem::neighbors::{Block, Pairs};
 use serde::{Deserialize, Serialize};
-
-/// Stretch of a contact's tangential and rolling springs, m.
-pub(in crate::dem) type Stretch = [f64; 2];
 
 /// Stretched springs, in the order of the ids of their ends.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(in crate::dem) struct Springs {
-    /// The smaller id first; stretches as seen from it.
+    /// The smaller id first; stretches are relative to it.
     pairs: Vec<([u32; 2], Stretch)>,
     /// A disc's id and a wall's number.
     walls: Vec<([u32; 2], Stretch)>,
 }
 
-/// Where the springs of each smaller id begin in a sorted list of them, so that one is found without a search.
-struct Places<'a> {
+/// The first spring of each smaller id in a sorted list, so that a spring is found without a search.
+struct SpringIndex<'a> {
     springs: &'a [([u32; 2], Stretch)],
     starts: Vec<u32>,
 }
 
-/// Looks springs up while lists are built.
+/// Finds springs while lists are built.
 pub(in crate::dem) struct SpringFinder<'a> {
-    pairs: Places<'a>,
-    walls: Places<'a>,
+    pairs: SpringIndex<'a>,
+    walls: SpringIndex<'a>,
 }
 
 impl Springs {
-    /// Every spring of the lists that is stretched.
+    /// All stretched springs of the lists.
     pub(in crate::dem) fn of(blocks: &[Block], discs: &Discs) -> Self {
         let mut springs = Self::default();
         for block in blocks {
@@ -42,7 +39,7 @@ impl Springs {
             }
             for (a, b, stretch) in stretched(&block.edges) {
                 let (a, b) = (id(a), discs.ids[b as usize]);
-                // The other end has a copy.
+                // The other block has a copy.
                 if a < b {
                     springs.pairs.push(([a, b], stretch));
                 }
@@ -56,7 +53,7 @@ impl Springs {
     }
 
     pub(in crate::dem) fn finder(&self) -> SpringFinder<'_> {
-        SpringFinder { pairs: Places::of(&self.pairs), walls: Places::of(&self.walls) }
+        SpringFinder { pairs: SpringIndex::of(&self.pairs), walls: SpringIndex::of(&self.walls) }
     }
 }
 
@@ -68,7 +65,7 @@ fn stretched(pairs: &Pairs) -> impl Iterator<Item = (u32, u32, Stretch)> {
     })
 }
 
-/// A spring as seen from the smaller of two ids, or from there back.
+/// A spring relative to the smaller of two ids; the same function converts back.
 fn from_smaller_id(first: u32, second: u32, [sliding, rolling]: Stretch) -> ([u32; 2], Stretch) {
     if first < second {
         ([first, second], [sliding, rolling])
@@ -77,12 +74,12 @@ fn from_smaller_id(first: u32, second: u32, [sliding, rolling]: Stretch) -> ([u3
     }
 }
 
-impl<'a> Places<'a> {
+impl<'a> SpringIndex<'a> {
     fn of(springs: &'a [([u32; 2], Stretch)]) -> Self {
         let ids = springs.last().map_or(0, |spring| spring.0[0] as usize + 1);
         let mut starts = vec![0; ids + 1];
         for ([id, _], _) in springs {
-            // Only a list out of a damaged checkpoint is out of order.
+            // Only a list from a damaged checkpoint is not sorted.
             if let Some(count) = starts.get_mut(*id as usize + 1) {
                 *count += 1;
             }
@@ -95,7 +92,7 @@ impl<'a> Places<'a> {
         Self { springs, starts }
     }
 
-    /// The stretch of a spring, zero where there is none.
+    /// The stretch of a spring, zero if there is none.
     fn stretch(&self, ends: [u32; 2]) -> Stretch {
         let id = ends[0] as usize;
         let Some(&[start, end]) = self.starts.get(id..id + 2).and_then(|range| range.first_chunk())
@@ -108,8 +105,8 @@ impl<'a> Places<'a> {
 }
 
 impl SpringFinder<'_> {
-    /// Hands the springs of lasting contacts on to a block's new lists.
-    pub(in crate::dem) fn hand_on(
+    /// Copies the springs of persisting contacts into a block's new lists.
+    pub(in crate::dem) fn fill_block(
         &self,
         block: &mut Block,
         discs: &Discs,

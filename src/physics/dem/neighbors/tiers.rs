@@ -1,16 +1,43 @@
-//! The pairs of a block in tiers: those that touch or nearly do come first, then those that touch only after discs have moved.
+//! The pairs of a block in tiers of increasing gap: pairs in or near contact come first.
 //!
-//! A pair whose gap was g when the list was built stays apart while no disc has moved by g/2. So a step looks at the first
-//! few tiers alone, and at one more whenever the way of the fastest disc has grown by another share of the skin. The wider
-//! the skin, the smaller the part of the list that is looked at: it costs memory, and is built seldom.
+//! A pair whose gap was g when the list was built stays apart while no disc has moved by g/2. Therefore, a step visits only the
+//! first tiers, and one more whenever the displacement of the fastest disc has grown by another fraction of the skin. The wider
+//! the skin, the smaller the visited part of the list: a wide skin costs memory, and lists are built less often.
 
+use crate::dem::block::TIERS;
 use crate::simd::dispatch::{self, Kernel};
 
-/// Tiers, each of an equal share of the skin; the first holds all that touch as well.
-pub(in crate::dem) const TIERS: usize = 16;
+/// The part of the lists and of the box that a step must visit.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::dem) struct Scope {
+    /// Tiers that have pairs which may be in contact.
+    pub(in crate::dem) tiers: usize,
+    /// Bound of the displacement of any disc since the lists were built, m.
+    pub(in crate::dem) moved: f64,
+    /// Displacement up to which every disc is inside the box, m.
+    pub(in crate::dem) clearance: f64,
+    /// Sum of the largest displacements of all steps since the lists were built, m.
+    pub(in crate::dem) displacement: f64,
+    /// The number of the lists.
+    pub(in crate::dem) list: u64,
+    /// Distance beyond contact up to which pairs are listed, m.
+    pub(in crate::dem) skin: f64,
+    /// Whether there are so many discs that copies of near pairs would take too much memory.
+    pub(in crate::dem) spares_memory: bool,
+}
 
-/// The tiers that hold every pair that can touch where no disc has moved further than `moved`, in m, since the list was
-/// built with a skin.
+impl Scope {
+    /// Tiers that have pairs which may come into contact before the fastest discs have moved by a distance, in m.
+    pub(in crate::dem) fn tiers_within(&self, distance: f64) -> usize {
+        if self.tiers == TIERS {
+            return TIERS;
+        }
+        Ord::max(self.tiers, in_reach(self.moved + distance, self.skin))
+    }
+}
+
+/// The number of leading tiers that contain every pair which may be in contact, if no disc has moved further than `moved`, in m,
+/// since the list was built with a skin.
 pub(in crate::dem) fn in_reach(moved: f64, skin: f64) -> usize {
     // Gaps are rounded in their last digits.
     let begun = 2.000_001 * moved / skin * TIERS as f64;
@@ -25,14 +52,14 @@ fn tier_of(gap: f64, skin: f64) -> u8 {
     Ord::clamp(tier, 0, TIERS as i32 - 1) as u8
 }
 
-/// Finds the tiers of pairs by the squares of their distances, m^2, and the distances at which they touch, m.
-pub(in crate::dem) fn find([squared, touching]: [&[f64]; 2], skin: f64, tiers: &mut [u8]) {
-    dispatch::run(Tiers { squared, touching, skin, tiers });
+/// Finds the tiers of pairs by their squared distances, m^2, and their reach r_i + r_j, m.
+pub(in crate::dem) fn find([squared, reach]: [&[f64]; 2], skin: f64, tiers: &mut [u8]) {
+    dispatch::run(Tiers { squared, reach, skin, tiers });
 }
 
 struct Tiers<'a> {
     squared: &'a [f64],
-    touching: &'a [f64],
+    reach: &'a [f64],
     skin: f64,
     tiers: &'a mut [u8],
 }
@@ -42,31 +69,31 @@ impl Kernel for Tiers<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let gaps = self.squared.iter().zip(self.touching);
-        for (tier, (&squared, &touching)) in self.tiers.iter_mut().zip(gaps) {
-            *tier = tier_of(squared.sqrt() - touching, self.skin);
+        let gaps = self.squared.iter().zip(self.reach);
+        for (tier, (&squared, &reach)) in self.tiers.iter_mut().zip(gaps) {
+            *tier = tier_of(squared.sqrt() - reach, self.skin);
         }
     }
 }
 
-/// Sorts pairs by their tiers; in a tier they keep the order in which they were found.
+/// Sorts pairs by tier; within a tier they keep the order in which they were found.
 #[derive(Default)]
 pub(in crate::dem) struct Sorter {
     order: Vec<u32>,
-    strands: Vec<u32>,
+    quarters: Vec<u32>,
 }
 
-/// Parts of a list that are counted and sorted side by side: what is written to a counter is not waited for by the next pair.
+/// Parts of a list that are counted and sorted in turn, so that a pair does not wait for the counter of the one before.
 const PARTS: usize = 4;
 
 impl Sorter {
-    /// Finds the order of pairs, and where each tier ends.
+    /// Finds the order of pairs, and the end of each tier.
     pub(in crate::dem) fn sort(&mut self, tiers: &[u8]) -> [u32; TIERS] {
         let length = tiers.len() / PARTS;
         let (parts, rest) = tiers.split_at(PARTS * length);
         let parts: [&[u8]; PARTS] =
             std::array::from_fn(|part| &parts[part * length..(part + 1) * length]);
-        // Where the next pair of each part and tier goes. What four parts leave over belongs to the last of them.
+        // The place of the next pair of each part and tier. The remainder belongs to the last part.
         let mut next = [[0_u32; TIERS]; PARTS];
         for number in 0..length {
             for (counts, tiers) in next.iter_mut().zip(parts) {
@@ -102,21 +129,23 @@ impl Sorter {
         ends
     }
 
-    /// Puts the pairs of the first tier, which ends at `end`, into another order: four quarters in turn, then what they leave
-    /// over. Four at a time have different discs, and a sum of forces is not waited for where it goes on at once.
-    pub(in crate::dem) fn deal_to_strands(&mut self, end: u32) {
+    /// Interleaves the four quarters of the first tier, which ends at `end`; the remainder follows. Four successive pairs then
+    /// have different discs, so that no addition to a force waits for the one before.
+    pub(in crate::dem) fn interleave_quarters(&mut self, end: u32) {
         let quarter = end as usize / 4;
-        let dealt = &mut self.order[..4 * quarter];
-        self.strands.clear();
-        self.strands.extend_from_slice(dealt);
-        for (strand, numbers) in self.strands.chunks_exact(Ord::max(quarter, 1)).enumerate() {
-            for (places, &number) in dealt.as_chunks_mut::<4>().0.iter_mut().zip(numbers) {
-                places[strand] = number;
+        let interleaved = &mut self.order[..4 * quarter];
+        self.quarters.clear();
+        self.quarters.extend_from_slice(interleaved);
+        for (quarter_number, numbers) in
+            self.quarters.chunks_exact(Ord::max(quarter, 1)).enumerate()
+        {
+            for (places, &number) in interleaved.as_chunks_mut::<4>().0.iter_mut().zip(numbers) {
+                places[quarter_number] = number;
             }
         }
     }
 
-    /// For each place, which of the pairs found comes there.
+    /// For each place in the list, the number of the pair found.
     pub(in crate::dem) fn order(&self) -> &[u32] {
         &self.order
     }
@@ -127,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_side_by_side_give_the_order_of_a_stable_sort() {
+    fn sort_is_stable_for_any_length() {
         for length in 0..100_u32 {
             let tier = |number: u32| (number * number % 23 % TIERS as u32) as u8;
             let tiers: Vec<u8> = (0..length).map(tier).collect();
@@ -143,10 +172,10 @@ mod tests {
     }
 
     #[test]
-    fn strands_take_turns() {
-        let mut sorter = Sorter { order: (0..12).collect(), strands: Vec::new() };
-        sorter.deal_to_strands(10);
-        // Quarters of two, dealt out; two are left over, and two belong to another tier.
+    fn quarters_are_interleaved() {
+        let mut sorter = Sorter { order: (0..12).collect(), quarters: Vec::new() };
+        sorter.interleave_quarters(10);
+        // Quarters of two, interleaved; two remain, and two belong to another tier.
         assert_eq!(sorter.order(), [0, 2, 4, 6, 1, 3, 5, 7, 8, 9, 10, 11]);
     }
 }

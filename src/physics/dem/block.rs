@@ -1,0 +1,178 @@
+//! Blocks of discs that are adjacent in memory, with their neighbor lists: the data that all algorithms of a step share.
+
+use serde::{Deserialize, Serialize};
+
+/// Discs per block: few enough that the lists of a block stay in the cache, enough that few pairs belong to two blocks.
+pub(super) const BLOCK: usize = 2500;
+
+/// Tiers of a list, each of an equal fraction of the skin; the first one also holds all pairs in contact.
+pub(super) const TIERS: usize = 16;
+
+/// Stretch of the tangential and the rolling spring of a contact, m.
+pub(super) type Stretch = [f64; 2];
+
+/// The discs of a block, column by column.
+pub(super) struct BlockDiscs<'a> {
+    /// Centers, m.
+    pub(super) positions: &'a mut [[f64; 2]],
+    /// The integrator's velocities, m/s.
+    pub(super) velocities: &'a mut [[f64; 2]],
+    /// Angular velocities, rad/s.
+    pub(super) spins: &'a mut [f64],
+    /// Radii, m.
+    pub(super) radii: &'a [f64],
+    /// Masses, kg.
+    pub(super) masses: &'a [f64],
+    /// Inverse masses, 1/kg.
+    pub(super) inverse_masses: &'a [f64],
+    /// Material numbers.
+    pub(super) materials: &'a [u8],
+}
+
+/// The columns of a block's discs that contact forces depend on.
+#[derive(Clone, Copy)]
+pub(super) struct BlockView<'a> {
+    /// Index of the block's first disc.
+    pub(super) start: usize,
+    /// Centers, m.
+    pub(super) positions: &'a [[f64; 2]],
+    /// The integrator's velocities, m/s.
+    pub(super) velocities: &'a [[f64; 2]],
+    /// Angular velocities, rad/s.
+    pub(super) spins: &'a [f64],
+    /// Radii, m.
+    pub(super) radii: &'a [f64],
+    /// Material numbers.
+    pub(super) materials: &'a [u8],
+}
+
+impl BlockDiscs<'_> {
+    /// The same discs, read-only; `start` is the index of the first one.
+    pub(super) fn view(&self, start: usize) -> BlockView<'_> {
+        BlockView {
+            start,
+            positions: self.positions,
+            velocities: self.velocities,
+            spins: self.spins,
+            radii: self.radii,
+            materials: self.materials,
+        }
+    }
+}
+
+/// Pairs of a block with the constants that hold until the list is rebuilt, column by column.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Pairs {
+    /// A disc of the block, counted from the block's first disc.
+    pub(super) first: Vec<u32>,
+    /// The other disc: counted from the block's first disc for inner pairs, from the first of all discs for inter-block pairs.
+    pub(super) second: Vec<u32>,
+    /// r_i + r_j, m.
+    pub(super) reach: Vec<f64>,
+    /// eta of the pair, N s/m.
+    pub(super) damping: Vec<f64>,
+    /// Stretch of the tangential springs, m; empty without friction.
+    pub(super) stretch: Vec<f64>,
+    /// Stretch of the rolling springs, m; empty without rolling friction.
+    pub(super) rolling_stretch: Vec<f64>,
+    /// End of each tier.
+    pub(super) ends: [u32; TIERS],
+}
+
+/// A disc and a wall that it may touch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct WallPair {
+    /// The disc, counted from the block's first disc.
+    pub(super) disc: u32,
+    pub(super) wall: u32,
+    /// eta of the contact, N s/m.
+    pub(super) damping: f64,
+    pub(super) stretch: Stretch,
+}
+
+/// The neighbor lists of a block.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Block {
+    /// Index of the first disc.
+    pub(super) start: usize,
+    /// Pairs within the block.
+    pub(super) inner: Pairs,
+    /// Pairs of two blocks, and pairs across a periodic side: the first disc belongs to this block, and the list that
+    /// holds the second disc contains the pair as well.
+    pub(super) edges: Pairs,
+    /// Vector added to the second disc's center, m, for each inter-block pair.
+    pub(super) shifts: Vec<[f64; 2]>,
+    /// Discs near walls.
+    pub(super) walls: Vec<WallPair>,
+}
+
+impl Pairs {
+    /// Number of pairs.
+    pub(super) fn len(&self) -> usize {
+        self.first.len()
+    }
+
+    /// Stretch of a pair's springs; zero without springs.
+    pub(super) fn stretch_of(&self, pair: usize) -> Stretch {
+        let of = |column: &[f64]| column.get(pair).copied().unwrap_or(0.0);
+        [of(&self.stretch), of(&self.rolling_stretch)]
+    }
+
+    /// Sets the stretch of those springs that a pair has.
+    pub(super) fn set_stretch(&mut self, pair: usize, [sliding, rolling]: Stretch) {
+        for (column, value) in [(&mut self.stretch, sliding), (&mut self.rolling_stretch, rolling)]
+        {
+            if let Some(stretch) = column.get_mut(pair) {
+                *stretch = value;
+            }
+        }
+    }
+
+    /// Resizes the list to `pairs` pairs with these tier ends. Ends, reach and damping keep old values until they are written;
+    /// springs are removed.
+    pub(super) fn resize(&mut self, pairs: usize, ends: [u32; TIERS]) {
+        fn sized<T: Copy + Default>(column: &mut Vec<T>, pairs: usize) {
+            if column.capacity() < pairs {
+                *column = Vec::with_capacity(pairs);
+            }
+            column.resize(pairs, T::default());
+        }
+        sized(&mut self.first, pairs);
+        sized(&mut self.second, pairs);
+        sized(&mut self.reach, pairs);
+        sized(&mut self.damping, pairs);
+        self.stretch.clear();
+        self.rolling_stretch.clear();
+        self.ends = ends;
+    }
+
+    /// Number of leading tiers that contain all stretched springs: a spring that a fast pair released is visited once more.
+    fn tiers_with_springs(&self) -> usize {
+        let columns = [&self.stretch, &self.rolling_stretch];
+        let last = columns.map(|column| column.iter().rposition(|&stretch| stretch != 0.0));
+        let count = last.into_iter().flatten().max().map_or(0, |last| last as u32 + 1);
+        self.ends.partition_point(|&end| end < count) + usize::from(count > 0)
+    }
+
+    /// Number of pairs in the first `tiers` tiers.
+    pub(super) fn in_tiers(&self, tiers: usize) -> usize {
+        Ord::min(self.ends[tiers - 1] as usize, self.len())
+    }
+}
+
+impl Block {
+    /// The indices of the two discs of an inter-block pair.
+    pub(super) fn edge(&self, edge: usize) -> [usize; 2] {
+        [self.start + self.edges.first[edge] as usize, self.edges.second[edge] as usize]
+    }
+
+    /// Number of leading tiers that contain all stretched springs of the block.
+    pub(super) fn tiers_with_springs(&self) -> usize {
+        Ord::max(self.inner.tiers_with_springs(), self.edges.tiers_with_springs())
+    }
+
+    /// Number of the block's discs, given the number of all discs.
+    pub(super) fn len(&self, discs: usize) -> usize {
+        Ord::min(BLOCK, discs - self.start)
+    }
+}

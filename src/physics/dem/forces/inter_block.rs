@@ -1,0 +1,206 @@
+//! Forces of the pairs of two blocks, each on the disc of its own block.
+//!
+//! They depend on discs of other blocks; therefore, all blocks find them before any disc moves.
+
+use super::contact_law::{ContactKinematics, LawRegisters, Surfaces};
+use crate::dem::block::{Block, Stretch};
+use crate::dem::discs::Discs;
+use crate::dem::motion::{self, NormalForce};
+use crate::dem::neighbors::near_pairs::{self, Validity};
+use crate::dem::neighbors::tiers::Scope;
+use crate::dem::parameters::StepContext;
+use crate::dem::totals::{
+    Contact, ContactRecorder, ContactSums, MaxOverlap, Partner, overlap_over_radius,
+};
+use crate::simd::registers::Scalar;
+
+/// Forces of a block's inter-block pairs on its own discs.
+#[derive(Clone, Debug, Default)]
+pub(in crate::dem) struct InterBlockForces {
+    /// The disc, counted from the block's first disc, with Fx, Fy, Dx, Dy, N.
+    pub(super) forces: Vec<(u32, [f64; 4])>,
+    /// Friction of each; empty without friction.
+    pub(super) rims: Vec<RimForce>,
+    pub(super) sums: ContactSums,
+    /// The contacts, each in the block of its lower index, if they are recorded.
+    pub(super) contacts: Vec<Contact>,
+    /// Numbers of the near pairs; see `near_pairs`.
+    near: Vec<u32>,
+    validity: Validity,
+}
+
+/// Tangential force on a rim and the dashpot's part of it, N, and the torque of a rolling spring, N m.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RimForce {
+    pub(super) tangential: [f64; 2],
+    pub(super) torque: f64,
+}
+
+/// The discs, the constants of the step, and the law with them.
+struct PairContext<'a> {
+    discs: &'a Discs,
+    step: &'a StepContext<'a>,
+    law: LawRegisters<f64>,
+}
+
+/// Vector from the second disc of an inter-block pair to the first, m.
+fn separation(block: &Block, pair: usize, discs: &Discs) -> [f64; 2] {
+    let [[x, y], [other_x, other_y]] = block.edge(pair).map(|disc| discs.positions[disc]);
+    let [shift_x, shift_y] = block.shifts[pair];
+    [x - (other_x + shift_x), y - (other_y + shift_y)]
+}
+
+impl InterBlockForces {
+    /// Finds the forces of a block's inter-block pairs; their springs advance by a step.
+    pub(in crate::dem) fn find<C: ContactRecorder>(
+        &mut self,
+        block: &mut Block,
+        discs: &Discs,
+        step: &StepContext<'_>,
+    ) {
+        self.forces.clear();
+        self.rims.clear();
+        self.contacts.clear();
+        let max_overlap = MaxOverlap::new(step.known_overlap, step.smallest_radius, block.start);
+        self.sums.clear(step.walls.len(), max_overlap);
+        let law = LawRegisters::new(Scalar, step.law, step.time_step);
+        let context = PairContext { discs, step, law };
+        let in_scope = 0..block.edges.in_tiers(step.scope.tiers);
+        if step.law.has_friction() {
+            in_scope.for_each(|pair| self.add::<C, true>(pair, block, &context));
+        } else if step.use_simd {
+            if !self.validity.holds_for(&step.scope) {
+                self.validity = Validity::until_horizon(&step.scope);
+                self.list_near(block, discs, &step.scope);
+            }
+            let near = std::mem::take(&mut self.near);
+            near.iter().for_each(|&pair| self.add::<C, false>(pair as usize, block, &context));
+            self.near = near;
+        } else {
+            // All pairs are compared, which checks the near pairs.
+            in_scope.for_each(|pair| self.add::<C, false>(pair, block, &context));
+        }
+    }
+
+    /// Lists the pairs that may come into contact before the horizon.
+    fn list_near(&mut self, block: &Block, discs: &Discs, scope: &Scope) {
+        let (horizon, margin) = near_pairs::horizon(scope);
+        let in_scope = 0..block.edges.in_tiers(scope.tiers_within(horizon));
+        let is_near = |&pair: &usize| {
+            let distance_squared = motion::distance_squared(separation(block, pair, discs));
+            motion::is_closer(distance_squared, block.edges.reach[pair] + margin)
+        };
+        self.near.clear();
+        self.near.extend(in_scope.filter(is_near).map(|pair| pair as u32));
+    }
+
+    /// Adds the force of a pair.
+    #[inline]
+    fn add<C: ContactRecorder, const FRICTION: bool>(
+        &mut self,
+        pair: usize,
+        block: &mut Block,
+        context: &PairContext<'_>,
+    ) {
+        let PairContext { discs, step, law } = context;
+        let (ends, reach) = (block.edge(pair), block.edges.reach[pair]);
+        let separation = separation(block, pair, discs);
+        let distance_squared = motion::distance_squared(separation);
+        if !motion::is_closer(distance_squared, reach) {
+            if FRICTION {
+                let mut stretch = block.edges.stretch_of(pair);
+                release(&mut self.sums, law, &mut stretch, 0.5);
+                block.edges.set_stretch(pair, stretch);
+            }
+            return;
+        }
+        let [[vx, vy], [other_vx, other_vy]] = ends.map(|disc| discs.velocities[disc]);
+        let velocity = [vx - other_vx, vy - other_vy];
+        let contact = law.kinematics(separation, distance_squared, reach, velocity);
+        let (own, radii) = (block.edges.first[pair], ends.map(|disc| discs.radii[disc]));
+        let partner = Partner::Disc(ends[1] as u32);
+        self.sums.max_overlap.note(contact.overlap, own as usize, radii[0], partner, radii[1]);
+        let damping = block.edges.damping[pair];
+        let normal = law.normal_force(&contact, damping);
+        let force = if FRICTION {
+            let [spin, other_spin] = ends.map(|disc| discs.spins[disc]);
+            let [first, second] = ends.map(|disc| discs.materials[disc]);
+            let rolls = step.law.has_rolling_friction();
+            let surfaces = Surfaces {
+                constants: step.law.materials.between(first, second),
+                rim_speed: radii[0] * spin + radii[1] * other_spin,
+                rolling_rate: spin - other_spin,
+                reduced_radius: rolls.then(|| radii[0] * radii[1] / reach),
+            };
+            let mut stretch = block.edges.stretch_of(pair);
+            let contact = FrictionalContact { contact, normal, damping, share: 0.5 };
+            let (force, rim) = contact.slide(law, &surfaces, &mut stretch, &mut self.sums);
+            block.edges.set_stretch(pair, stretch);
+            self.rims.push(rim);
+            force
+        } else {
+            contact.along_normal(&normal)
+        };
+        self.forces.push((own, force));
+        if C::IS_ACTIVE && ends[0] <= ends[1] {
+            let overlap = contact.overlap;
+            self.contacts.push(Contact {
+                disc: ends[0] as u32,
+                partner,
+                separation,
+                normal: contact.normal,
+                overlap,
+                overlap_over_radius: overlap_over_radius(overlap, radii[0], radii[1]),
+                normal_force: normal.force,
+                force: [force[0], force[1]],
+            });
+        }
+    }
+}
+
+/// A contact that slides or rolls.
+pub(super) struct FrictionalContact {
+    pub(super) contact: ContactKinematics<f64>,
+    pub(super) normal: NormalForce<f64>,
+    /// eta of the contact, N s/m.
+    pub(super) damping: f64,
+    /// The share of its energies that counts in the block.
+    pub(super) share: f64,
+}
+
+impl FrictionalContact {
+    /// Fx, Fy, Dx, Dy on the disc, and the force on its rim; springs advance by a step, and energies are added.
+    #[inline]
+    pub(super) fn slide(
+        &self,
+        law: &LawRegisters<f64>,
+        surfaces: &Surfaces<'_>,
+        stretch: &mut Stretch,
+        sums: &mut ContactSums,
+    ) -> ([f64; 4], RimForce) {
+        let Self { contact, normal, damping, share } = self;
+        let friction = law.friction(contact, surfaces, normal, *damping, stretch);
+        let tangential = friction.tangential;
+        sums.elastic += share * friction.elastic;
+        sums.friction += share * tangential.loss;
+        sums.rolling += share * friction.rolling_loss;
+        let rim = RimForce {
+            tangential: [tangential.force, tangential.dashpot],
+            torque: friction.rolling_torque,
+        };
+        (contact.with_friction(normal, &tangential), rim)
+    }
+}
+
+/// Releases the springs of a contact that has ended: friction dissipates their energy.
+#[inline]
+pub(super) fn release(
+    sums: &mut ContactSums,
+    law: &LawRegisters<f64>,
+    stretch: &mut Stretch,
+    share: f64,
+) {
+    sums.friction += share * law.spring_energy(stretch[0]);
+    sums.rolling += share * law.spring_energy(stretch[1]);
+    *stretch = [0.0; 2];
+}

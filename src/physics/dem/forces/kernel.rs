@@ -1,0 +1,643 @@
+//! The contact kernel: forces of the pairs within a block, for one, four or eight pairs at a time.
+//!
+//! The kernel is written once for every register width; width 1 is the scalar loop. Operations and their order do not depend
+//! on the width, so results have the same bits. Each batch takes two passes: the first finds the kinematics of all contacts, with
+//! all roots and quotients and no sum in memory that waits for them; the second adds the forces.
+//!
+//! Without friction, pairs of the first tier are all computed, of the others only the near pairs in contact. The width is four:
+//! eight pairs per register were slower (`benches/dem_speed.rs`). With friction, the width is that of the widest registers.
+//!
+//! The tangential force f of a pair acts on both rims. The torque on either disc is -r f, so f is summed per disc and multiplied
+//! by the radius once.
+//!
+//! # Safety
+//! - Before the loops over a list, one assertion compares its largest index with the number of discs; loops do not check it
+//!   again. A list from a damaged checkpoint fails that assertion.
+
+#![allow(unsafe_code)]
+
+use super::contact_law::{ContactKinematics, LawRegisters};
+use crate::dem::block::{BlockView, Pairs};
+use crate::dem::materials::ContactLaw;
+use crate::dem::motion::{self, NormalForce};
+use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs, max_index};
+use crate::dem::neighbors::tiers::Scope;
+use crate::dem::totals::{
+    Contact, ContactMask, ContactRecorder, MaxOverlap, Partner, overlap_over_radius,
+};
+use crate::simd::registers::{self, InstructionSet, MAX_WIDTH, Mask, Register, RegisterKernel};
+use std::ops::Range;
+
+/// Register width without friction.
+const FRICTIONLESS_WIDTH: usize = 4;
+/// Groups of pairs per batch: their kinematics stay in the nearest cache.
+const BATCH: usize = 16;
+/// Pairs that are gathered for a batch.
+const GATHERED: usize = BATCH * FRICTIONLESS_WIDTH;
+
+/// The law, the time step, and the discs of a block.
+#[derive(Clone, Copy)]
+pub(super) struct PairContext<'a> {
+    pub(super) law: &'a ContactLaw,
+    pub(super) time_step: f64,
+    pub(super) discs: BlockView<'a>,
+    /// Speeds r w of the rims, m/s; empty without friction.
+    pub(super) rim_speeds: &'a [f64],
+    /// Numbers in the widest register that may be used.
+    pub(super) max_width: usize,
+}
+
+/// The sums that pairs add to.
+pub(super) struct PairSums<'a> {
+    /// Fx, Fy, Dx, Dy of each disc, N.
+    pub(super) forces: &'a mut [[f64; 4]],
+    /// Tangential force on the rim of each disc and the dashpots' part of it, N; empty without friction.
+    pub(super) tangential: &'a mut [[f64; 2]],
+    /// Torque of the rolling springs on each disc, N m; empty without friction.
+    pub(super) rolling: &'a mut [f64],
+    pub(super) max_overlap: &'a mut MaxOverlap,
+}
+
+/// Energies, J, summed separately over the pairs whose numbers have the same remainder modulo eight: their bits do not depend on
+/// the width.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct FrictionEnergies {
+    /// Energy of the tangential and rolling springs.
+    pub(super) elastic: [f64; MAX_WIDTH],
+    /// Energy dissipated by friction.
+    pub(super) friction: [f64; MAX_WIDTH],
+    /// Energy dissipated by rolling friction.
+    pub(super) rolling: [f64; MAX_WIDTH],
+}
+
+/// The near pairs of a block, memory that blocks share, and the set of discs in contact.
+pub(super) struct NearMemory<'a> {
+    pub(super) near: &'a mut NearPairs,
+    pub(super) contacts: &'a mut ContactNumbers,
+    /// Receives the discs of near pairs in contact. It is complete if the near pairs are all pairs.
+    pub(super) mask: &'a mut ContactMask,
+}
+
+/// Adds the forces of a block's pairs without friction.
+pub(super) fn add_without_friction<C: ContactRecorder>(
+    context: &PairContext<'_>,
+    pairs: &Pairs,
+    scope: &Scope,
+    memory: NearMemory<'_>,
+    sums: &mut PairSums<'_>,
+    recorder: &mut C,
+) {
+    let width = Ord::min(context.max_width, FRICTIONLESS_WIDTH);
+    registers::run(Frictionless { context, pairs, scope, memory, sums, recorder }, width);
+}
+
+/// Adds the forces of the first `end` pairs of a list with friction; their springs advance by a step.
+pub(super) fn add_with_friction<C: ContactRecorder>(
+    context: &PairContext<'_>,
+    pairs: &mut Pairs,
+    end: usize,
+    sums: &mut PairSums<'_>,
+    recorder: &mut C,
+) -> FrictionEnergies {
+    let law = context.law;
+    let run = match (law.has_rolling_friction(), law.materials.only().is_none()) {
+        (false, false) => run_frictional::<C, false, false>,
+        (false, true) => run_frictional::<C, false, true>,
+        (true, false) => run_frictional::<C, true, false>,
+        (true, true) => run_frictional::<C, true, true>,
+    };
+    let mut energies = FrictionEnergies::default();
+    let done = run(context, pairs, 0..end, sums, &mut energies, recorder, context.max_width);
+    // The pairs that do not fill a register.
+    run(context, pairs, done..end, sums, &mut energies, recorder, 1);
+    energies
+}
+
+fn run_frictional<C: ContactRecorder, const ROLLING: bool, const MIXED: bool>(
+    context: &PairContext<'_>,
+    pairs: &mut Pairs,
+    range: Range<usize>,
+    sums: &mut PairSums<'_>,
+    energies: &mut FrictionEnergies,
+    recorder: &mut C,
+    width: usize,
+) -> usize {
+    let kernel =
+        Frictional::<C, ROLLING, MIXED> { context, pairs, range, sums, energies, recorder };
+    registers::run(kernel, width)
+}
+
+/// Pairs in groups of as many as a register holds.
+#[derive(Clone, Copy)]
+struct Groups<'a, const N: usize> {
+    first: &'a [[u32; N]],
+    second: &'a [[u32; N]],
+    reach: &'a [[f64; N]],
+    damping: &'a [[f64; N]],
+}
+
+/// The springs of the same groups; empty without friction.
+struct Springs<'a, const N: usize> {
+    stretch: &'a mut [[f64; N]],
+    rolling_stretch: &'a mut [[f64; N]],
+}
+
+/// The first pass's results.
+struct Batch<R: Register> {
+    contacts: [ContactKinematics<R>; BATCH],
+    /// With friction, which pairs are in contact. Without, those apart have no overlap and no speed.
+    masks: [R::Mask; BATCH],
+    groups: [usize; BATCH],
+    count: usize,
+}
+
+impl<R: Register> Batch<R> {
+    #[inline(always)]
+    fn new(zero: R) -> Self {
+        let apart = ContactKinematics::new([zero; 2], zero, [zero; 2]);
+        let masks = [zero.is_less(zero); BATCH];
+        Self { contacts: [apart; BATCH], masks, groups: [0; BATCH], count: 0 }
+    }
+}
+
+/// [`FrictionEnergies`] in registers: eight registers at width 1, two at width 4, one at width 8.
+struct EnergyRegisters<R> {
+    elastic: [R; MAX_WIDTH],
+    friction: [R; MAX_WIDTH],
+    rolling: [R; MAX_WIDTH],
+}
+
+impl<R: Register> EnergyRegisters<R> {
+    #[inline(always)]
+    fn load<const N: usize>(
+        instructions: impl InstructionSet<N, Register = R>,
+        energies: &FrictionEnergies,
+    ) -> Self {
+        let load = |column: &[f64; MAX_WIDTH]| {
+            let mut registers = [instructions.splat(0.0); MAX_WIDTH];
+            for (register, lanes) in registers.iter_mut().zip(column.as_chunks::<N>().0) {
+                *register = instructions.load(lanes);
+            }
+            registers
+        };
+        let FrictionEnergies { elastic, friction, rolling } = energies;
+        Self { elastic: load(elastic), friction: load(friction), rolling: load(rolling) }
+    }
+
+    #[inline(always)]
+    fn store<const N: usize>(
+        &self,
+        instructions: impl InstructionSet<N, Register = R>,
+        energies: &mut FrictionEnergies,
+    ) {
+        let columns = [&mut energies.elastic, &mut energies.friction, &mut energies.rolling];
+        for (column, sums) in columns.into_iter().zip([self.elastic, self.friction, self.rolling]) {
+            for (lanes, sum) in column.as_chunks_mut::<N>().0.iter_mut().zip(sums) {
+                instructions.store(sum, lanes);
+            }
+        }
+    }
+}
+
+/// A group in the second pass.
+#[derive(Clone, Copy)]
+struct Slider<'a, const N: usize, R: Register> {
+    ends: [&'a [u32; N]; 2],
+    group: usize,
+    damping: R,
+    mask: R::Mask,
+}
+
+/// The kernel with its constants in registers.
+struct ContactKernel<'a, 'b, const N: usize, I: InstructionSet<N>, C> {
+    instructions: I,
+    law: LawRegisters<I::Register>,
+    context: &'a PairContext<'a>,
+    sums: &'a mut PairSums<'b>,
+    energies: EnergyRegisters<I::Register>,
+    recorder: &'a mut C,
+}
+
+impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_, '_, N, I, C> {
+    /// Adds the forces of all groups from number `from` on, and returns the number of contacts.
+    ///
+    /// # Safety
+    /// - Every index is less than the number of discs.
+    #[inline(always)]
+    unsafe fn add<const FRICTION: bool, const ROLLING: bool, const MIXED: bool>(
+        &mut self,
+        groups: &Groups<'_, N>,
+        springs: &mut Springs<'_, N>,
+        batch: &mut Batch<I::Register>,
+        range: Range<usize>,
+    ) -> usize {
+        let mut contacts = 0;
+        for start in range.clone().step_by(BATCH) {
+            let batch_range = start..Ord::min(start + BATCH, range.end);
+            // SAFETY: the caller checked the indices.
+            unsafe {
+                contacts +=
+                    self.find_kinematics::<FRICTION, ROLLING>(groups, springs, batch, batch_range);
+                for number in 0..batch.count {
+                    self.add_forces::<FRICTION, ROLLING, MIXED>(groups, springs, batch, number);
+                }
+            }
+        }
+        contacts
+    }
+
+    /// The first pass: finds which pairs of a few groups are in contact, and their kinematics. Groups without contacts and
+    /// stretched springs are skipped with friction and at width 1; otherwise a branch costs more than it saves.
+    ///
+    /// # Safety
+    /// - Every index is less than the number of discs.
+    #[inline(always)]
+    unsafe fn find_kinematics<const FRICTION: bool, const ROLLING: bool>(
+        &mut self,
+        groups: &Groups<'_, N>,
+        springs: &Springs<'_, N>,
+        batch: &mut Batch<I::Register>,
+        range: Range<usize>,
+    ) -> usize {
+        let Self { instructions, law, context, sums, .. } = self;
+        let BlockView { positions, velocities, radii, .. } = context.discs;
+        let mut bound = instructions.splat(sums.max_overlap.bound());
+        let (mut contacts, mut count) = (0, 0);
+        for group in range {
+            let ends = [&groups.first[group], &groups.second[group]];
+            let reach = instructions.load(&groups.reach[group]);
+            // SAFETY: the caller checked the indices.
+            let separation = unsafe { instructions.differences(positions, ends) };
+            let distance_squared = motion::distance_squared(separation);
+            let mask = motion::is_closer(distance_squared, reach);
+            if FRICTION || N == 1 {
+                let mut is_idle = mask.bits() == 0;
+                if FRICTION {
+                    let mut held = instructions.load(&springs.stretch[group]).abs();
+                    if ROLLING {
+                        held = held + instructions.load(&springs.rolling_stretch[group]).abs();
+                    }
+                    is_idle &= law.zero.is_less(held).bits() == 0;
+                }
+                if is_idle {
+                    continue;
+                }
+            }
+            // SAFETY: the caller checked the indices.
+            let velocity = unsafe { instructions.differences(velocities, ends) };
+            let mut contact = law.kinematics(separation, distance_squared, reach, velocity);
+            contact.overlap = contact.overlap.or_zero(mask);
+            contact.separating_speed = contact.separating_speed.or_zero(mask);
+            contacts += mask.bits().count_ones() as usize;
+            let deeper = bound.is_less(contact.overlap).bits();
+            if deeper != 0 {
+                let mut overlaps = [0.0; N];
+                instructions.store(contact.overlap, &mut overlaps);
+                for lane in (0..N).filter(|lane| deeper >> lane & 1 == 1) {
+                    let ends = ends.map(|end| end[lane] as usize);
+                    sums.max_overlap.note_pair(overlaps[lane], ends, radii);
+                }
+                bound = instructions.splat(sums.max_overlap.bound());
+            }
+            batch.contacts[count % BATCH].normal = contact.normal;
+            batch.contacts[count % BATCH].overlap = contact.overlap;
+            batch.contacts[count % BATCH].separating_speed = contact.separating_speed;
+            if FRICTION {
+                batch.contacts[count % BATCH].sliding_speed = contact.sliding_speed;
+                batch.masks[count % BATCH] = mask;
+            }
+            batch.groups[count % BATCH] = group;
+            count += 1;
+        }
+        batch.count = count;
+        contacts
+    }
+
+    /// The second pass: adds the forces of a group; its springs advance by a step.
+    ///
+    /// # Safety
+    /// - Every index is less than the number of discs.
+    #[inline(always)]
+    unsafe fn add_forces<const FRICTION: bool, const ROLLING: bool, const MIXED: bool>(
+        &mut self,
+        groups: &Groups<'_, N>,
+        springs: &mut Springs<'_, N>,
+        batch: &Batch<I::Register>,
+        number: usize,
+    ) {
+        let group = batch.groups[number % BATCH];
+        let (contact, mask) = (&batch.contacts[number % BATCH], batch.masks[number % BATCH]);
+        let ends = [&groups.first[group], &groups.second[group]];
+        let damping = self.instructions.load(&groups.damping[group]);
+        let normal = self.law.normal_force(contact, damping);
+        let on_first = if FRICTION {
+            let slider = Slider { ends, group, damping, mask };
+            self.friction::<ROLLING, MIXED>(groups, springs, contact, &normal, slider)
+        } else {
+            // A pair apart adds 0, which changes no bit: a sum that began with +0 is never -0. A branch would cost more.
+            contact.along_normal(&normal)
+        };
+        // SAFETY: the caller checked the indices.
+        unsafe { self.instructions.add_opposite(on_first, self.sums.forces, ends) };
+        if C::IS_ACTIVE {
+            // SAFETY: the caller checked the indices.
+            unsafe { self.record(ends, &groups.reach[group], contact, &normal, on_first) };
+        }
+    }
+
+    /// Fx, Fy, Dx, Dy on the first discs with friction. Adds the tangential forces, torques and energies; springs of pairs apart
+    /// are released.
+    #[inline(always)]
+    fn friction<const ROLLING: bool, const MIXED: bool>(
+        &mut self,
+        groups: &Groups<'_, N>,
+        springs: &mut Springs<'_, N>,
+        contact: &ContactKinematics<I::Register>,
+        normal: &NormalForce<I::Register>,
+        Slider { ends, group, damping, mask }: Slider<'_, N, I::Register>,
+    ) -> [I::Register; 4] {
+        let Self { instructions, law, context, sums, energies, .. } = self;
+        let pressing = law.pressing(normal);
+        let [friction, rolling_friction] =
+            if MIXED { coefficients(*instructions, context, ends) } else { law.friction };
+        // Columns of one length, so that an index is checked once.
+        let rim_speeds = &context.rim_speeds[..sums.forces.len()];
+        let tangential = &mut sums.tangential[..sums.forces.len()];
+        let rim_speed = gathered(*instructions, rim_speeds, ends[0])
+            + gathered(*instructions, rim_speeds, ends[1]);
+        let before = instructions.load(&springs.stretch[group]);
+        let slid = law.sliding(contact, damping, rim_speed, before, friction * pressing);
+        instructions.store(slid.stretch.or_zero(mask), &mut springs.stretch[group]);
+        let part = group % (MAX_WIDTH / N);
+        let lost = slid.loss.or_else(mask, law.spring_energy(before));
+        energies.friction[part] = energies.friction[part] + lost;
+        let mut elastic = law.spring_energy(slid.stretch);
+        if ROLLING {
+            let before = instructions.load(&springs.rolling_stretch[group]);
+            let column = |column, discs| gathered(*instructions, column, discs);
+            let BlockView { radii, spins, .. } = context.discs;
+            let reach = instructions.load(&groups.reach[group]);
+            let reduced_radius = column(radii, ends[0]) * column(radii, ends[1]) / reach;
+            let rate = column(spins, ends[0]) - column(spins, ends[1]);
+            let (rolled, torque) =
+                law.rolling(reduced_radius, rate, before, rolling_friction * pressing);
+            instructions.store(rolled.stretch.or_zero(mask), &mut springs.rolling_stretch[group]);
+            let lost = rolled.loss.or_else(mask, law.spring_energy(before));
+            energies.rolling[part] = energies.rolling[part] + lost;
+            elastic = elastic + law.spring_energy(rolled.stretch);
+            add_torques(*instructions, torque.or_zero(mask), sums.rolling, ends);
+        }
+        energies.elastic[part] = energies.elastic[part] + elastic.or_zero(mask);
+        let on_rims = [slid.force.or_zero(mask), slid.dashpot.or_zero(mask)];
+        instructions.add_to_both(on_rims, tangential, ends);
+        let [fx, fy, dx, dy] = contact.with_friction(normal, &slid);
+        [fx.or_zero(mask), fy.or_zero(mask), dx.or_zero(mask), dy.or_zero(mask)]
+    }
+
+    /// Records the contacts of a group.
+    ///
+    /// # Safety
+    /// - Every index is less than the number of discs.
+    #[inline(always)]
+    unsafe fn record(
+        &mut self,
+        ends: [&[u32; N]; 2],
+        reach: &[f64; N],
+        contact: &ContactKinematics<I::Register>,
+        normal: &NormalForce<I::Register>,
+        on_first: [I::Register; 4],
+    ) {
+        let Self { instructions, context, recorder, .. } = self;
+        let BlockView { start, positions, radii, .. } = context.discs;
+        // SAFETY: the caller checked the indices.
+        let separation = unsafe { instructions.differences(positions, ends) };
+        let reach = instructions.load(reach);
+        let lanes = motion::is_closer(motion::distance_squared(separation), reach).bits();
+        let ([x, y], [nx, ny]) = (separation, contact.normal);
+        let registers = [x, y, nx, ny, contact.overlap, normal.force, on_first[0], on_first[1]];
+        let mut columns = [[0.0; N]; 8];
+        for (column, register) in columns.iter_mut().zip(registers) {
+            instructions.store(register, column);
+        }
+        for lane in (0..N).filter(|lane| lanes >> lane & 1 == 1) {
+            let [x, y, nx, ny, overlap, normal_force, fx, fy] = columns.map(|column| column[lane]);
+            let [disc, partner] = ends.map(|end| end[lane] as usize);
+            recorder.record(Contact {
+                disc: (start + disc) as u32,
+                partner: Partner::Disc((start + partner) as u32),
+                separation: [x, y],
+                normal: [nx, ny],
+                overlap,
+                overlap_over_radius: overlap_over_radius(overlap, radii[disc], radii[partner]),
+                normal_force,
+                force: [fx, fy],
+            });
+        }
+    }
+}
+
+/// One number per disc, for a register of discs.
+#[inline(always)]
+fn gathered<const N: usize, I: InstructionSet<N>>(
+    instructions: I,
+    column: &[f64],
+    discs: &[u32; N],
+) -> I::Register {
+    let mut values = [0.0; N];
+    for (value, disc) in values.iter_mut().zip(discs) {
+        *value = column[*disc as usize];
+    }
+    instructions.load(&values)
+}
+
+/// Friction and rolling friction of discs of several materials.
+#[inline(always)]
+fn coefficients<const N: usize, I: InstructionSet<N>>(
+    instructions: I,
+    context: &PairContext<'_>,
+    [first, second]: [&[u32; N]; 2],
+) -> [I::Register; 2] {
+    let (mut friction, mut rolling_friction) = ([0.0; N], [0.0; N]);
+    for lane in 0..N {
+        let [one, other] =
+            [first[lane], second[lane]].map(|disc| context.discs.materials[disc as usize]);
+        let pair = context.law.materials.between(one, other);
+        (friction[lane], rolling_friction[lane]) = (pair.friction, pair.rolling_friction);
+    }
+    [instructions.load(&friction), instructions.load(&rolling_friction)]
+}
+
+/// Adds torques to those on the first discs, and subtracts them from those on the second.
+#[inline(always)]
+fn add_torques<const N: usize, I: InstructionSet<N>>(
+    instructions: I,
+    torques: I::Register,
+    sums: &mut [f64],
+    [first, second]: [&[u32; N]; 2],
+) {
+    let mut on_first = [0.0; N];
+    instructions.store(torques, &mut on_first);
+    for (lane, torque) in on_first.into_iter().enumerate() {
+        sums[first[lane] as usize] += torque;
+        sums[second[lane] as usize] -= torque;
+    }
+}
+
+/// The pairs of a list with friction.
+struct Frictional<'a, 'b, C, const ROLLING: bool, const MIXED: bool> {
+    context: &'a PairContext<'a>,
+    pairs: &'a mut Pairs,
+    range: Range<usize>,
+    sums: &'a mut PairSums<'b>,
+    energies: &'a mut FrictionEnergies,
+    recorder: &'a mut C,
+}
+
+impl<C: ContactRecorder, const ROLLING: bool, const MIXED: bool> RegisterKernel
+    for Frictional<'_, '_, C, ROLLING, MIXED>
+{
+    /// The end of the pairs that filled whole registers.
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> usize {
+        let Self { context, pairs, range, sums, energies, recorder } = self;
+        let groups = Groups::<N>::of(&pairs.first, &pairs.second, &pairs.reach, &pairs.damping);
+        let mut springs = Springs {
+            stretch: pairs.stretch.as_chunks_mut().0,
+            rolling_stretch: pairs.rolling_stretch.as_chunks_mut().0,
+        };
+        let range = range.start / N..range.end / N;
+        check_indices(context, sums, groups.first.as_flattened(), groups.second.as_flattened());
+        let law = LawRegisters::new(instructions, context.law, context.time_step);
+        let mut batch = Batch::new(law.zero);
+        let registers = EnergyRegisters::load(instructions, energies);
+        let mut kernel =
+            ContactKernel { instructions, law, context, sums, energies: registers, recorder };
+        let end = range.end * N;
+        // SAFETY: every index is less than the number of discs.
+        unsafe { kernel.add::<true, ROLLING, MIXED>(&groups, &mut springs, &mut batch, range) };
+        kernel.energies.store(instructions, energies);
+        end
+    }
+}
+
+impl<'a, const N: usize> Groups<'a, N> {
+    #[inline(always)]
+    fn of(first: &'a [u32], second: &'a [u32], reach: &'a [f64], damping: &'a [f64]) -> Self {
+        Self {
+            first: first.as_chunks().0,
+            second: second.as_chunks().0,
+            reach: reach.as_chunks().0,
+            damping: damping.as_chunks().0,
+        }
+    }
+}
+
+/// Compares the largest index with the number of discs.
+#[inline(always)]
+fn check_indices(context: &PairContext<'_>, sums: &PairSums<'_>, first: &[u32], second: &[u32]) {
+    let discs = context.discs.positions.len();
+    let is_one_length = context.discs.velocities.len() == discs && sums.forces.len() == discs;
+    assert!(is_one_length, "columns of different lengths");
+    assert!(max_index(first, second) < discs, "a pair names a disc that does not exist");
+}
+
+/// The pairs of a block without friction.
+struct Frictionless<'a, 'b, C> {
+    context: &'a PairContext<'a>,
+    pairs: &'a Pairs,
+    scope: &'a Scope,
+    memory: NearMemory<'a>,
+    sums: &'a mut PairSums<'b>,
+    recorder: &'a mut C,
+}
+
+/// Near pairs in contact, gathered for a batch.
+struct Gathered {
+    first: [u32; GATHERED],
+    second: [u32; GATHERED],
+    reach: [f64; GATHERED],
+    damping: [f64; GATHERED],
+    count: usize,
+}
+
+impl Gathered {
+    /// Completes the last group with pairs of a disc and itself, which are not in contact; returns the groups.
+    fn take<const N: usize>(&mut self) -> Groups<'_, N> {
+        let end = self.count.next_multiple_of(N);
+        self.first[self.count..end].fill(0);
+        self.second[self.count..end].fill(0);
+        self.reach[self.count..end].fill(0.0);
+        self.damping[self.count..end].fill(0.0);
+        self.count = 0;
+        Groups::of(
+            &self.first[..end],
+            &self.second[..end],
+            &self.reach[..end],
+            &self.damping[..end],
+        )
+    }
+}
+
+impl<C: ContactRecorder> RegisterKernel for Frictionless<'_, '_, C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) {
+        let Self { context, pairs, scope, memory, sums, recorder } = self;
+        let NearMemory { near, contacts, mask } = memory;
+        let discs = context.discs.positions.len();
+        // At width 1 all pairs are compared, which checks the near pairs of the wider registers.
+        let dense = if N == 1 {
+            pairs.in_tiers(scope.tiers)
+        } else {
+            near.find_contacts(instructions, pairs, context.discs.positions, scope, contacts);
+            near.begin()
+        };
+        let [first, second] = [&pairs.first[..dense], &pairs.second[..dense]];
+        check_indices(context, sums, first, second);
+        let groups = Groups::<N>::of(first, second, &pairs.reach, &pairs.damping);
+        let law = LawRegisters::new(instructions, context.law, context.time_step);
+        let mut batch = Batch::new(law.zero);
+        let energies = EnergyRegisters::load(instructions, &FrictionEnergies::default());
+        let mut kernel = ContactKernel { instructions, law, context, sums, energies, recorder };
+        let springs = &mut Springs { stretch: &mut [], rolling_stretch: &mut [] };
+        let mut add = |groups: &Groups<'_, N>| {
+            let range = 0..groups.first.len();
+            // SAFETY: every index is less than the number of discs.
+            unsafe { kernel.add::<false, false, false>(groups, springs, &mut batch, range) }
+        };
+        let mut touching = add(&groups);
+        if N == 1 {
+            return;
+        }
+        let mut gathered = Gathered {
+            first: [0; GATHERED],
+            second: [0; GATHERED],
+            reach: [0.0; GATHERED],
+            damping: [0.0; GATHERED],
+            count: 0,
+        };
+        for pair in near.in_contact(contacts) {
+            let ends = [pairs.first[pair], pairs.second[pair]];
+            let is_disc = (Ord::max(ends[0], ends[1]) as usize) < discs;
+            assert!(is_disc, "a pair names a disc that does not exist");
+            mask.insert(ends[0]);
+            mask.insert(ends[1]);
+            let at = gathered.count % GATHERED;
+            [gathered.first[at], gathered.second[at]] = ends;
+            (gathered.reach[at], gathered.damping[at]) = (pairs.reach[pair], pairs.damping[pair]);
+            gathered.count += 1;
+            touching += usize::from(pair < pairs.in_tiers(1));
+            if gathered.count == GATHERED {
+                add(&gathered.take());
+            }
+        }
+        add(&gathered.take());
+        if near.begin() == 0 {
+            mask.mark_complete();
+        }
+        near.note_first_tier(touching, pairs.in_tiers(1));
+    }
+}
