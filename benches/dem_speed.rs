@@ -1,52 +1,57 @@
-//! Particle-steps a second of the DEM, one thread, with and without AVX2.
+//! Speed of the DEM in particle-steps per second on one thread, with and without SIMD instructions.
 //!
-//! What gave it (processor time, one thread of an AMD EPYC, before and after, 10^4 discs unless said):
+//! Changes that raised the speed (processor time, one thread of an AMD EPYC, before and after in million particle-steps per second
+//! (M/s) or as a factor, 10^4 discs unless stated):
 //! - blocks that are patches instead of rows of the box: a collapsing bed of 10^6 discs 6.8 to 68 M/s with all of the below;
-//! - patches, touching pairs first in the list, kick and drift in wide instructions: gas 88 to 108 M/s, collapse 51 to 68;
-//! - lists from whole columns of cells, inner discs by a shorter way, and two discs in a register instead of columns of four
-//!   for kick and drift (18 instructions a disc instead of 37): gas 113 to 148, collapse 72 to 86, settled 71 to 80;
-//! - friction without a copy of the sums in memory for each pair: with the moves in place 15 to 20;
-//! - friction with AVX2, springs in columns of their own, the torque's radius factored out of the sums: 20 to 41; eight pairs in
-//!   AVX-512 instead of four: 41 to 50; energies summed in registers, not in memory: 50 to 53; spins in wide instructions: 53 to 56;
-//! - lists in tiers with wider skins, lists found four discs at a time, centers alone compared where few pairs touch, 1/m kept, the box
-//!   looked at only where a disc may have left it, forces set to zero by the pass that uses them: gas 157 to 214, collapse 99 to 123,
-//!   settled 84 to 97 (best of interleaved runs on a busy machine);
-//! - lists built in half the time: 79 to 39 ns a disc in a gas, 102 to 50 in a collapse, 94 to 50 settled (best of interleaved runs), so
-//!   gas 188 to 225, collapse 122 to 143, settled 96 to 101. In a gas comparisons noted first and made in one loop, cells looked up once for
-//!   a column, edges found like inner pairs and dampings four at a time took it to 47; tiers sorted in four parts and discs put back by
-//!   groups to 44; memory of the search kept, and columns of one number left as they are, to 42; a leaner loop to 39. In beds discs
-//!   near walls are found in 3 ns instead of 8;
-//! - forces without friction in two passes, the first with all roots and quotients and no sum that waits for them (1.08 settled), rows at
-//!   multiples of 32 bytes (1.12 settled, 1.05 in a gas; 1.03 before the two passes);
-//! - pairs that touch listed one by one instead of in fours, eight compared at a time (1.05 in a gas); only those compared that may touch
-//!   within a sixteenth of the skin (1.18 in a gas, 1.11 in a collapse); near edges likewise, and discs on which nothing acts moved
-//!   by a pass that reads no forces (1.06 and 1.10 in a gas); the fastest disc's speed instead of the largest components (1.05 in a gas);
-//! - free flight that writes no velocities (1.07 in a gas), then positions and velocities in columns of their own (1.07 in a gas at 10^4, 1.00 at
-//!   10^5; 0.95 settled, 0.96 with friction, where every pair needs both).
+//! - patches, pairs in contact first in the list, SIMD kick and drift: gas 88 to 108 M/s, collapse 51 to 68;
+//! - lists from whole columns of cells, inner discs by a shorter path, and two discs per register instead of columns of four
+//!   for kick and drift (18 instructions per disc instead of 37): gas 113 to 148, collapse 72 to 86, settled 71 to 80;
+//! - friction without a copy of the sums in memory for each pair: with moves in place 15 to 20;
+//! - friction with AVX2, springs in separate columns, the torque's radius factored out of the sums: 20 to 41; eight pairs per
+//!   register with AVX-512 instead of four: 41 to 50; energies summed in registers, not in memory: 50 to 53; SIMD spins: 53 to 56;
+//! - lists in tiers with wider skins, lists found four discs at a time, only centers compared if few pairs are in contact, 1/m stored,
+//!   the box checked only if a disc may have left it, forces set to zero by the pass that reads them: gas 157 to 214, collapse 99 to
+//!   123, settled 84 to 97 (best of interleaved runs on a busy machine);
+//! - lists built in half the time: 79 to 39 ns per disc in a gas, 102 to 50 in a collapse, 94 to 50 settled (best of interleaved runs);
+//!   therefore gas 188 to 225, collapse 122 to 143, settled 96 to 101. In a gas, comparisons listed first and made in one loop, cells
+//!   located once per column, inter-block pairs found like inner pairs and dampings found four at a time took it to 47; tiers sorted in
+//!   four parts and discs wrapped in groups to 44; search memory kept, and columns of one value left unsorted, to 42; a leaner loop
+//!   to 39. In beds, discs near walls are found in 3 ns instead of 8;
+//! - forces without friction in two passes, the first with all roots and quotients and no sum that waits for them (1.08 settled), rows
+//!   at multiples of 32 bytes (1.12 settled, 1.05 in a gas; 1.03 before the two passes);
+//! - contacts listed singly instead of in groups of four, eight pairs compared at a time (1.05 in a gas); only those pairs compared that
+//!   may touch within a sixteenth of the skin (1.18 in a gas, 1.11 in a collapse); near inter-block pairs likewise, and discs without
+//!   contacts moved by a pass that reads no forces (1.06 and 1.10 in a gas); the fastest disc's speed instead of the largest components
+//!   (1.05 in a gas);
+//! - free flight that writes no velocities (1.07 in a gas), then positions and velocities in separate columns (1.07 in a gas at 10^4,
+//!   1.00 at 10^5; 0.95 settled, 0.96 with friction, where every pair needs both).
 //!
-//! What did not:
+//! In total, the two rounds without friction made settled beds faster by a factor of 1.15, a collapse by 1.3 and a gas by 2.
+//!
+//! Changes that did not:
 //! - moving in place instead of into a second copy of the state (1.00 at 10^4; it saves a third of the memory), and indices checked
-//!   once a block instead of once a pair, with pairs dealt to four strands (1.01 in a gas, 1.03 settled);
-//! - smaller blocks, whose states fit the nearest cache: 1250 discs 0.95, 700 0.92, 400 0.88 in a gas, less in beds: more edges;
+//!   once per block instead of once per pair, with pairs interleaved from four quarters (1.01 in a gas, 1.03 settled);
+//! - smaller blocks, whose states fit the nearest cache: 1250 discs 0.95, 700 0.92, 400 0.88 in a gas, less in beds: more inter-block
+//!   pairs;
 //! - tiers within strips of 256 discs (1.00 in a gas, 0.97 in beds); 4 or 8 tiers instead of 16 (no difference beyond noise);
-//! - blocks of 800, 1250 and 5000 discs once more (0.86, 0.93 and 1.02 in a gas; 0.88, 0.93 and 0.97 settled); other horizons for near
-//!   pairs, or other skins now that builds cost less (0.92 to 1.00 in a gas);
-//! - lists found four discs at a time alone (1.03 in a collapse, 1.00 in a gas);
-//! - eight pairs without friction in AVX-512 instead of four (0.92 settled, 0.97 in a gas, 0.98 in a collapse);
+//! - blocks of 800, 1250 and 5000 discs again later (0.86, 0.93 and 1.02 in a gas; 0.88, 0.93 and 0.97 settled); other horizons for near
+//!   pairs, or other skins once builds cost less (0.92 to 1.00 in a gas);
+//! - only lists found four discs at a time (1.03 in a collapse, 1.00 in a gas);
+//! - eight pairs without friction per register with AVX-512 instead of four (0.92 settled, 0.97 in a gas, 0.98 in a collapse);
 //! - one codegen unit (1.03 settled and in a collapse, 1.01 in a gas; 0.97 in packing);
-//! - comparisons noted for a whole block instead of column by column (1.0 of a build); cells of discs found in wide instructions (0.99 of a
-//!   build); two runs of discs noted at once (1.02 of a build, not worth its lines);
-//! - groups of pairs with friction that meet first and rub afterward (1.00 while their energies were still summed in memory).
+//! - comparisons listed for a whole block instead of column by column (1.0 of a build); cells of discs found with SIMD instructions (0.99
+//!   of a build); two runs of discs listed at once (1.02 of a build, not worth its lines);
+//! - two passes for pairs with friction (1.00 while their energies were still summed in memory).
 //!
-//! Against LAMMPS (22 Jul 2025), wall time in turn, medians of series of 3 to 5 pairs. `benches/peers/dem_lammps.py DEM_PEER` with
+//! Speed over that of LAMMPS (22 Jul 2025), wall time in turn, medians of series of 3 to 5 pairs. `benches/peers/dem_lammps.py DEM_PEER` with
 //! - `settled 10000 5000 3`: 10.4, 10.6, 10.4; `settled 100000 1000 1`: 11.3 (eight pairs of 500 or 1000 steps, 7.0 to 13.2);
 //! - `collapse 10000 6000 3`: 8.7, 8.7, 9.5;
 //! - `gas 10000 4000 5`: 9.8, 9.4, 9.2, 9.7, 9.4, 9.4, and with 8000 steps 9.5; `gas 100000 1000 3`: 12.8;
 //! - `rubbing 10000 3000 3` (gran/hooke/history): 6.3, 6.4, 6.1;
 //! - `equal 2000 10000 1`: kinetic energies of a bed at rest 8e-12 apart; those of the gas are 1e-4 apart after 4000 steps. While a bed still
-//!   moves they part, since it is chaotic.
+//!   moves, they diverge, because its motion is chaotic.
 //!
-//! Two threads over one, `dem_peer SCENE 100000 1000 THREADS FILE`: settled 2.1 to 2.5, rubbing 1.9 to 2.6: each has a cache of its own.
+//! Two threads over one, `dem_peer SCENE 100000 1000 THREADS FILE`: settled 2.1 to 2.5, rubbing 1.9 to 2.6: each core has a cache of its own.
 //!
 //! In a settled bed the pair loop takes two thirds of the time. A gas spends 15 % in free flight, 17 % on comparing near pairs, 9 % on
 //! finding them, 9 % on kicks, 25 % on building the list.
@@ -70,7 +75,7 @@ fn speed(criterion: &mut Criterion) {
         let model = scene.model(discs);
         let mut group = criterion.benchmark_group(format!("{scene:?}/{discs}"));
         group.throughput(Throughput::Elements(u64::from(discs) * STEPS)).sample_size(20);
-        for (name, lanes) in [("scalar", false), ("four at a time", true)] {
+        for (name, lanes) in [("scalar", false), ("simd", true)] {
             group.bench_function(name, |bencher| {
                 bencher.iter_batched_ref(
                     || model.clone().with_lanes(lanes),

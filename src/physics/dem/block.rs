@@ -106,6 +106,34 @@ pub(super) struct Block {
     pub(super) walls: Vec<WallPair>,
 }
 
+/// Pairs in groups of as many as a register holds.
+#[derive(Clone, Copy)]
+pub(super) struct PairGroups<'a, const N: usize> {
+    pub(super) first: &'a [[u32; N]],
+    pub(super) second: &'a [[u32; N]],
+    pub(super) reach: &'a [[f64; N]],
+    /// Empty if only distances matter.
+    pub(super) damping: &'a [[f64; N]],
+}
+
+impl<'a, const N: usize> PairGroups<'a, N> {
+    /// The groups of some columns, without the pairs that do not fill a register.
+    #[inline(always)]
+    pub(super) fn of(ends: [&'a [u32]; 2], reach: &'a [f64], damping: &'a [f64]) -> Self {
+        let [first, second] = ends.map(|column| column.as_chunks().0);
+        Self { first, second, reach: reach.as_chunks().0, damping: damping.as_chunks().0 }
+    }
+
+    /// The largest index.
+    #[inline(always)]
+    pub(super) fn max_index(&self) -> usize {
+        let columns = [self.first, self.second].map(|column| {
+            column.as_flattened().iter().fold(0, |most, &index| Ord::max(most, index))
+        });
+        Ord::max(columns[0], columns[1]) as usize
+    }
+}
+
 impl Pairs {
     /// Number of pairs.
     pub(super) fn len(&self) -> usize {

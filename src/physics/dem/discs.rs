@@ -1,7 +1,11 @@
-//! The discs in memory, in the order of their cells when the neighbor lists were built.
+//! The discs in memory, in the order of their cells when the neighbor lists were built, and scans of all positions.
+//!
+//! The scans use SIMD instructions. Maxima and minima do not depend on the width; they ignore a position that is not a number.
 
 use super::block::{BLOCK, BlockDiscs, BlockView};
+use crate::simd::dispatch::{self, Kernel, each, larger};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// The discs, column by column. All columns have one length and one order, which `ids` records.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -140,5 +144,164 @@ impl Discs {
             places[id as usize] = place;
         }
         places.into_iter().filter(|&place| place != NONE).map(|place| place as usize)
+    }
+}
+
+/// Discs per group. A group without a disc that left is scanned once.
+const GROUP: usize = 64;
+
+/// The largest displacement of a disc, m.
+pub(super) fn max_displacement(from: &[[f64; 2]], positions: &[[f64; 2]]) -> f64 {
+    dispatch::run(MaxDisplacement { from, positions }).sqrt()
+}
+
+struct MaxDisplacement<'a> {
+    from: &'a [[f64; 2]],
+    positions: &'a [[f64; 2]],
+}
+
+impl Kernel for MaxDisplacement<'_> {
+    /// Its square, m^2.
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        let squared = |then: [f64; 2], now: [f64; 2]| {
+            let moved = [now[0] - then[0], now[1] - then[1]];
+            moved[0] * moved[0] + moved[1] * moved[1]
+        };
+        let (from, last_from) = self.from.as_chunks::<4>();
+        let (positions, last_positions) = self.positions.as_chunks::<4>();
+        let mut longest = [0.0; 4];
+        for (then, now) in from.iter().zip(positions) {
+            let squared = each(|disc| squared(then[disc], now[disc]));
+            longest = each(|disc| larger(squared[disc], longest[disc]));
+        }
+        for (&then, &now) in last_from.iter().zip(last_positions) {
+            longest[0] = larger(squared(then, now), longest[0]);
+        }
+        larger(larger(longest[0], longest[1]), larger(longest[2], longest[3]))
+    }
+}
+
+/// Distance of the nearest center to a closed side of the box, m.
+pub(super) fn clearance(positions: &[[f64; 2]], sides: [f64; 2], periodic: [bool; 2]) -> f64 {
+    if periodic == [true, true] {
+        return f64::INFINITY;
+    }
+    let least = dispatch::run(Clearance { positions, sides });
+    let closed = (0..2).filter(|&axis| !periodic[axis]);
+    closed.fold(
+        f64::INFINITY,
+        |nearest, axis| {
+            if least[axis] < nearest { least[axis] } else { nearest }
+        },
+    )
+}
+
+struct Clearance<'a> {
+    positions: &'a [[f64; 2]],
+    sides: [f64; 2],
+}
+
+impl Kernel for Clearance<'_> {
+    /// The least distance from the sides across each axis, m.
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run(self) -> [f64; 2] {
+        let smaller = |a: f64, b: f64| if a < b { a } else { b };
+        let [width, height] = self.sides;
+        let mut least = [f64::INFINITY; 4];
+        for &[x, y] in self.positions {
+            let distances = [x, y, width - x, height - y];
+            least = each(|side| smaller(distances[side], least[side]));
+        }
+        [smaller(least[0], least[2]), smaller(least[1], least[3])]
+    }
+}
+
+/// Ranges of adjacent discs that contain all discs outside a periodic side.
+pub(super) fn groups_that_left(
+    positions: &[[f64; 2]],
+    sides: [f64; 2],
+    periodic: [bool; 2],
+) -> Vec<Range<usize>> {
+    let range = |axis: usize| {
+        if periodic[axis] { (0.0, sides[axis]) } else { (f64::NEG_INFINITY, f64::INFINITY) }
+    };
+    let ((left, right), (bottom, top)) = (range(0), range(1));
+    let (low, high) = ([left, bottom], [right, top]);
+    let groups = positions.chunks(GROUP).enumerate();
+    groups
+        .filter(|(_, positions)| dispatch::run(SomeAreOutside { positions, low, high }))
+        .map(|(number, positions)| number * GROUP..number * GROUP + positions.len())
+        .collect()
+}
+
+struct SomeAreOutside<'a> {
+    positions: &'a [[f64; 2]],
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Kernel for SomeAreOutside<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let ([left, bottom], [right, top]) = (self.low, self.high);
+        self.positions.iter().fold(false, |some, &[x, y]| {
+            // A position that is not a number is outside.
+            let is_inside = (x >= left) & (x < right) & (y >= bottom) & (y < top);
+            some | !is_inside
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Evenly spread positions, by the multiples of irrational numbers (Weyl 1916); one is not a number.
+    fn positions(count: u32) -> Vec<[f64; 2]> {
+        let part = |number: u32, root: f64| (f64::from(number) * root.sqrt()).fract();
+        let position = |number| [part(number, 2.0), 2.0 * part(number, 3.0)];
+        let mut positions: Vec<[f64; 2]> = (0..count).map(position).collect();
+        positions[5][0] = f64::NAN;
+        positions
+    }
+
+    #[test]
+    fn extremes_ignore_positions_that_are_not_numbers() {
+        for count in 130..140 {
+            let positions = positions(count);
+            let from = vec![[0.25, 0.5]; positions.len()];
+            let numbers = || positions.iter().filter(|position| !position[0].is_nan());
+            let displacement = |position: &[f64; 2]| {
+                let moved = [position[0] - 0.25, position[1] - 0.5];
+                (moved[0] * moved[0] + moved[1] * moved[1]).sqrt()
+            };
+            let longest = numbers().map(displacement).fold(0.0, larger);
+            assert_eq!(max_displacement(&from, &positions), longest);
+            let least = numbers()
+                .flat_map(|&[x, _]| [x, 1.0 - x])
+                .fold(1.0, |a: f64, b| if b < a { b } else { a });
+            assert_eq!(clearance(&positions, [1.0, 2.0], [false, true]), least);
+        }
+        assert_eq!(clearance(&positions(9), [1.0, 2.0], [true, true]), f64::INFINITY);
+    }
+
+    #[test]
+    fn groups_with_discs_outside_are_found() {
+        let mut positions = positions(200);
+        let group = |from: usize| from..Ord::min(from + GROUP, 200);
+        // A position that is not a number counts as outside.
+        assert_eq!(groups_that_left(&positions, [1.0, 2.0], [true, true]), [group(0)]);
+        positions[70][1] = 2.0;
+        positions[199][0] = -1e-9;
+        let both = groups_that_left(&positions, [1.0, 2.0], [true, true]);
+        assert_eq!(both, [group(0), group(64), group(192)]);
+        assert_eq!(groups_that_left(&positions, [1.0, 2.0], [false, true]), [group(0), group(64)]);
     }
 }

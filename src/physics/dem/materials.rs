@@ -1,13 +1,12 @@
-//! What discs and walls are made of: the constants of a contact by the materials of its two sides.
+//! The contact law's constants, by the materials of the two sides of a contact.
 //!
-//! Constants that the manifest gives for a pair count. Others follow from the two materials:
-//! - friction and rolling friction are the smaller of the two: the weaker surface gives way first (the rule of Itasca's PFC
+//! Constants that the manifest gives for a pair take precedence. Others follow from the two materials:
+//! - friction and rolling friction are the smaller of the two: the weaker surface yields first (the rule of Itasca's PFC
 //!   and of YADE, Šmilauer et al., Yade Documentation);
 //! - e^2 = (e_i^2 + e_j^2)/2: two springs of one stiffness in series store equal shares of the energy, and each material
 //!   returns e^2 of its own (Coaplen, Stronge and Ravani, Int. J. Impact Eng. 30 (2004) 581, for equal stiffness).
 //!
-//! The stiffness is one for all: it sets how long a contact lasts and how deep it is, which must be short and shallow enough
-//! to matter no more, and not what it does.
+//! All contacts have the same stiffness: it sets the duration and the overlap of a contact, which only need to be small enough.
 
 use crate::dem::discs::Discs;
 use crate::dem::{motion, restitution};
@@ -16,7 +15,7 @@ use crate::simd::dispatch::{self, Kernel, each};
 use kinetoscope_manifest::model::{DISC, DemConfig, DemContactConstants, Dissipation, WALL};
 use serde::{Deserialize, Serialize};
 
-/// How the damping of a contact is found.
+/// The rule for the damping of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Dashpot {
     /// From the damping ratio zeta, for each pair by its effective mass: one restitution for all.
@@ -36,16 +35,16 @@ pub(super) struct ContactConstants {
     pub(super) rolling_friction: f64,
 }
 
-/// The constants of all pairs of materials; the walls are the last one.
+/// The constants of all pairs of materials; the walls are the last material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Materials {
     /// Row by row, `count` squared.
     pairs: Vec<ContactConstants>,
     /// Materials, walls included.
     count: usize,
-    /// Each disc material's share of the discs, summed up to it, over the sum of all.
+    /// Cumulative fraction of the discs, material by material.
     shares: Vec<f64>,
-    /// Areal density of each disc material over the manifest's.
+    /// Areal density of each disc material over that of the manifest.
     density_ratios: Vec<f64>,
 }
 
@@ -64,9 +63,9 @@ pub(super) struct ContactLaw {
     pub(super) stiffness: f64,
     /// Dashpots and friction by pairs of materials.
     pub(super) materials: Materials,
-    /// Whether the force is clamped at zero where it would pull.
+    /// Whether the force is clamped at zero instead of attractive.
     pub(super) only_pushes: bool,
-    /// Whether the dashpot takes the velocities at the step's end.
+    /// Whether the dashpot acts at the velocities of the step's end.
     pub(super) is_implicit: bool,
     /// Stiffness k_t of the tangential and the rolling spring, N/m.
     pub(super) tangential_stiffness: f64,
@@ -192,12 +191,12 @@ impl Materials {
         self.pairs.iter().any(|pair| pair.rolling_friction > 0.0)
     }
 
-    /// The constants of contacts between discs, where all discs are of one material.
+    /// The constants of contacts between discs, if all discs are of one material.
     pub(super) fn only(&self) -> Option<&ContactConstants> {
         self.pairs.first().filter(|_| self.shares.len() < 2)
     }
 
-    /// The constants with the strongest dashpot, for judging a time step.
+    /// The constants with the strongest dashpot, which limits the time step.
     pub(super) fn strongest_dashpot(&self) -> &ContactConstants {
         let strength = |pair: &ContactConstants| match pair.dashpot {
             Dashpot::Ratio(strength) | Dashpot::Damping(strength) => strength,
@@ -221,7 +220,7 @@ impl Materials {
         })
     }
 
-    /// The material of each of so many discs, drawn by the shares.
+    /// The material of each of `count` discs, drawn by the fractions.
     pub(super) fn drawn(&self, count: usize, seed: Seed) -> Vec<u8> {
         if self.shares.len() < 2 {
             return vec![0; count];
@@ -270,7 +269,7 @@ impl ContactLaw {
         pair.damping(self.stiffness, mass)
     }
 
-    /// Damping eta of pairs of discs, N s/m, which are counted from given ones.
+    /// Damping eta of pairs of discs, N s/m, whose indices are counted from given discs.
     pub(super) fn dampings(
         &self,
         discs: &Discs,
@@ -301,7 +300,7 @@ impl ContactLaw {
         self.materials.with_walls(discs.materials[disc]).damping(self.stiffness, discs.masses[disc])
     }
 
-    /// What the normal force does not fall below, N: zero where it only pushes.
+    /// The lower bound of the normal force, N: zero if it is clamped.
     pub(super) fn least_force(&self) -> f64 {
         if self.only_pushes { 0.0 } else { f64::NEG_INFINITY }
     }
@@ -319,7 +318,7 @@ impl ContactLaw {
 
 /// Finds the dampings of pairs with one damping ratio.
 struct Dampings<'a> {
-    /// Masses of the discs that pairs name first, and of those that they name second, kg.
+    /// Masses of the first discs of pairs, and of the second ones, kg.
     masses: [&'a [f64]; 2],
     ends: [&'a [u32]; 2],
     ratio: f64,
@@ -355,12 +354,11 @@ impl Kernel for Dampings<'_> {
 mod tests {
     use super::*;
     use crate::dem::discs::Disc;
-    use crate::dem::parameters::Parameters;
     use kinetoscope_manifest::model::{DemConfig, Dissipation};
     use kinetoscope_manifest::quantity::{NonNegative, Share};
 
     #[test]
-    fn dampings_found_together_are_those_of_single_pairs() {
+    fn dampings_of_many_pairs_equal_those_of_single_pairs() {
         let mut discs = Discs::default();
         for id in 0..40 {
             let mass = 0.5 + (f64::from(id) * std::f64::consts::SQRT_2).fract();
@@ -373,7 +371,15 @@ mod tests {
             Dissipation::Restitution(Share::new(0.5).unwrap()),
             Dissipation::Damping(NonNegative::new(0.3).unwrap()),
         ] {
-            let law = Parameters::new(&DemConfig { dissipation, ..DemConfig::default() }).law;
+            let config = DemConfig { dissipation, ..DemConfig::default() };
+            let law = ContactLaw {
+                stiffness: 5e4,
+                materials: Materials::new(&config),
+                only_pushes: true,
+                is_implicit: false,
+                tangential_stiffness: 1e4,
+                tangential_damping_share: 1.0,
+            };
             let mut dampings = vec![0.0; 19];
             law.dampings(&discs, [5, 9], [&first, &second], &mut dampings);
             let pairs = first.iter().zip(&second);

@@ -41,7 +41,6 @@ use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
 use neighbors::Neighbors;
 use neighbors::pair_search::Surroundings;
-use neighbors::positions;
 use neighbors::tiers::Scope;
 use parameters::{Parameters, StepContext};
 use serde::{Deserialize, Serialize};
@@ -133,7 +132,7 @@ impl Model for Dem {
         let diagnosis = Diagnosis::of(config);
         let mut warnings = Vec::new();
         if diagnosis.is_rejected() {
-            let text = messages::refusal(config, &diagnosis);
+            let text = messages::rejection(config, &diagnosis);
             if config.stability == Stability::Refuse || !diagnosis.is_countable() {
                 return Err(Refusal(text));
             }
@@ -320,7 +319,7 @@ impl Dem {
     fn wrap(&mut self) {
         let Parameters { sides, periodic, gravity, .. } = self.parameters;
         let Discs { positions: centers, masses, .. } = &mut self.discs;
-        for disc in positions::groups_that_left(centers, sides, periodic).into_iter().flatten() {
+        for disc in discs::groups_that_left(centers, sides, periodic).into_iter().flatten() {
             for axis in (0..2).filter(|&axis| periodic[axis]) {
                 let before = centers[disc][axis];
                 if before >= 0.0 && before < sides[axis] {

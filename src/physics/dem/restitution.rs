@@ -1,4 +1,4 @@
-//! One collision in closed form: how restitution, duration and overlap follow from the damping ratio.
+//! One collision in closed form: restitution, duration and maximal overlap by the damping ratio.
 //!
 //! A contact is a damped oscillator of the overlap, with w0 = sqrt(k/m_eff), b = eta/(2 m_eff), zeta = b/w0 and
 //! w = sqrt(w0^2 - b^2). Schwager and Pöschel, Granular Matter 9 (2007) 465; Schäfer, Dippel and Wolf,
@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 /// Coefficient of restitution e of a collision with damping ratio zeta >= 0.
 ///
-/// - Attractive tail: e = exp(-pi b/w), the discs part after half a period; 0 from zeta = 1 on, where they never part.
+/// - Attractive tail: e = exp(-pi b/w), the discs part after half a period; 0 from zeta = 1 on, because they never part.
 /// - Clamped: the contact ends where the force would turn attractive, e = exp(-2 (b/w) acos(zeta)). This is the source's
 ///   exp{-(b/w) [pi - atan(2 b w / (w^2 - b^2))]} below zeta = 1/sqrt 2 and exp{-(b/w) atan(2 b w / (b^2 - w^2))} above,
 ///   for (b + i w)^2 = b^2 - w^2 + 2 i b w has the angle 2 acos(zeta); e^-2 at zeta = 1, 1/(4 zeta^2) far above.
@@ -36,7 +36,7 @@ pub fn damping_ratio(wanted: f64, tail: ForceTail) -> f64 {
     }
 }
 
-/// Zeta of the clamped tail; the restitution falls steadily with it.
+/// Zeta with the clamped tail; the restitution decreases monotonically with it.
 fn bisect_clamped(wanted: f64) -> f64 {
     if wanted >= 1.0 {
         return 0.0;
@@ -65,7 +65,7 @@ pub fn damping(damping_ratio: f64, stiffness: f64, effective_mass: f64) -> f64 {
     2.0 * damping_ratio * (stiffness * effective_mass).sqrt()
 }
 
-/// How long a collision takes, in s: pi/w with the attractive tail (`None` from zeta = 1 on: it lasts for ever),
+/// Duration of a collision, in s: pi/w with the attractive tail (`None` from zeta = 1 on, because it never ends),
 /// 2 acos(zeta)/w until a clamped force ends. `natural_frequency` is w0 in rad/s.
 #[must_use]
 pub fn contact_duration(
@@ -80,9 +80,9 @@ pub fn contact_duration(
     }
 }
 
-/// Largest overlap of a collision at `speed`, in m: (v/w0) exp[-(b/w) acos(zeta)], without gravity, for either tail.
+/// Maximal overlap of a collision at `speed`, in m: (v/w0) exp[-(b/w) acos(zeta)], without gravity, for either tail.
 #[must_use]
-pub fn largest_overlap(speed: f64, damping_ratio: f64, natural_frequency: f64) -> f64 {
+pub fn max_overlap(speed: f64, damping_ratio: f64, natural_frequency: f64) -> f64 {
     speed / natural_frequency * libm::exp(-damping_ratio * phase_at_turn(damping_ratio))
 }
 
@@ -91,7 +91,7 @@ fn damped_share(damping_ratio: f64) -> f64 {
     ((1.0 - damping_ratio) * (1.0 + damping_ratio)).sqrt()
 }
 
-/// w0 times the time from first touch to the largest overlap: acos(zeta) / sqrt(1 - zeta^2) below critical damping, 1 at
+/// w0 times the time from the first contact to the maximal overlap: acos(zeta) / sqrt(1 - zeta^2) below critical damping, 1 at
 /// it, acosh(zeta) / sqrt(zeta^2 - 1) above.
 fn phase_at_turn(damping_ratio: f64) -> f64 {
     if damping_ratio < 1.0 {

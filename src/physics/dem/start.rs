@@ -45,11 +45,17 @@ pub(super) fn discs(
         Placement::Recorded(start) => return recorded_discs(start, config, parameters, kinds),
         Placement::Random => {
             let mut generator = seed.stream(Stream::Positions);
-            let stands_free = |center, radius| overlapped_wall(&walls, center, radius).is_none();
-            random_sequential_addition_where(rectangle, radii, &mut generator, stands_free)
-                .map_err(|jammed| {
-                    no_room(config, parameters, radii, &format!("only {} stand", jammed.placed))
-                })?
+            let is_free = |center, radius| overlapped_wall(&walls, center, radius).is_none();
+            random_sequential_addition_where(rectangle, radii, &mut generator, is_free).map_err(
+                |jammed| {
+                    no_room(
+                        config,
+                        parameters,
+                        radii,
+                        &format!("only {} are placed", jammed.placed),
+                    )
+                },
+            )?
         }
         Placement::Lattice => square_lattice(rectangle, largest, radii.len()).ok_or_else(|| {
             no_room(config, parameters, radii, "a square lattice is too small for them")
@@ -331,9 +337,9 @@ fn check_recorded(
             .all(|wall| wall.shape.contact([x, y]).distance >= radius * (1.0 - MAX_WALL_OVERLAP));
         if !is_inside || !is_free {
             return Err(Refusal(format!(
-                "Disc {disc} (counted from 0) of the recording in start_from stands at [{x:e}, {y:e}] m, outside of this \
+                "Disc {disc} (counted from 0) of the recording in start_from is at [{x:e}, {y:e}] m, outside of this \
                  run's box or within one of its walls: keep width_m, height_m and walls as they were, or move the walls \
-                 to where no disc stands."
+                 to where there is no disc."
             )));
         }
     }

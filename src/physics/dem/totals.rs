@@ -1,8 +1,7 @@
 //! What contacts add up to: forces per disc, sums per block, and single contacts as they are reported.
 
 use super::block::BLOCK;
-use bytemuck::{Pod, Zeroable};
-use std::ops::{Deref, DerefMut};
+use crate::simd::aligned_rows::AlignedRows;
 
 /// Forces on the discs of a block, and sums over its contacts.
 #[derive(Clone, Debug, Default)]
@@ -273,51 +272,5 @@ impl StepTotals {
             whole.contacts.add(&block.contacts);
         }
         whole
-    }
-}
-
-/// A row of four numbers, aligned to its size: no row crosses a cache line.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(32))]
-struct AlignedRow([f64; 4]);
-
-const _: () = assert!(size_of::<AlignedRow>() == size_of::<[f64; 4]>());
-
-/// Rows of four numbers at addresses that are multiples of 32, used as `[[f64; 4]]`.
-///
-/// Allocators align to 16 bytes; every other row would then cross a cache line, and each access would cost two. Settled beds
-/// are faster by a factor of 1.09, beds with friction by 1.03.
-///
-/// # Safety
-/// - An `AlignedRow` is four `f64` without padding (checked above), and any bits are a valid row.
-#[derive(Clone, Debug, Default)]
-pub(super) struct AlignedRows(Vec<AlignedRow>);
-
-// SAFETY: four f64 without padding; all bits zero are four zeros.
-#[allow(unsafe_code, reason = "rows are cast to arrays; see the type's Safety heading")]
-unsafe impl Zeroable for AlignedRow {}
-// SAFETY: four f64 without padding; any bits are four f64.
-#[allow(unsafe_code, reason = "rows are cast to arrays; see the type's Safety heading")]
-unsafe impl Pod for AlignedRow {}
-
-impl AlignedRows {
-    /// Resizes to `rows` rows of zeros.
-    pub(super) fn clear_to(&mut self, rows: usize) {
-        self.0.clear();
-        self.0.resize(rows, AlignedRow::default());
-    }
-}
-
-impl Deref for AlignedRows {
-    type Target = [[f64; 4]];
-
-    fn deref(&self) -> &[[f64; 4]] {
-        bytemuck::cast_slice(&self.0)
-    }
-}
-
-impl DerefMut for AlignedRows {
-    fn deref_mut(&mut self) -> &mut [[f64; 4]] {
-        bytemuck::cast_slice_mut(&mut self.0)
     }
 }

@@ -1,5 +1,6 @@
 //! SIMD instructions, chosen at run time, with the same bits at every width.
 
+pub(crate) mod aligned_rows;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]

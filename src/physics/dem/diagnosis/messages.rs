@@ -11,7 +11,7 @@ use crate::model::Fault;
 use kinetoscope_manifest::model::{DemConfig, DemIntegrator, ForceTail, Placement, Stability};
 
 /// The reasons for a rejection and the suggestions; the same text is the warning if the run starts anyway.
-pub(in crate::dem) fn refusal(config: &DemConfig, diagnosis: &Diagnosis) -> String {
+pub(in crate::dem) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> String {
     let mut sentences = diagnosis.problems();
     let suggestions = suggestions::find(config);
     if suggestions.is_empty() {
@@ -45,7 +45,7 @@ pub(in crate::dem) fn facts(
         Placement::Lattice => "on a square lattice",
         Placement::Given(_) => "as given",
         Placement::Recorded(_) => {
-            "where the recording ended, springs of friction unstretched and numbers anew"
+            "where the recording ended, springs of friction unstretched and discs renumbered"
         }
     };
     vec![
@@ -135,7 +135,7 @@ pub(in crate::dem) fn fault(
             )
         }
         BlowUp::Residual(share) => format!(
-            "the energy ledger does not close: its residual is {} of all the energy there was",
+            "the energy balance does not close: its residual is {} of all energy",
             figure(share)
         ),
     };

@@ -152,7 +152,7 @@ fn expected_overlap(config: &DemConfig, parameters: &Parameters) -> f64 {
     let law = &parameters.law;
     let mass = parameters.mass * law.materials.density_range().1;
     let natural_frequency = (law.stiffness / mass).sqrt();
-    let impact = restitution::largest_overlap(
+    let impact = restitution::max_overlap(
         impact_speed(config, parameters),
         parameters.weakest_damping_ratio(mass),
         natural_frequency,

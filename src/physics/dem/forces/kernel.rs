@@ -4,36 +4,24 @@
 //! on the width, so results have the same bits. Each batch takes two passes: the first finds the kinematics of all contacts, with
 //! all roots and quotients and no sum in memory that waits for them; the second adds the forces.
 //!
-//! Without friction, pairs of the first tier are all computed, of the others only the near pairs in contact. The width is four:
-//! eight pairs per register were slower (`benches/dem_speed.rs`). With friction, the width is that of the widest registers.
-//!
 //! The tangential force f of a pair acts on both rims. The torque on either disc is -r f, so f is summed per disc and multiplied
 //! by the radius once.
 //!
 //! # Safety
-//! - Before the loops over a list, one assertion compares its largest index with the number of discs; loops do not check it
-//!   again. A list from a damaged checkpoint fails that assertion.
+//! - Loops do not check indices: the callers, in `pair_loops`, compare the largest index with the number of discs before.
 
 #![allow(unsafe_code)]
 
 use super::contact_law::{ContactKinematics, LawRegisters};
-use crate::dem::block::{BlockView, Pairs};
+use crate::dem::block::{BlockView, PairGroups};
 use crate::dem::materials::ContactLaw;
 use crate::dem::motion::{self, NormalForce};
-use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs, max_index};
-use crate::dem::neighbors::tiers::Scope;
-use crate::dem::totals::{
-    Contact, ContactMask, ContactRecorder, MaxOverlap, Partner, overlap_over_radius,
-};
-use crate::simd::registers::{self, InstructionSet, MAX_WIDTH, Mask, Register, RegisterKernel};
+use crate::dem::totals::{Contact, ContactRecorder, MaxOverlap, Partner, overlap_over_radius};
+use crate::simd::registers::{InstructionSet, MAX_WIDTH, Mask, Register};
 use std::ops::Range;
 
-/// Register width without friction.
-const FRICTIONLESS_WIDTH: usize = 4;
 /// Groups of pairs per batch: their kinematics stay in the nearest cache.
-const BATCH: usize = 16;
-/// Pairs that are gathered for a batch.
-const GATHERED: usize = BATCH * FRICTIONLESS_WIDTH;
+pub(super) const BATCH: usize = 16;
 
 /// The law, the time step, and the discs of a block.
 #[derive(Clone, Copy)]
@@ -70,80 +58,14 @@ pub(super) struct FrictionEnergies {
     pub(super) rolling: [f64; MAX_WIDTH],
 }
 
-/// The near pairs of a block, memory that blocks share, and the set of discs in contact.
-pub(super) struct NearMemory<'a> {
-    pub(super) near: &'a mut NearPairs,
-    pub(super) contacts: &'a mut ContactNumbers,
-    /// Receives the discs of near pairs in contact. It is complete if the near pairs are all pairs.
-    pub(super) mask: &'a mut ContactMask,
-}
-
-/// Adds the forces of a block's pairs without friction.
-pub(super) fn add_without_friction<C: ContactRecorder>(
-    context: &PairContext<'_>,
-    pairs: &Pairs,
-    scope: &Scope,
-    memory: NearMemory<'_>,
-    sums: &mut PairSums<'_>,
-    recorder: &mut C,
-) {
-    let width = Ord::min(context.max_width, FRICTIONLESS_WIDTH);
-    registers::run(Frictionless { context, pairs, scope, memory, sums, recorder }, width);
-}
-
-/// Adds the forces of the first `end` pairs of a list with friction; their springs advance by a step.
-pub(super) fn add_with_friction<C: ContactRecorder>(
-    context: &PairContext<'_>,
-    pairs: &mut Pairs,
-    end: usize,
-    sums: &mut PairSums<'_>,
-    recorder: &mut C,
-) -> FrictionEnergies {
-    let law = context.law;
-    let run = match (law.has_rolling_friction(), law.materials.only().is_none()) {
-        (false, false) => run_frictional::<C, false, false>,
-        (false, true) => run_frictional::<C, false, true>,
-        (true, false) => run_frictional::<C, true, false>,
-        (true, true) => run_frictional::<C, true, true>,
-    };
-    let mut energies = FrictionEnergies::default();
-    let done = run(context, pairs, 0..end, sums, &mut energies, recorder, context.max_width);
-    // The pairs that do not fill a register.
-    run(context, pairs, done..end, sums, &mut energies, recorder, 1);
-    energies
-}
-
-fn run_frictional<C: ContactRecorder, const ROLLING: bool, const MIXED: bool>(
-    context: &PairContext<'_>,
-    pairs: &mut Pairs,
-    range: Range<usize>,
-    sums: &mut PairSums<'_>,
-    energies: &mut FrictionEnergies,
-    recorder: &mut C,
-    width: usize,
-) -> usize {
-    let kernel =
-        Frictional::<C, ROLLING, MIXED> { context, pairs, range, sums, energies, recorder };
-    registers::run(kernel, width)
-}
-
-/// Pairs in groups of as many as a register holds.
-#[derive(Clone, Copy)]
-struct Groups<'a, const N: usize> {
-    first: &'a [[u32; N]],
-    second: &'a [[u32; N]],
-    reach: &'a [[f64; N]],
-    damping: &'a [[f64; N]],
-}
-
 /// The springs of the same groups; empty without friction.
-struct Springs<'a, const N: usize> {
-    stretch: &'a mut [[f64; N]],
-    rolling_stretch: &'a mut [[f64; N]],
+pub(super) struct Springs<'a, const N: usize> {
+    pub(super) stretch: &'a mut [[f64; N]],
+    pub(super) rolling_stretch: &'a mut [[f64; N]],
 }
 
 /// The first pass's results.
-struct Batch<R: Register> {
+pub(super) struct Batch<R: Register> {
     contacts: [ContactKinematics<R>; BATCH],
     /// With friction, which pairs are in contact. Without, those apart have no overlap and no speed.
     masks: [R::Mask; BATCH],
@@ -153,15 +75,15 @@ struct Batch<R: Register> {
 
 impl<R: Register> Batch<R> {
     #[inline(always)]
-    fn new(zero: R) -> Self {
+    pub(super) fn new(zero: R) -> Self {
         let apart = ContactKinematics::new([zero; 2], zero, [zero; 2]);
         let masks = [zero.is_less(zero); BATCH];
         Self { contacts: [apart; BATCH], masks, groups: [0; BATCH], count: 0 }
     }
 }
 
-/// [`FrictionEnergies`] in registers: eight registers at width 1, two at width 4, one at width 8.
-struct EnergyRegisters<R> {
+/// The columns of [`FrictionEnergies`]: eight registers at width 1, two at width 4, one at width 8.
+pub(super) struct EnergyRegisters<R> {
     elastic: [R; MAX_WIDTH],
     friction: [R; MAX_WIDTH],
     rolling: [R; MAX_WIDTH],
@@ -169,32 +91,32 @@ struct EnergyRegisters<R> {
 
 impl<R: Register> EnergyRegisters<R> {
     #[inline(always)]
-    fn load<const N: usize>(
+    pub(super) fn load<const N: usize>(
         instructions: impl InstructionSet<N, Register = R>,
         energies: &FrictionEnergies,
     ) -> Self {
-        let load = |column: &[f64; MAX_WIDTH]| {
-            let mut registers = [instructions.splat(0.0); MAX_WIDTH];
-            for (register, lanes) in registers.iter_mut().zip(column.as_chunks::<N>().0) {
-                *register = instructions.load(lanes);
-            }
-            registers
-        };
-        let FrictionEnergies { elastic, friction, rolling } = energies;
-        Self { elastic: load(elastic), friction: load(friction), rolling: load(rolling) }
+        let zero = [instructions.splat(0.0); MAX_WIDTH];
+        let mut registers = Self { elastic: zero, friction: zero, rolling: zero };
+        for part in 0..MAX_WIDTH / N {
+            let FrictionEnergies { elastic, friction, rolling } = energies;
+            registers.elastic[part] = instructions.load(&elastic.as_chunks().0[part]);
+            registers.friction[part] = instructions.load(&friction.as_chunks().0[part]);
+            registers.rolling[part] = instructions.load(&rolling.as_chunks().0[part]);
+        }
+        registers
     }
 
     #[inline(always)]
-    fn store<const N: usize>(
+    pub(super) fn store<const N: usize>(
         &self,
         instructions: impl InstructionSet<N, Register = R>,
         energies: &mut FrictionEnergies,
     ) {
-        let columns = [&mut energies.elastic, &mut energies.friction, &mut energies.rolling];
-        for (column, sums) in columns.into_iter().zip([self.elastic, self.friction, self.rolling]) {
-            for (lanes, sum) in column.as_chunks_mut::<N>().0.iter_mut().zip(sums) {
-                instructions.store(sum, lanes);
-            }
+        for part in 0..MAX_WIDTH / N {
+            let FrictionEnergies { elastic, friction, rolling } = energies;
+            instructions.store(self.elastic[part], &mut elastic.as_chunks_mut().0[part]);
+            instructions.store(self.friction[part], &mut friction.as_chunks_mut().0[part]);
+            instructions.store(self.rolling[part], &mut rolling.as_chunks_mut().0[part]);
         }
     }
 }
@@ -209,24 +131,24 @@ struct Slider<'a, const N: usize, R: Register> {
 }
 
 /// The kernel with its constants in registers.
-struct ContactKernel<'a, 'b, const N: usize, I: InstructionSet<N>, C> {
-    instructions: I,
-    law: LawRegisters<I::Register>,
-    context: &'a PairContext<'a>,
-    sums: &'a mut PairSums<'b>,
-    energies: EnergyRegisters<I::Register>,
-    recorder: &'a mut C,
+pub(super) struct ContactKernel<'a, 'b, const N: usize, I: InstructionSet<N>, C> {
+    pub(super) instructions: I,
+    pub(super) law: LawRegisters<I::Register>,
+    pub(super) context: &'a PairContext<'a>,
+    pub(super) sums: &'a mut PairSums<'b>,
+    pub(super) energies: EnergyRegisters<I::Register>,
+    pub(super) recorder: &'a mut C,
 }
 
 impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_, '_, N, I, C> {
-    /// Adds the forces of all groups from number `from` on, and returns the number of contacts.
+    /// Adds the forces of a range of groups, and returns the number of contacts.
     ///
     /// # Safety
     /// - Every index is less than the number of discs.
     #[inline(always)]
-    unsafe fn add<const FRICTION: bool, const ROLLING: bool, const MIXED: bool>(
+    pub(super) unsafe fn add<const FRICTION: bool, const ROLLING: bool, const MIXED: bool>(
         &mut self,
-        groups: &Groups<'_, N>,
+        groups: &PairGroups<'_, N>,
         springs: &mut Springs<'_, N>,
         batch: &mut Batch<I::Register>,
         range: Range<usize>,
@@ -254,7 +176,7 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
     #[inline(always)]
     unsafe fn find_kinematics<const FRICTION: bool, const ROLLING: bool>(
         &mut self,
-        groups: &Groups<'_, N>,
+        groups: &PairGroups<'_, N>,
         springs: &Springs<'_, N>,
         batch: &mut Batch<I::Register>,
         range: Range<usize>,
@@ -320,7 +242,7 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
     #[inline(always)]
     unsafe fn add_forces<const FRICTION: bool, const ROLLING: bool, const MIXED: bool>(
         &mut self,
-        groups: &Groups<'_, N>,
+        groups: &PairGroups<'_, N>,
         springs: &mut Springs<'_, N>,
         batch: &Batch<I::Register>,
         number: usize,
@@ -350,7 +272,7 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
     #[inline(always)]
     fn friction<const ROLLING: bool, const MIXED: bool>(
         &mut self,
-        groups: &Groups<'_, N>,
+        groups: &PairGroups<'_, N>,
         springs: &mut Springs<'_, N>,
         contact: &ContactKinematics<I::Register>,
         normal: &NormalForce<I::Register>,
@@ -480,164 +402,5 @@ fn add_torques<const N: usize, I: InstructionSet<N>>(
     for (lane, torque) in on_first.into_iter().enumerate() {
         sums[first[lane] as usize] += torque;
         sums[second[lane] as usize] -= torque;
-    }
-}
-
-/// The pairs of a list with friction.
-struct Frictional<'a, 'b, C, const ROLLING: bool, const MIXED: bool> {
-    context: &'a PairContext<'a>,
-    pairs: &'a mut Pairs,
-    range: Range<usize>,
-    sums: &'a mut PairSums<'b>,
-    energies: &'a mut FrictionEnergies,
-    recorder: &'a mut C,
-}
-
-impl<C: ContactRecorder, const ROLLING: bool, const MIXED: bool> RegisterKernel
-    for Frictional<'_, '_, C, ROLLING, MIXED>
-{
-    /// The end of the pairs that filled whole registers.
-    type Output = usize;
-
-    #[inline(always)]
-    fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> usize {
-        let Self { context, pairs, range, sums, energies, recorder } = self;
-        let groups = Groups::<N>::of(&pairs.first, &pairs.second, &pairs.reach, &pairs.damping);
-        let mut springs = Springs {
-            stretch: pairs.stretch.as_chunks_mut().0,
-            rolling_stretch: pairs.rolling_stretch.as_chunks_mut().0,
-        };
-        let range = range.start / N..range.end / N;
-        check_indices(context, sums, groups.first.as_flattened(), groups.second.as_flattened());
-        let law = LawRegisters::new(instructions, context.law, context.time_step);
-        let mut batch = Batch::new(law.zero);
-        let registers = EnergyRegisters::load(instructions, energies);
-        let mut kernel =
-            ContactKernel { instructions, law, context, sums, energies: registers, recorder };
-        let end = range.end * N;
-        // SAFETY: every index is less than the number of discs.
-        unsafe { kernel.add::<true, ROLLING, MIXED>(&groups, &mut springs, &mut batch, range) };
-        kernel.energies.store(instructions, energies);
-        end
-    }
-}
-
-impl<'a, const N: usize> Groups<'a, N> {
-    #[inline(always)]
-    fn of(first: &'a [u32], second: &'a [u32], reach: &'a [f64], damping: &'a [f64]) -> Self {
-        Self {
-            first: first.as_chunks().0,
-            second: second.as_chunks().0,
-            reach: reach.as_chunks().0,
-            damping: damping.as_chunks().0,
-        }
-    }
-}
-
-/// Compares the largest index with the number of discs.
-#[inline(always)]
-fn check_indices(context: &PairContext<'_>, sums: &PairSums<'_>, first: &[u32], second: &[u32]) {
-    let discs = context.discs.positions.len();
-    let is_one_length = context.discs.velocities.len() == discs && sums.forces.len() == discs;
-    assert!(is_one_length, "columns of different lengths");
-    assert!(max_index(first, second) < discs, "a pair names a disc that does not exist");
-}
-
-/// The pairs of a block without friction.
-struct Frictionless<'a, 'b, C> {
-    context: &'a PairContext<'a>,
-    pairs: &'a Pairs,
-    scope: &'a Scope,
-    memory: NearMemory<'a>,
-    sums: &'a mut PairSums<'b>,
-    recorder: &'a mut C,
-}
-
-/// Near pairs in contact, gathered for a batch.
-struct Gathered {
-    first: [u32; GATHERED],
-    second: [u32; GATHERED],
-    reach: [f64; GATHERED],
-    damping: [f64; GATHERED],
-    count: usize,
-}
-
-impl Gathered {
-    /// Completes the last group with pairs of a disc and itself, which are not in contact; returns the groups.
-    fn take<const N: usize>(&mut self) -> Groups<'_, N> {
-        let end = self.count.next_multiple_of(N);
-        self.first[self.count..end].fill(0);
-        self.second[self.count..end].fill(0);
-        self.reach[self.count..end].fill(0.0);
-        self.damping[self.count..end].fill(0.0);
-        self.count = 0;
-        Groups::of(
-            &self.first[..end],
-            &self.second[..end],
-            &self.reach[..end],
-            &self.damping[..end],
-        )
-    }
-}
-
-impl<C: ContactRecorder> RegisterKernel for Frictionless<'_, '_, C> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) {
-        let Self { context, pairs, scope, memory, sums, recorder } = self;
-        let NearMemory { near, contacts, mask } = memory;
-        let discs = context.discs.positions.len();
-        // At width 1 all pairs are compared, which checks the near pairs of the wider registers.
-        let dense = if N == 1 {
-            pairs.in_tiers(scope.tiers)
-        } else {
-            near.find_contacts(instructions, pairs, context.discs.positions, scope, contacts);
-            near.begin()
-        };
-        let [first, second] = [&pairs.first[..dense], &pairs.second[..dense]];
-        check_indices(context, sums, first, second);
-        let groups = Groups::<N>::of(first, second, &pairs.reach, &pairs.damping);
-        let law = LawRegisters::new(instructions, context.law, context.time_step);
-        let mut batch = Batch::new(law.zero);
-        let energies = EnergyRegisters::load(instructions, &FrictionEnergies::default());
-        let mut kernel = ContactKernel { instructions, law, context, sums, energies, recorder };
-        let springs = &mut Springs { stretch: &mut [], rolling_stretch: &mut [] };
-        let mut add = |groups: &Groups<'_, N>| {
-            let range = 0..groups.first.len();
-            // SAFETY: every index is less than the number of discs.
-            unsafe { kernel.add::<false, false, false>(groups, springs, &mut batch, range) }
-        };
-        let mut touching = add(&groups);
-        if N == 1 {
-            return;
-        }
-        let mut gathered = Gathered {
-            first: [0; GATHERED],
-            second: [0; GATHERED],
-            reach: [0.0; GATHERED],
-            damping: [0.0; GATHERED],
-            count: 0,
-        };
-        for pair in near.in_contact(contacts) {
-            let ends = [pairs.first[pair], pairs.second[pair]];
-            let is_disc = (Ord::max(ends[0], ends[1]) as usize) < discs;
-            assert!(is_disc, "a pair names a disc that does not exist");
-            mask.insert(ends[0]);
-            mask.insert(ends[1]);
-            let at = gathered.count % GATHERED;
-            [gathered.first[at], gathered.second[at]] = ends;
-            (gathered.reach[at], gathered.damping[at]) = (pairs.reach[pair], pairs.damping[pair]);
-            gathered.count += 1;
-            touching += usize::from(pair < pairs.in_tiers(1));
-            if gathered.count == GATHERED {
-                add(&gathered.take());
-            }
-        }
-        add(&gathered.take());
-        if near.begin() == 0 {
-            mask.mark_complete();
-        }
-        near.note_first_tier(touching, pairs.in_tiers(1));
     }
 }

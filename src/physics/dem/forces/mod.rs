@@ -10,6 +10,7 @@ mod contact_law;
 pub(super) mod implicit;
 pub(super) mod inter_block;
 mod kernel;
+mod pair_loops;
 #[cfg(test)]
 mod register_width_does_not_affect_forces;
 
@@ -21,7 +22,8 @@ use crate::simd::dispatch::{self, Kernel};
 use crate::simd::registers::{MAX_WIDTH, Scalar};
 use contact_law::{ContactKinematics, LawRegisters, Surfaces};
 use inter_block::{FrictionalContact, InterBlockForces, RimForce};
-use kernel::{FrictionEnergies, NearMemory, PairContext, PairSums};
+use kernel::{FrictionEnergies, PairContext, PairSums};
+use pair_loops::NearMemory;
 
 /// Finds the forces on the discs of one block after another; keeps memory that they share.
 #[derive(Clone, Debug, Default)]
@@ -98,7 +100,7 @@ impl ForceFinder {
             let end = block.inner.in_tiers(step.scope.tiers);
             let pairs = &mut block.inner;
             let energies =
-                kernel::add_with_friction(&context, pairs, end, &mut pair_sums, recorder);
+                pair_loops::add_with_friction(&context, pairs, end, &mut pair_sums, recorder);
             let FrictionEnergies { elastic, friction, rolling } = energies;
             sums.elastic += sum(elastic);
             sums.friction += sum(friction);
@@ -106,7 +108,14 @@ impl ForceFinder {
         } else {
             let memory = NearMemory { near, contacts: &mut self.contact_numbers, mask };
             let (pairs, scope) = (&block.inner, &step.scope);
-            kernel::add_without_friction(&context, pairs, scope, memory, &mut pair_sums, recorder);
+            pair_loops::add_without_friction(
+                &context,
+                pairs,
+                scope,
+                memory,
+                &mut pair_sums,
+                recorder,
+            );
         }
     }
 

@@ -5,7 +5,8 @@
 //! pairs do not fill a register.
 //! Tolerance: none. Control: velocities that are larger by one part in 10^15 are noticed.
 
-use super::kernel::{self, FrictionEnergies, NearMemory, PairContext, PairSums};
+use super::kernel::{FrictionEnergies, PairContext, PairSums};
+use super::pair_loops::{self, NearMemory};
 use crate::dem::block::{BlockView, Pairs, TIERS};
 use crate::dem::materials::ContactLaw;
 use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs};
@@ -115,7 +116,7 @@ impl Sample {
         let mut pairs = self.pairs.clone();
         let mut contacts = Vec::new();
         let energies = if law.has_friction() {
-            kernel::add_with_friction(&context, &mut pairs, PAIRS, &mut sums, &mut contacts)
+            pair_loops::add_with_friction(&context, &mut pairs, PAIRS, &mut sums, &mut contacts)
         } else {
             let scope = Scope {
                 tiers: TIERS,
@@ -131,7 +132,7 @@ impl Sample {
                 contacts: &mut ContactNumbers::default(),
                 mask: &mut ContactMask::default(),
             };
-            kernel::add_without_friction(
+            pair_loops::add_without_friction(
                 &context,
                 &pairs,
                 &scope,

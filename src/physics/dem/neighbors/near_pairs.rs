@@ -9,10 +9,11 @@
 
 #![allow(unsafe_code)]
 
-use crate::dem::block::{Pairs, TIERS};
+use crate::dem::block::{PairGroups, Pairs, TIERS};
 use crate::dem::motion;
 use crate::dem::neighbors::tiers::Scope;
 use crate::simd::registers::{InstructionSet, MAX_WIDTH, Mask};
+use std::ops::Range;
 
 /// The near pairs of a block. They are not part of the state.
 #[derive(Clone, Debug, Default)]
@@ -75,12 +76,6 @@ pub(in crate::dem) fn horizon(scope: &Scope) -> (f64, f64) {
     (horizon, 2.000_001 * horizon)
 }
 
-/// The largest index of two columns.
-pub(in crate::dem) fn max_index(first: &[u32], second: &[u32]) -> usize {
-    let largest = |column: &[u32]| column.iter().fold(0, |most, &index| Ord::max(most, index));
-    Ord::max(largest(first), largest(second)) as usize
-}
-
 impl NearPairs {
     /// Pairs of the list before this one are not among the near pairs. A multiple of the register's width.
     pub(in crate::dem) fn begin(&self) -> usize {
@@ -121,13 +116,11 @@ impl NearPairs {
             self.find_near(instructions, pairs, positions, scope, contacts);
         }
         let (groups, rest) = match self.end_of_range {
-            Some(end) => PairGroups::of(pairs, self.begin..end),
-            None => {
-                let Self { first, second, reach, max_index, .. } = self;
-                (PairGroups::new(first, second, reach, *max_index), 0..0)
-            }
+            Some(end) => groups_of(pairs, self.begin..end),
+            None => (PairGroups::of([&self.first, &self.second], &self.reach, &[]), 0..0),
         };
-        assert!(groups.max_index < positions.len(), "a pair names a disc that does not exist");
+        let max_index = self.end_of_range.map_or(self.max_index, |_| groups.max_index());
+        assert!(max_index < positions.len(), "a pair names a disc that does not exist");
         // SAFETY: every index is less than the number of positions.
         unsafe { list_closer(instructions, &groups, positions, 0.0, contacts) };
         for pair in rest {
@@ -157,8 +150,8 @@ impl NearPairs {
         if scope.spares_memory {
             return;
         }
-        let (groups, rest) = PairGroups::<N>::of(pairs, self.begin..end);
-        assert!(groups.max_index < positions.len(), "a pair names a disc that does not exist");
+        let (groups, rest) = groups_of::<N>(pairs, self.begin..end);
+        assert!(groups.max_index() < positions.len(), "a pair names a disc that does not exist");
         // SAFETY: every index is less than the number of positions.
         unsafe { list_closer(instructions, &groups, positions, margin, found) };
         make_room(&mut self.numbers, found.count + rest.len());
@@ -185,7 +178,8 @@ impl NearPairs {
             (*first, *second) = (pairs.first[number], pairs.second[number]);
             *reach = pairs.reach[number];
         }
-        self.max_index = max_index(&self.first, &self.second);
+        self.max_index =
+            PairGroups::<MAX_WIDTH>::of([&self.first, &self.second], &[], &[]).max_index();
     }
 }
 
@@ -197,32 +191,14 @@ fn make_room<T>(column: &mut Vec<T>, values: usize) {
     }
 }
 
-/// Pairs in groups of as many as a register holds.
-struct PairGroups<'a, const N: usize> {
-    first: &'a [[u32; N]],
-    second: &'a [[u32; N]],
-    reach: &'a [[f64; N]],
-    max_index: usize,
-}
-
-impl<'a, const N: usize> PairGroups<'a, N> {
-    fn new(first: &'a [u32], second: &'a [u32], reach: &'a [f64], max_index: usize) -> Self {
-        Self {
-            first: first.as_chunks().0,
-            second: second.as_chunks().0,
-            reach: reach.as_chunks().0,
-            max_index,
-        }
-    }
-
-    /// Pairs of a list, and those at the end that fill no register.
-    fn of(pairs: &'a Pairs, range: std::ops::Range<usize>) -> (Self, std::ops::Range<usize>) {
-        let rest = range.end - range.len() % N..range.end;
-        let (first, second) = (&pairs.first[range.clone()], &pairs.second[range.clone()]);
-        let whole = first.len() - rest.len();
-        let max_index = max_index(&first[..whole], &second[..whole]);
-        (Self::new(first, second, &pairs.reach[range], max_index), rest)
-    }
+/// The groups of a range of pairs, and the pairs at its end that do not fill a register.
+fn groups_of<const N: usize>(
+    pairs: &Pairs,
+    range: Range<usize>,
+) -> (PairGroups<'_, N>, Range<usize>) {
+    let rest = range.end - range.len() % N..range.end;
+    let ends = [&pairs.first[range.clone()], &pairs.second[range.clone()]];
+    (PairGroups::of(ends, &pairs.reach[range], &[]), rest)
 }
 
 /// Lists the numbers of the pairs whose gap is less than a margin, m.

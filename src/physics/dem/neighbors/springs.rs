@@ -143,3 +143,127 @@ impl SpringFinder<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod contact_history_survives_list_rebuild {
+    //! Law: a contact's springs keep their stretch when the lists are rebuilt, in any order of the discs and of the pair. A rolling spring
+    //! is stretched by the rotation of the first disc against the second: if the two are swapped, its stretch changes sign.
+    //!
+    //! Source: Newton's third law: the torque of a rolling spring on one disc is the opposite of that on the other (Luding,
+    //! Granular Matter 10 (2008) 235, section 3.3), before and after.
+    //! Setup: 6000 random discs, several blocks; the springs of every listed pair are stretched by numbers that follow from the ids
+    //! of its two discs; then the discs are displaced at random, so that their order changes, and the lists are rebuilt.
+    //! Tolerance: none. Control: springs of pairs that leave the lists are released; many pairs are swapped.
+
+    use crate::dem::block::{Pairs, Stretch};
+    use crate::dem::discs::Discs;
+    use crate::dem::neighbors::Neighbors;
+    use crate::dem::neighbors::pair_search::{SearchMemory, Surroundings};
+    use crate::dem::parameters::Parameters;
+    use crate::random::{Seed, Stream};
+    use kinetoscope_manifest::model::DemConfig;
+    use kinetoscope_manifest::quantity::NonNegative;
+    use std::collections::BTreeMap;
+
+    const DISCS: u32 = 6000;
+    const SIDE: f64 = 12.0;
+    const RADIUS: f64 = 0.05;
+
+    /// The stretch of two discs' springs, relative to the first.
+    fn stretch(first: u32, second: u32) -> Stretch {
+        let (low, high) = (f64::from(first.min(second)), f64::from(first.max(second)));
+        let sense = if first < second { 1.0 } else { -1.0 };
+        [1e-6 * (low + 1.0) + 1e-9 * high, sense * (1e-6 * (high + 1.0) + 1e-9 * low)]
+    }
+
+    /// Every listed pair by ids in the order of the list, with its springs.
+    fn listed(neighbors: &Neighbors, discs: &Discs) -> Vec<([u32; 2], Stretch)> {
+        let mut found = Vec::new();
+        for block in &neighbors.blocks {
+            let mut take = |pairs: &Pairs, offset: usize| {
+                for pair in 0..pairs.len() {
+                    let first = discs.ids[block.start + pairs.first[pair] as usize];
+                    let second = discs.ids[offset + pairs.second[pair] as usize];
+                    let springs = [pairs.stretch[pair], pairs.rolling_stretch[pair]];
+                    found.push(([first, second], springs));
+                }
+            };
+            take(&block.inner, block.start);
+            take(&block.edges, 0);
+        }
+        found
+    }
+
+    fn stretch_all(neighbors: &mut Neighbors, discs: &Discs) {
+        for block in &mut neighbors.blocks {
+            let start = block.start;
+            for (pairs, offset) in [(&mut block.inner, start), (&mut block.edges, 0)] {
+                for pair in 0..pairs.len() {
+                    let first = discs.ids[start + pairs.first[pair] as usize];
+                    let second = discs.ids[offset + pairs.second[pair] as usize];
+                    [pairs.stretch[pair], pairs.rolling_stretch[pair]] = stretch(first, second);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn springs_keep_their_stretch_and_sign() {
+        let mut generator = Seed { seed: 5, replicate: 0 }.stream(Stream::Positions);
+        let coefficient = NonNegative::new(0.5).expect("not negative");
+        let config = DemConfig {
+            friction: coefficient,
+            rolling_friction: coefficient,
+            ..DemConfig::default()
+        };
+        let law = Parameters::new(&config).law;
+        let around = Surroundings {
+            sides: [SIDE; 2],
+            periodic: [false; 2],
+            law: &law,
+            walls: &[],
+            displacements: &[],
+            largest_radius: RADIUS,
+            memory: &SearchMemory::default(),
+        };
+        let mut place = || generator.uniform_in(0.0, SIDE);
+        let mut discs = Discs {
+            ids: (0..DISCS).collect(),
+            positions: (0..DISCS).map(|_| [place(), place()]).collect(),
+            velocities: vec![[0.0; 2]; DISCS as usize],
+            spins: vec![0.0; DISCS as usize],
+            radii: vec![RADIUS; DISCS as usize],
+            masses: vec![1.0; DISCS as usize],
+            inverse_masses: vec![1.0; DISCS as usize],
+            materials: vec![0; DISCS as usize],
+        };
+        let mut neighbors = Neighbors::new(RADIUS);
+        neighbors.build(&mut discs, &around);
+        stretch_all(&mut neighbors, &discs);
+        let before = listed(&neighbors, &discs);
+        // Far enough for other cells; some are in other rows.
+        for [x, y] in &mut discs.positions {
+            *x = (*x + generator.uniform_in(-RADIUS, RADIUS)).abs();
+            *y = SIDE - (SIDE - *y - 0.3 * RADIUS).abs();
+        }
+        neighbors.build(&mut discs, &around);
+        let after = listed(&neighbors, &discs);
+        let was: BTreeMap<[u32; 2], Stretch> = before.iter().copied().collect();
+        let (mut kept, mut swapped, mut new) = (0, 0, 0);
+        for ([first, second], springs) in after {
+            let is_old = was.contains_key(&[first, second]) || was.contains_key(&[second, first]);
+            let wanted = if is_old { stretch(first, second) } else { [0.0; 2] };
+            assert!(springs == wanted, "{first} and {second}: {springs:?} for {wanted:?}");
+            kept += u32::from(is_old);
+            new += u32::from(!is_old);
+            swapped += u32::from(is_old && !was.contains_key(&[first, second]));
+        }
+        assert!(kept > 5000 && swapped > 100 && new > 500, "{kept}, {swapped}, {new}");
+        // Springs of pairs that are now apart are visited once more, to be released.
+        let tiers = neighbors.scope().tiers;
+        for pairs in neighbors.blocks.iter().flat_map(|block| [&block.inner, &block.edges]) {
+            let left = &pairs.stretch[pairs.in_tiers(tiers)..];
+            assert!(left.iter().all(|&stretch| stretch == 0.0), "a spring is forgotten");
+        }
+    }
+}
