@@ -2,7 +2,8 @@
 //! friction, with rolling friction or without, for one material or several, with the force's attractive tail or without.
 //!
 //! Setup: 1003 pairs of 60 discs that overlap, touch or are apart, with stretched springs and random velocities and spins; some
-//! pairs do not fill a register.
+//! pairs do not fill a register. The sum of the recorded contacts' forces is compared as well: reported forces are those that move
+//! the discs.
 //! Tolerance: none. Control: velocities that are larger by one part in 10^15 are noticed.
 
 use super::kernel::{FrictionEnergies, PairContext, PairSums};
@@ -12,7 +13,7 @@ use crate::dem::materials::ContactLaw;
 use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs};
 use crate::dem::neighbors::tiers::Scope;
 use crate::dem::parameters::Parameters;
-use crate::dem::totals::{ContactMask, MaxOverlap};
+use crate::dem::totals::{ContactMask, MaxOverlap, Partner};
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{DemConfig, DemContactConstants, DemMaterial, ForceTail};
 use kinetoscope_manifest::quantity::{NonNegative, Positive, Share};
@@ -142,6 +143,18 @@ impl Sample {
             );
             FrictionEnergies::default()
         };
+        let mut recorded_forces = vec![[0.0; 2]; count];
+        for contact in &contacts {
+            let Partner::Disc(partner) = contact.partner else {
+                unreachable!("there are no walls")
+            };
+            for axis in 0..2 {
+                recorded_forces[contact.disc as usize][axis] += contact.force[axis];
+                recorded_forces[partner as usize][axis] -= contact.force[axis];
+            }
+        }
+        let moving = forces.iter().map(|&[fx, fy, ..]| [fx, fy]);
+        assert!(moving.eq(recorded_forces), "recorded forces are not those that move the discs");
         let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         let recorded = contacts.iter().flat_map(|contact| {
             let [[x, y], [fx, fy]] = [contact.normal, contact.force];
