@@ -99,7 +99,7 @@ pub(super) struct Block {
     pub(super) inner: Pairs,
     /// Pairs of two blocks, and pairs across a periodic side: the first disc belongs to this block, and the list that
     /// holds the second disc contains the pair as well.
-    pub(super) edges: Pairs,
+    pub(super) inter_block: Pairs,
     /// Vector added to the second disc's center, m, for each inter-block pair.
     pub(super) shifts: Vec<[f64; 2]>,
     /// Discs near walls.
@@ -190,13 +190,13 @@ impl Pairs {
 
 impl Block {
     /// The indices of the two discs of an inter-block pair.
-    pub(super) fn edge(&self, edge: usize) -> [usize; 2] {
-        [self.start + self.edges.first[edge] as usize, self.edges.second[edge] as usize]
+    pub(super) fn inter_block_ends(&self, pair: usize) -> [usize; 2] {
+        [self.start + self.inter_block.first[pair] as usize, self.inter_block.second[pair] as usize]
     }
 
     /// Number of leading tiers that contain all stretched springs of the block.
     pub(super) fn tiers_with_springs(&self) -> usize {
-        Ord::max(self.inner.tiers_with_springs(), self.edges.tiers_with_springs())
+        Ord::max(self.inner.tiers_with_springs(), self.inter_block.tiers_with_springs())
     }
 
     /// Number of the block's discs, given the number of all discs.

@@ -37,7 +37,7 @@ pub(super) struct RimForce {
 }
 
 /// The discs, the constants of the step, and the law with them.
-struct PairContext<'a> {
+struct InterBlockContext<'a> {
     discs: &'a Discs,
     step: &'a StepContext<'a>,
     law: LawRegisters<f64>,
@@ -45,7 +45,8 @@ struct PairContext<'a> {
 
 /// Vector from the second disc of an inter-block pair to the first, m.
 fn separation(block: &Block, pair: usize, discs: &Discs) -> [f64; 2] {
-    let [[x, y], [other_x, other_y]] = block.edge(pair).map(|disc| discs.positions[disc]);
+    let [[x, y], [other_x, other_y]] =
+        block.inter_block_ends(pair).map(|disc| discs.positions[disc]);
     let [shift_x, shift_y] = block.shifts[pair];
     [x - (other_x + shift_x), y - (other_y + shift_y)]
 }
@@ -64,8 +65,8 @@ impl InterBlockForces {
         let max_overlap = MaxOverlap::new(step.known_overlap, step.smallest_radius, block.start);
         self.sums.clear(step.walls.len(), max_overlap);
         let law = LawRegisters::new(Scalar, step.law, step.time_step);
-        let context = PairContext { discs, step, law };
-        let in_scope = 0..block.edges.in_tiers(step.scope.tiers);
+        let context = InterBlockContext { discs, step, law };
+        let in_scope = 0..block.inter_block.in_tiers(step.scope.tiers);
         if step.law.has_friction() {
             in_scope.for_each(|pair| self.add::<C, true>(pair, block, &context));
         } else if step.use_simd {
@@ -85,10 +86,10 @@ impl InterBlockForces {
     /// Lists the pairs that may come into contact before the horizon.
     fn list_near(&mut self, block: &Block, discs: &Discs, scope: &Scope) {
         let (horizon, margin) = near_pairs::horizon(scope);
-        let in_scope = 0..block.edges.in_tiers(scope.tiers_within(horizon));
+        let in_scope = 0..block.inter_block.in_tiers(scope.tiers_within(horizon));
         let is_near = |&pair: &usize| {
             let distance_squared = motion::distance_squared(separation(block, pair, discs));
-            motion::is_closer(distance_squared, block.edges.reach[pair] + margin)
+            motion::is_closer(distance_squared, block.inter_block.reach[pair] + margin)
         };
         self.near.clear();
         self.near.extend(in_scope.filter(is_near).map(|pair| pair as u32));
@@ -100,27 +101,27 @@ impl InterBlockForces {
         &mut self,
         pair: usize,
         block: &mut Block,
-        context: &PairContext<'_>,
+        context: &InterBlockContext<'_>,
     ) {
-        let PairContext { discs, step, law } = context;
-        let (ends, reach) = (block.edge(pair), block.edges.reach[pair]);
+        let InterBlockContext { discs, step, law } = context;
+        let (ends, reach) = (block.inter_block_ends(pair), block.inter_block.reach[pair]);
         let separation = separation(block, pair, discs);
         let distance_squared = motion::distance_squared(separation);
         if !motion::is_closer(distance_squared, reach) {
             if FRICTION {
-                let mut stretch = block.edges.stretch_of(pair);
+                let mut stretch = block.inter_block.stretch_of(pair);
                 release(&mut self.sums, law, &mut stretch, 0.5);
-                block.edges.set_stretch(pair, stretch);
+                block.inter_block.set_stretch(pair, stretch);
             }
             return;
         }
         let [[vx, vy], [other_vx, other_vy]] = ends.map(|disc| discs.velocities[disc]);
         let velocity = [vx - other_vx, vy - other_vy];
         let contact = law.kinematics(separation, distance_squared, reach, velocity);
-        let (own, radii) = (block.edges.first[pair], ends.map(|disc| discs.radii[disc]));
+        let (own, radii) = (block.inter_block.first[pair], ends.map(|disc| discs.radii[disc]));
         let partner = Partner::Disc(ends[1] as u32);
         self.sums.max_overlap.note(contact.overlap, own as usize, radii[0], partner, radii[1]);
-        let damping = block.edges.damping[pair];
+        let damping = block.inter_block.damping[pair];
         let normal = law.normal_force(&contact, damping);
         let force = if FRICTION {
             let [spin, other_spin] = ends.map(|disc| discs.spins[disc]);
@@ -132,10 +133,10 @@ impl InterBlockForces {
                 rolling_rate: spin - other_spin,
                 reduced_radius: rolls.then(|| radii[0] * radii[1] / reach),
             };
-            let mut stretch = block.edges.stretch_of(pair);
+            let mut stretch = block.inter_block.stretch_of(pair);
             let contact = FrictionalContact { contact, normal, damping, share: 0.5 };
             let (force, rim) = contact.slide(law, &surfaces, &mut stretch, &mut self.sums);
-            block.edges.set_stretch(pair, stretch);
+            block.inter_block.set_stretch(pair, stretch);
             self.rims.push(rim);
             force
         } else {

@@ -13,7 +13,7 @@ use crate::dem::materials::ContactLaw;
 use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs};
 use crate::dem::neighbors::tiers::Scope;
 use crate::dem::parameters::Parameters;
-use crate::dem::totals::{ContactMask, MaxOverlap, Partner};
+use crate::dem::totals::{Contact, ContactMask, MaxOverlap, Partner};
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{DemConfig, DemContactConstants, DemMaterial, ForceTail};
 use kinetoscope_manifest::quantity::{NonNegative, Positive, Share};
@@ -61,6 +61,19 @@ fn law(rolls: bool, differ: bool, force_tail: ForceTail, friction: f64) -> Conta
         ..DemConfig::default()
     };
     Parameters::new(&config).law
+}
+
+/// The sums of the recorded contacts' forces on the discs.
+fn sums_of(contacts: &[Contact], count: usize) -> Vec<[f64; 2]> {
+    let mut sums = vec![[0.0; 2]; count];
+    for Contact { disc, partner, force: [fx, fy], .. } in contacts {
+        let Partner::Disc(partner) = *partner else { unreachable!("there are no walls") };
+        let [x, y] = &mut sums[*disc as usize];
+        (*x, *y) = (*x + fx, *y + fy);
+        let [x, y] = &mut sums[partner as usize];
+        (*x, *y) = (*x - fx, *y - fy);
+    }
+    sums
 }
 
 impl Sample {
@@ -143,18 +156,11 @@ impl Sample {
             );
             FrictionEnergies::default()
         };
-        let mut recorded_forces = vec![[0.0; 2]; count];
-        for contact in &contacts {
-            let Partner::Disc(partner) = contact.partner else {
-                unreachable!("there are no walls")
-            };
-            for axis in 0..2 {
-                recorded_forces[contact.disc as usize][axis] += contact.force[axis];
-                recorded_forces[partner as usize][axis] -= contact.force[axis];
-            }
-        }
         let moving = forces.iter().map(|&[fx, fy, ..]| [fx, fy]);
-        assert!(moving.eq(recorded_forces), "recorded forces are not those that move the discs");
+        assert!(
+            moving.eq(sums_of(&contacts, count)),
+            "recorded forces are not those that move the discs"
+        );
         let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         let recorded = contacts.iter().flat_map(|contact| {
             let [[x, y], [fx, fy]] = [contact.normal, contact.force];

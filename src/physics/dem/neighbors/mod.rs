@@ -105,10 +105,11 @@ impl Neighbors {
     /// the cost of a build over that of a comparison.
     pub(super) fn adapt_skin(&mut self, mean_radius: f64) {
         let skin = self.skin / mean_radius;
-        let (pairs, edges) = self.blocks.iter().fold((0, 0), |(pairs, edges), block| {
-            (pairs + block.inner.len(), edges + block.edges.len())
-        });
-        let neighbors = (2 * pairs + edges) as f64 / self.built_at.len() as f64;
+        let (pairs, inter_block) =
+            self.blocks.iter().fold((0, 0), |(pairs, inter_block), block| {
+                (pairs + block.inner.len(), inter_block + block.inter_block.len())
+            });
+        let neighbors = (2 * pairs + inter_block) as f64 / self.built_at.len() as f64;
         // Neighbors and the disc itself, over all discs that would fit within the reach.
         let fraction = (neighbors + 1.0) / ((2.0 + skin) * (2.0 + skin));
         let used = skin / f64::from(self.age);
@@ -277,8 +278,8 @@ mod lists_contain_every_contact {
                     let [a, b] = [a, b].map(|disc| ids[block.start + disc as usize]);
                     pairs.extend([(a, b, [0, 0]), (b, a, [0, 0])]);
                 }
-                let ends = block.edges.first.iter().zip(&block.edges.second);
-                let ends = ends.zip(&block.shifts).take(block.edges.in_tiers(tiers));
+                let ends = block.inter_block.first.iter().zip(&block.inter_block.second);
+                let ends = ends.zip(&block.shifts).take(block.inter_block.in_tiers(tiers));
                 for ((&a, &b), shift) in ends {
                     let turns = [0, 1].map(|axis: usize| (shift[axis] / self.sides[axis]) as i8);
                     pairs.push((ids[block.start + a as usize], ids[b as usize], turns));

@@ -45,7 +45,7 @@ struct Finder {
     /// Comparisons within the block.
     inner: Comparisons,
     /// Comparisons with discs of other blocks or with images.
-    edges: Comparisons,
+    inter_block: Comparisons,
     found: PairBuffer,
     sorter: Sorter,
     /// Whether each of the block's discs is near a wall.
@@ -126,15 +126,15 @@ impl Finder {
         let ends = self.sorter.sort(self.found.tiers());
         self.sorter.interleave_quarters(ends[0]);
         self.fill_list(&mut block.inner, ends, &inner, around);
-        let edges = SearchSpace { counted_from: [block.start, 0], ..inner };
+        let inter_block = SearchSpace { counted_from: [block.start, 0], ..inner };
         self.found.clear();
-        self.found.take::<true>(&mut self.edges, &edges);
+        self.found.take::<true>(&mut self.inter_block, &inter_block);
         let ends = self.sorter.sort(self.found.tiers());
-        self.fill_list(&mut block.edges, ends, &edges, around);
+        self.fill_list(&mut block.inter_block, ends, &inter_block, around);
         block.shifts.clear();
         let shifts = self.found.shifts();
         let order = self.sorter.order().iter();
-        block.shifts.extend(order.map(|&pair| edges.vector(shifts[pair as usize])));
+        block.shifts.extend(order.map(|&pair| inter_block.vector(shifts[pair as usize])));
         self.list_walls(block, own, search);
     }
 
@@ -161,15 +161,15 @@ impl Finder {
             for CellRun { discs: run, shift } in &self.around {
                 if *shift != [0, 0] {
                     // Images never belong to the block.
-                    add(&mut self.edges, disc, run.clone(), *shift);
+                    add(&mut self.inter_block, disc, run.clone(), *shift);
                     continue;
                 }
                 // Each inner pair once.
                 let inner = Ord::max(run.start, disc + 1)..Ord::min(run.end, own.end);
                 add(&mut self.inner, disc, inner, *shift);
                 // The discs before and behind the block.
-                add(&mut self.edges, disc, run.start..Ord::min(run.end, own.start), *shift);
-                add(&mut self.edges, disc, Ord::max(run.start, own.end)..run.end, *shift);
+                add(&mut self.inter_block, disc, run.start..Ord::min(run.end, own.start), *shift);
+                add(&mut self.inter_block, disc, Ord::max(run.start, own.end)..run.end, *shift);
             }
         }
         end

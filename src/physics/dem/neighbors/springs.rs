@@ -37,7 +37,7 @@ impl Springs {
             for (a, b, stretch) in stretched(&block.inner) {
                 springs.pairs.push(from_smaller_id(id(a), id(b), stretch));
             }
-            for (a, b, stretch) in stretched(&block.edges) {
+            for (a, b, stretch) in stretched(&block.inter_block) {
                 let (a, b) = (id(a), discs.ids[b as usize]);
                 // The other block has a copy.
                 if a < b {
@@ -115,7 +115,9 @@ impl SpringFinder<'_> {
         let start = block.start;
         let id = |local: u32| discs.ids[start + local as usize];
         self.fill(&mut block.inner, has_rolling_friction, |a, b| [id(a), id(b)]);
-        self.fill(&mut block.edges, has_rolling_friction, |a, b| [id(a), discs.ids[b as usize]]);
+        self.fill(&mut block.inter_block, has_rolling_friction, |a, b| {
+            [id(a), discs.ids[b as usize]]
+        });
         for pair in &mut block.walls {
             pair.stretch = self.walls.stretch([id(pair.disc), pair.wall]);
         }
@@ -189,7 +191,7 @@ mod contact_history_survives_list_rebuild {
                 }
             };
             take(&block.inner, block.start);
-            take(&block.edges, 0);
+            take(&block.inter_block, 0);
         }
         found
     }
@@ -197,7 +199,7 @@ mod contact_history_survives_list_rebuild {
     fn stretch_all(neighbors: &mut Neighbors, discs: &Discs) {
         for block in &mut neighbors.blocks {
             let start = block.start;
-            for (pairs, offset) in [(&mut block.inner, start), (&mut block.edges, 0)] {
+            for (pairs, offset) in [(&mut block.inner, start), (&mut block.inter_block, 0)] {
                 for pair in 0..pairs.len() {
                     let first = discs.ids[start + pairs.first[pair] as usize];
                     let second = discs.ids[offset + pairs.second[pair] as usize];
@@ -261,7 +263,7 @@ mod contact_history_survives_list_rebuild {
         assert!(kept > 5000 && swapped > 100 && new > 500, "{kept}, {swapped}, {new}");
         // Springs of pairs that are now apart are visited once more, to be released.
         let tiers = neighbors.scope().tiers;
-        for pairs in neighbors.blocks.iter().flat_map(|block| [&block.inner, &block.edges]) {
+        for pairs in neighbors.blocks.iter().flat_map(|block| [&block.inner, &block.inter_block]) {
             let left = &pairs.stretch[pairs.in_tiers(tiers)..];
             assert!(left.iter().all(|&stretch| stretch == 0.0), "a spring is forgotten");
         }
