@@ -45,7 +45,7 @@ fn law(rolls: bool, differ: bool, limit_damping: bool, friction: f64) -> Contact
     let coefficient = |value: f64| NonNegative::new(value).expect("not negative");
     let material = |name: &str, friction: f64| DemMaterial {
         name: name.to_owned(),
-        share: Positive::new(1.0).expect("above zero"),
+        fraction: Positive::new(1.0).expect("above zero"),
         density_ratio: Positive::new(1.0).expect("above zero"),
         constants: DemContactConstants {
             restitution: Fraction::new(0.8),
