@@ -1,5 +1,6 @@
-//! Law: between contacts, y = y0 + v t - g t^2/2 at every step, and the energy is constant. The initial velocity v at the time of the
-//! positions is v0 for velocity Verlet and v0 - g dt/2 for semi-implicit Euler, whose velocities lag by half a step.
+//! Law: between contacts, y = y0 + v t - g t^2/2 at every step, and the energy is constant. The initial velocity v at
+//! the time of the positions is v0 for velocity Verlet and v0 - g dt/2 for semi-implicit Euler, whose velocities lag by
+//! half a step.
 //!
 //! Source: x_n = x0 + sum (v0 - g j dt) dt over j = 1..n, in closed form.
 //! Setup: a disc thrown upwards, 4000 steps; N_t = 20; every integrator.

@@ -1,11 +1,12 @@
-//! Law: with the implicit dashpot, an isolated contact follows v' = (v + k delta dt/m_eff) / (1 + c), and discs with the damping of the DEM
-//! exercise, c = 67, come to rest. Explicit dashpots multiply the velocity by 1 - c.
+//! Law: with the implicit dashpot, an isolated contact follows v' = (v + k delta dt/m_eff) / (1 + c), and discs with
+//! the damping of the DEM exercise, c = 67, come to rest. Explicit dashpots multiply the velocity by 1 - c.
 //!
-//! Source: backward Euler of the dashpot for an isolated pair, written out here; eta = 1.5e3 N s/m, k = 5e4 N/m and r = 1e-4 m of the DEM
-//! exercise.
+//! Source: backward Euler of the dashpot for an isolated pair, written out here; eta = 1.5e3 N s/m, k = 5e4 N/m and r =
+//! 1e-4 m of the DEM exercise.
 //! Setup: a head-on pair without gravity, 200 steps; 200 discs of the exercise collapsing for 0.12 s.
-//! Tolerance: 1e-12 of the speed for the pair. For the bed, the energy never rises by more than the energy-balance error of 1 %, no overlap
-//! reaches half a radius, and the dissipated energy never decreases by more than 1e-6 of the total.
+//! Tolerance: 1e-12 of the speed for the pair. For the bed, the energy never rises by more than the energy-balance
+//! error of 1 %, no overlap reaches half a radius, and the dissipated energy never decreases by more than 1e-6 of the
+//! total.
 
 use crate::scene::{
     damping, discs, energy, equal, frame, given, gravity, positive, prepared, run_to, time_step,

@@ -1,8 +1,8 @@
 //! Law: k delta = m g for a disc at rest on the floor; in a column of discs, k delta equals the weight above each contact.
 //!
 //! Source: equilibrium of forces, and Newton's third law.
-//! Setup: columns of one and four touching discs, which oscillate until the dashpots have dissipated all energy; every integrator, both
-//! tails.
+//! Setup: columns of one and four touching discs, which oscillate until the dashpots have dissipated all energy; every
+//! integrator, both tails.
 //! Tolerance: 1e-9 of the overlap. The oscillation has decayed; positions are rounded to 1e-18 m, and the overlap is 2e-7 m.
 //! Control: a stiffness that differs by 2e-5 changes the overlap by more than 1e-5.
 

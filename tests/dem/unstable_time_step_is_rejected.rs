@@ -1,9 +1,9 @@
-//! Guarantee: values that cannot be integrated are rejected before the first step with c = eta dt/m_eff and with values that are accepted.
-//! With stability = "warn", they run and end in a fault.
+//! Guarantee: values that cannot be integrated are rejected before the first step with c = eta dt/m_eff and with values
+//! that are accepted. With stability = "warn", they run and end in a fault.
 //!
-//! Source: the values of the DEM exercise, m = 1e-3 kg, k = 5e4 N/m, eta = 1.5e3 N s/m, N_t = 10, 20, 50, give c = 133, 67, 27 by hand. Beds
-//! of discs with e = 0.5 blow up at N_t = 4 and are stable at 20. A disc of r = 1e-4 m (the radius in the exercise's text) that falls
-//! through the box of 0.04 m overlaps by 0.9 to 1.2 r at k = 5e4 N/m.
+//! Source: the values of the DEM exercise, m = 1e-3 kg, k = 5e4 N/m, eta = 1.5e3 N s/m, N_t = 10, 20, 50, give c = 133,
+//! 67, 27 by hand. Beds of discs with e = 0.5 blow up at N_t = 4 and are stable at 20. A disc of r = 1e-4 m (the radius
+//! in the exercise's text) that falls through the box of 0.04 m overlaps by 0.9 to 1.2 r at k = 5e4 N/m.
 //! Setup: single configurations; every value that a rejection suggests is set in the configuration and prepared again.
 //! Tolerance: 1 % for the largest stable time step, which neglects the spring; otherwise the printed digits.
 //! Control: a time step 10 % above the suggested one is rejected; N_t = 20 is accepted without warnings.
