@@ -7,6 +7,7 @@
 //! Tolerance: 1e-12 of the speed for the pair. For the bed, the energy never rises by more than the energy-balance
 //! error of 1 %, no overlap reaches half a radius, and the dissipated energy never decreases by more than 1e-6 of the
 //! total.
+//! Control: `unstable_time_step_is_rejected` rejects an explicit dashpot with the same damping.
 
 use crate::scene::{
     damping, discs, energy, equal, frame, given, gravity, positive, prepared, run_to, time_step,
