@@ -1,11 +1,12 @@
 //! Law: the angle of repose of frictional discs lies between the angle of friction of a sheared bed and that of its discs.
 //!
-//! Source: a bed of discs shears at mu* = 0.26, almost independently of the discs' friction coefficient above 0.4 (da Cruz et al., Phys. Rev.
-//! E 72 (2005) 021309): 14.6 degrees. Discs that slide without rolling have mu = 0.5: 26.6 degrees.
-//! Setup: `experiments/dem_heap.toml`: insertion onto a platform of 50 diameters, bounded by edges one diameter high. The angle is
-//! measured at the highest points of strips of two diameters, on both flanks; mean of four heaps.
-//! Tolerance: [12, 27] degrees. A heap that has just slid is a few degrees flatter than one that is about to slide; the angles of twelve
-//! heaps scatter by 2.7 degrees.
+//! Source: a bed of discs shears at mu* = 0.26, almost independently of the discs' friction coefficient above 0.4 (da
+//! Cruz et al., Phys. Rev. E 72 (2005) 021309): 14.6 degrees. Discs that slide without rolling have mu = 0.5: 26.6
+//! degrees.
+//! Setup: `experiments/dem_heap.toml`: insertion onto a platform of 50 diameters, bounded by edges one diameter high.
+//! The angle is measured at the highest points of strips of two diameters, on both flanks; mean of four heaps.
+//! Tolerance: [12, 27] degrees. A heap that has just slid is a few degrees flatter than one that is about to slide; the
+//! angles of twelve heaps scatter by 2.7 degrees.
 //! Control: the angle of frictionless discs is rejected.
 
 use crate::scene::{discs, run_to_time, shipped_run};

@@ -1,11 +1,13 @@
-//! Law: the normalized runout (R - R0)/R0 of a released column of height H and width R0 grows as a power of its aspect ratio a = H/R0.
+//! Law: the normalized runout (R - R0)/R0 of a released column of height H and width R0 grows as a power of its aspect
+//! ratio a = H/R0.
 //!
-//! Source: Staron and Hinch, J. Fluid Mech. 545 (2005) 1, simulations of discs: 2.5 a for low columns, 3.25 a^0.7 for tall ones; Lube et
-//! al., Phys. Rev. E 72 (2005) 041301: power 2/3 for tall ones.
-//! Setup: `experiments/dem_column_collapse.toml`: 150 and 600 discs behind a gate that is removed, a = 1.4 and 5.7; mean of eight columns
-//! of each size.
-//! Tolerance: the power lies in [0.6, 1.05]. Single columns of so few discs scatter by about 10 %; over a factor of four in a, the power
-//! scatters by 0.1 for single columns and by 0.035 for the mean. Sixteen columns of each size of the experiment give 0.97(2).
+//! Source: Staron and Hinch, J. Fluid Mech. 545 (2005) 1, simulations of discs: 2.5 a for low columns, 3.25 a^0.7 for
+//! tall ones; Lube et al., Phys. Rev. E 72 (2005) 041301: power 2/3 for tall ones.
+//! Setup: `experiments/dem_column_collapse.toml`: 150 and 600 discs behind a gate that is removed, a = 1.4 and 5.7;
+//! mean of eight columns of each size.
+//! Tolerance: the power lies in [0.6, 1.05]. Single columns of so few discs scatter by about 10 %; over a factor of
+//! four in a, the power scatters by 0.1 for single columns and by 0.035 for the mean. Sixteen columns of each size of
+//! the experiment give 0.97(2).
 //! Control: without friction, both columns spread to the far wall, and the power is rejected.
 
 use crate::scene::{discs, non_negative, run_to_time, shipped_run};

@@ -1,8 +1,8 @@
-//! Law: with the attractive tail, a collision lasts pi/w and overlaps by at most (v/w0) exp[-(b/w) acos(zeta)]; with the clamped tail, its
-//! force ends after 2 acos(zeta)/w.
+//! Law: with the attractive tail, a collision lasts pi/w and overlaps by at most (v/w0) exp[-(b/w) acos(zeta)]; with
+//! the clamped tail, its force ends after 2 acos(zeta)/w.
 //!
-//! Source: the damped oscillator k delta + eta delta' + m delta'' = 0 with delta = 0, delta' = v at first contact. delta is zero again after
-//! half a period; k delta + eta delta' = 0 at the phase given by the argument of (b + i w)^2.
+//! Source: the damped oscillator k delta + eta delta' + m delta'' = 0 with delta = 0, delta' = v at first contact.
+//! delta is zero again after half a period; k delta + eta delta' = 0 at the phase given by the argument of (b + i w)^2.
 //! Setup: a disc against the floor at 1 m/s, e = 0.5, without gravity, N_t = 2000; one frame per step.
 //! Tolerance: two of 2000 steps for both ends of a contact; 1e-3 of the overlap for the phase of its first step.
 //! Control: a stiffness larger by 1 % changes duration and overlap by more than the tolerances.

@@ -1,9 +1,9 @@
-//! Law: m (v' - v)/dt = sum f + m g for every disc, where f are the recorded contact forces and v, v' the integrator's velocities before
-//! and after a step; each force acts on both discs of a pair with opposite signs.
+//! Law: m (v' - v)/dt = sum f + m g for every disc, where f are the recorded contact forces and v, v' the integrator's
+//! velocities before and after a step; each force acts on both discs of a pair with opposite signs.
 //!
 //! Source: Newton's second and third laws; equation (3) of the DEM exercise discretizes the second.
-//! Setup: every scene of `threads_and_simd_do_not_affect_results`, with friction, moving walls and periodic sides, after 1500 steps; the
-//! discs of a pair are identified by their centers only.
+//! Setup: every scene of `threads_and_simd_do_not_affect_results`, with friction, moving walls and periodic sides,
+//! after 1500 steps; the discs of a pair are identified by their centers only.
 //! Tolerance: 1e-9 of the largest force, for the rounding of v' - v.
 //! Control: forces without their tangential part are rejected in every scene with friction.
 

@@ -1,8 +1,10 @@
-//! Law: a disc released on an incline rolls if mu > tan(theta)/3, with v = r |w| = (2/3) g sin(theta) t. Otherwise it slides, with
-//! v = g (sin(theta) - mu cos(theta)) t and r |w| = 2 mu g cos(theta) t, and friction dissipates m mu g cos(theta) times the slip.
+//! Law: a disc released on an incline rolls if mu > tan(theta)/3, with v = r |w| = (2/3) g sin(theta) t. Otherwise it
+//! slides, with v = g (sin(theta) - mu cos(theta)) t and r |w| = 2 mu g cos(theta) t, and friction dissipates m mu g
+//! cos(theta) times the slip.
 //!
 //! Source: m a = m g sin(theta) - F, I alpha = F r with I = m r^2/2, and Coulomb's F <= mu N.
-//! Setup: gravity tilted by 30 degrees over a horizontal floor, a disc in contact with it, 0.3 s; k = 1e6 N/m, e = 0.5, N_t = 20.
+//! Setup: gravity tilted by 30 degrees over a horizontal floor, a disc in contact with it, 0.3 s; k = 1e6 N/m, e = 0.5,
+//! N_t = 20.
 //! Tolerance: 1e-4; the disc starts without overlap and bounces by micrometers at first.
 //! Control: a friction coefficient larger by 1e-3 is rejected.
 

@@ -1,12 +1,13 @@
-//! Law: the discharge rate of a flat-floored silo in two dimensions is proportional to (D - k d)^(3/2), where D is the width of the orifice
-//! and d the diameter, and is independent of the fill height.
+//! Law: the discharge rate of a flat-floored silo in two dimensions is proportional to (D - k d)^(3/2), where D is the
+//! width of the orifice and d the diameter, and is independent of the fill height.
 //!
-//! Source: Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15 (1961) 260, with k = 1.4; the power is 5/2 in three dimensions and 3/2 in
-//! two.
-//! Setup: `experiments/dem_hopper_discharge.toml`: orifices of 5 and 11 diameters; one of 6.5 diameters with 400 and with 800 discs.
-//! Tolerance: the power lies in [1.35, 1.7]. Grains have k between 1 and 2; if k = 1.4 is assumed, the power is between 1.40 and 1.68 for 5
-//! to 12 diameters. The rates of the two heights agree within 20 %, half of the difference for a liquid, whose rate grows as the root of the
-//! height (a factor of 1.41).
+//! Source: Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15 (1961) 260, with k = 1.4; the power is 5/2 in three
+//! dimensions and 3/2 in two.
+//! Setup: `experiments/dem_hopper_discharge.toml`: orifices of 5 and 11 diameters; one of 6.5 diameters with 400 and
+//! with 800 discs.
+//! Tolerance: the power lies in [1.35, 1.7]. Grains have k between 1 and 2; if k = 1.4 is assumed, the power is between
+//! 1.40 and 1.68 for 5 to 12 diameters. The rates of the two heights agree within 20 %, half of the difference for a
+//! liquid, whose rate grows as the root of the height (a factor of 1.41).
 //! Control: rates proportional to the width of the orifice or to the effective width are rejected.
 
 use crate::scene::{frame, run_to_time, shipped_run};

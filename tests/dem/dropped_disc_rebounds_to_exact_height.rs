@@ -1,12 +1,13 @@
 //! Law: a disc dropped from a gap of 0.1 m rebounds to the gap of the exact solution of m a = -m g + k delta - eta v_n.
 //!
-//! Source: EXACT_*: that solution, piecewise. Values at N_t = 20, 50, 1000: semi-implicit Euler with the same initial state, written
-//! independently of this program.
+//! Source: EXACT_*: that solution, piecewise. Values at N_t = 20, 50, 1000: semi-implicit Euler with the same initial
+//! state, written independently of this program.
 //! Setup: m = 1e-3 kg, k = 5e4 N/m, g = 9.81 m/s^2, eta = 0.47402245 N s/m (e = 0.9 with the attractive tail); both tails.
-//! Tolerance: the apex depends on the phase of the step at which the contact begins. The band around the exact value is the square of the
-//! scatter of the restitution over these phases: [0.8986, 0.9095] at N_t = 20, [0.8997, 0.9037] at 50, 1e-4 at 1000; with the clamped tail,
-//! the scatter at N_t = 20 is 1.5 %. The independent program has the same phase, so it agrees to its last digit; rounding of the initial
-//! position r + 0.1 changes the phase by less than 1e-9 of a step.
+//! Tolerance: the apex depends on the phase of the step at which the contact begins. The band around the exact value is
+//! the square of the scatter of the restitution over these phases: [0.8986, 0.9095] at N_t = 20, [0.8997, 0.9037] at
+//! 50, 1e-4 at 1000; with the clamped tail, the scatter at N_t = 20 is 1.5 %. The independent program has the same
+//! phase, so it agrees to its last digit; rounding of the initial position r + 0.1 changes the phase by less than 1e-9
+//! of a step.
 //! Control: 1 % less damping is rejected.
 
 use crate::scene::{damping, discs, given, per_contact, positive, prepared, run_to, time_step};

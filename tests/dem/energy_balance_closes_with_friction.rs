@@ -1,10 +1,13 @@
-//! Law: with friction, rolling friction, moving walls, periodic sides and discs that leave, kinetic + gravitational + elastic +
-//! dissipated + removed - wall work is constant up to the integration error, which decreases with the time step.
+//! Law: with friction, rolling friction, moving walls, periodic sides and discs that leave, kinetic + gravitational +
+//! elastic + dissipated + removed - wall work is constant up to the integration error, which decreases with the time
+//! step.
 //!
-//! Source: conservation of energy. A spring with a slider dissipates the work of its slip; the work of a wall is its force times its
-//! own displacement.
-//! Setup: every scene of `threads_and_simd_do_not_affect_results` for 2000 steps at N_t = 20, and for the same time, 8000 steps, at N_t = 80.
-//! Tolerance: the residual is below 2 % of the energy exchanged at N_t = 20, and falls by at least a factor of 2 at N_t = 80.
+//! Source: conservation of energy. A spring with a slider dissipates the work of its slip; the work of a wall is its
+//! force times its own displacement.
+//! Setup: every scene of `threads_and_simd_do_not_affect_results` for 2000 steps at N_t = 20, and for the same time,
+//! 8000 steps, at N_t = 80.
+//! Tolerance: the residual is below 2 % of the energy exchanged at N_t = 20, and falls by at least a factor of 2 at N_t
+//! = 80.
 //! Control: a balance without the terms of friction, wall work or removed discs exceeds 2 %.
 
 use crate::scene::{energy, frame, per_contact, prepared, run_to, scenes};

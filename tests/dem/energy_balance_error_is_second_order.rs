@@ -1,10 +1,10 @@
-//! Law: the energy-balance error decreases with the square of the time step. At N_t = 20 and e = 0.9, the dissipated energy equals the
-//! loss of energy within 0.2 % of the energy.
+//! Law: the energy-balance error decreases with the square of the time step. At N_t = 20 and e = 0.9, the dissipated
+//! energy equals the loss of energy within 0.2 % of the energy.
 //!
-//! Source: sum k delta_n (delta_(n-1) - delta_(n+1))/2 telescopes to one term at each end of the contact, of order k (v dt)^2; its mean
-//! over the phases is -(1 - e^2)(w0 dt)^2/6 of the initial energy.
-//! Setup: 400 discs against a wall without gravity, at 400 phases of a step; the residual summed over them; N_t = 20, 40, 80, 160; e = 0.5;
-//! both tails.
+//! Source: sum k delta_n (delta_(n-1) - delta_(n+1))/2 telescopes to one term at each end of the contact, of order k (v
+//! dt)^2; its mean over the phases is -(1 - e^2)(w0 dt)^2/6 of the initial energy.
+//! Setup: 400 discs against a wall without gravity, at 400 phases of a step; the residual summed over them; N_t = 20,
+//! 40, 80, 160; e = 0.5; both tails.
 //! Tolerance: order 2 +- 0.02, and 2 % of the formula at N_t = 160, for its next term, of relative order w0 dt.
 //! Control: the fit finds order 1 for errors of first order.
 

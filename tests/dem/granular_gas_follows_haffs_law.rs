@@ -1,11 +1,12 @@
 //! Law: T = T0/(1 + t/tau)^2 in a gas of dissipative discs, with 1/tau = (1 - e^2) w0/4, Enskog's collision rate per disc
 //! w0 = 2 sqrt(pi) n s g sqrt(T0), and g = (1 - 7 f/16)/(1 - f)^2 at the packing fraction f.
 //!
-//! Source: Haff, J. Fluid Mech. 134 (1983) 401. Each collision dissipates (1 - e^2) m v_n^2/4, whose mean over the flux of Maxwell's
-//! velocities is (1 - e^2) m T. g: Henderson, Mol. Phys. 30 (1975) 971.
-//! Setup: `experiments/dem_granular_gas.toml`, three replicates for one tau. Later, vortices contain a growing part of the energy (Brito and
-//! Ernst, Europhys. Lett. 43 (1998) 497).
-//! Tolerance: 5 % of 1/tau. N w0 tau/4 = 1e4 collisions per run cause a scatter of 1 %; a contact lasts 1 % of the time between collisions.
+//! Source: Haff, J. Fluid Mech. 134 (1983) 401. Each collision dissipates (1 - e^2) m v_n^2/4, whose mean over the flux
+//! of Maxwell's velocities is (1 - e^2) m T. g: Henderson, Mol. Phys. 30 (1975) 971.
+//! Setup: `experiments/dem_granular_gas.toml`, three replicates for one tau. Later, vortices contain a growing part of
+//! the energy (Brito and Ernst, Europhys. Lett. 43 (1998) 497).
+//! Tolerance: 5 % of 1/tau. N w0 tau/4 = 1e4 collisions per run cause a scatter of 1 %; a contact lasts 1 % of the time
+//! between collisions.
 //! Control: discs with e = 0.97 and elastic discs are rejected.
 
 use crate::scene::{frame, restitution, run_to_time, shipped};

@@ -1,25 +1,23 @@
-//! Law: with the implicit dashpot, an isolated contact follows v' = (v + k delta dt/m_eff) / (1 + c), and discs with the damping of the DEM
-//! exercise, c = 67, come to rest. Explicit dashpots multiply the velocity by 1 - c.
+//! Law: with the implicit dashpot, an isolated contact follows v' = (v + k delta dt/m_eff) / (1 + c), and discs with
+//! the damping of the DEM exercise, c = 67, come to rest. Explicit dashpots multiply the velocity by 1 - c.
 //!
-//! Source: backward Euler of the dashpot for an isolated pair, written out here; eta = 1.5e3 N s/m, k = 5e4 N/m and r = 1e-4 m of the DEM
-//! exercise.
+//! Source: backward Euler of the dashpot for an isolated pair, written out here; eta = 1.5e3 N s/m, k = 5e4 N/m and r =
+//! 1e-4 m of the DEM exercise.
 //! Setup: a head-on pair without gravity, 200 steps; 200 discs of the exercise collapsing for 0.12 s.
-//! Tolerance: 1e-12 of the speed for the pair. For the bed, the energy never rises by more than the energy-balance error of 1 %, no overlap
-//! reaches half a radius, and the dissipated energy never decreases by more than 1e-6 of the total.
+//! Tolerance: 1e-12 of the speed for the pair. For the bed, the energy never rises by more than the energy-balance
+//! error of 1 %, no overlap reaches half a radius, and the dissipated energy never decreases by more than 1e-6 of the
+//! total.
+//! Control: `unstable_time_step_is_rejected` rejects an explicit dashpot with the same damping.
 
 use crate::scene::{
     damping, discs, energy, equal, frame, given, gravity, positive, prepared, run_to, time_step,
 };
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator};
+use kinetoscope_manifest::model::{DemConfig, DemDashpot};
 use kinetoscope_recording::channels::DemContactStatistics;
 use std::num::NonZeroU32;
 
 fn exercise() -> DemConfig {
-    DemConfig {
-        dissipation: damping(1.5e3),
-        integrator: DemIntegrator::ImplicitDashpot,
-        ..DemConfig::default()
-    }
+    DemConfig { dissipation: damping(1.5e3), dashpot: DemDashpot::Implicit, ..DemConfig::default() }
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Guarantee: no run starts with overlapping discs or with discs outside the box. Discs that cannot be placed are rejected with a remedy.
+//! Guarantee: no run starts with overlapping discs or with discs outside the box. Discs that cannot be placed are
+//! rejected with a remedy.
 //!
 //! Setup: random and lattice placement with equal and mixed radii, checked over all pairs; invalid given states.
 //! Tolerance: touching discs do not overlap, up to 1e-12 of the radii for rounded decimals.

@@ -1,12 +1,14 @@
-//! Law: inserted discs enter in the order of their ids, at the requested rate if there is room, without overlap, and with the energy that the
-//! energy balance reports. The number of discs inside is the initial number plus entered minus removed discs.
+//! Law: inserted discs enter in the order of their ids, at the requested rate if there is room, without overlap, and
+//! with the energy that the energy balance reports. The number of discs inside is the initial number plus entered minus
+//! removed discs.
 //!
 //! Source: conservation of the number of discs, and of energy.
-//! Setup: insertion of 100 discs per second for 0.4 s onto an empty floor; insertion faster than the insertion line clears; a funnel with an
-//! outlet; one disc that falls in without a contact.
-//! Tolerance: none for numbers and order. Overlap is excluded exactly at entry and stays below 1 % afterwards. The energy-balance error is
-//! below 2 % of the energy that entered.
-//! Control: a balance without the energy of the inserted discs does not close; insertion faster than the line clears is delayed.
+//! Setup: insertion of 100 discs per second for 0.4 s onto an empty floor; insertion faster than the insertion line
+//! clears; a funnel with an outlet; one disc that falls in without a contact.
+//! Tolerance: none for numbers and order. Overlap is excluded exactly at entry and stays below 1 % afterwards. The
+//! energy-balance error is below 2 % of the energy that entered.
+//! Control: a balance without the energy of the inserted discs does not close; insertion faster than the line clears is
+//! delayed.
 
 use crate::scene::{
     discs, energy, finite, frame, given, gravity, non_negative, positive, prepared, run_to_time,

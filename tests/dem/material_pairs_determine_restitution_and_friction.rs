@@ -1,12 +1,12 @@
-//! Law: two discs rebound with the restitution of their pair of materials, by default e^2 = (e_i^2 + e_j^2)/2. A disc slides on the floor
-//! with the friction coefficient of its pair, by default the smaller of the two.
+//! Law: two discs rebound with the restitution of their pair of materials, by default e^2 = (e_i^2 + e_j^2)/2. A disc
+//! slides on the floor with the friction coefficient of its pair, by default the smaller of the two.
 //!
-//! Source: Coaplen, Stronge and Ravani, Int. J. Impact Eng. 30 (2004) 581, for equal stiffness; friction as in PFC and YADE. A sliding disc
-//! decelerates by mu g until it rolls, at 2/3 of its velocity.
-//! Setup: a head-on pair without gravity at N_t = 200; a disc at 0.5 m/s on the floor for 30 ms. Materials are drawn at random, so
-//! replicates are searched for the required pair.
-//! Tolerance: 0.3 w0 dt = 0.007 for the restitution (see `restitution_is_correct_for_random_parameters`); 1 % for friction, because the disc
-//! starts without overlap. Five standard deviations for the number of discs of a material.
+//! Source: Coaplen, Stronge and Ravani, Int. J. Impact Eng. 30 (2004) 581, for equal stiffness; friction as in PFC and
+//! YADE. A sliding disc decelerates by mu g until it rolls, at 2/3 of its velocity.
+//! Setup: a head-on pair without gravity at N_t = 200; a disc at 0.5 m/s on the floor for 30 ms. Materials are drawn at
+//! random, so replicates are searched for the required pair.
+//! Tolerance: 0.3 w0 dt = 0.007 for the restitution (see `restitution_is_correct_for_random_parameters`); 1 % for
+//! friction, because the disc starts without overlap. Five standard deviations for the number of discs of a material.
 //! Control: the constants of the other material are outside the tolerance.
 
 use crate::scene::{

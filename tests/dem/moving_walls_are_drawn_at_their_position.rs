@@ -1,4 +1,5 @@
-//! Guarantee: a moving wall is drawn at its position in every frame; walls at rest are drawn once, in the first message of the recording.
+//! Guarantee: a moving wall is drawn at its position in every frame; walls at rest are drawn once, in the first message
+//! of the recording.
 //!
 //! Setup: a gate that rises at 0.1 m/s from 0.02 s to 0.05 s, y = u (t - 0.02 s); frames at 0.04 s and at the end.
 //! Tolerance: 1e-15 m, the rounding of one product.

@@ -5,13 +5,13 @@
 //! Control: another replicate has other bits.
 
 use crate::scene::{SEED, frame, per_contact, positive, prepared};
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, DiscRadius};
+use kinetoscope_manifest::model::{DemConfig, DemDashpot, DemIntegrator, DiscRadius};
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_recording::frame::Frame;
 use std::num::NonZeroU32;
 
-fn config(integrator: DemIntegrator) -> DemConfig {
+fn config((integrator, dashpot): (DemIntegrator, DemDashpot)) -> DemConfig {
     DemConfig {
         discs: NonZeroU32::new(60).expect("not zero"),
         radius_m: DiscRadius::Uniform { min: positive(3e-4), max: positive(7e-4) },
@@ -19,6 +19,7 @@ fn config(integrator: DemIntegrator) -> DemConfig {
         height_m: positive(0.012),
         time_step: per_contact(20.0),
         integrator,
+        dashpot,
         ..DemConfig::default()
     }
 }
@@ -48,9 +49,9 @@ fn bits(frames: &[Frame]) -> Vec<Vec<u64>> {
 #[test]
 fn budget_observation_and_serialization_change_no_bit() {
     for integrator in [
-        DemIntegrator::SemiImplicitEuler,
-        DemIntegrator::VelocityVerlet,
-        DemIntegrator::ImplicitDashpot,
+        (DemIntegrator::SemiImplicitEuler, DemDashpot::Explicit),
+        (DemIntegrator::VelocityVerlet, DemDashpot::Explicit),
+        (DemIntegrator::SemiImplicitEuler, DemDashpot::Implicit),
     ] {
         let config = config(integrator);
         let reference = frames(&config, u64::MAX, |model| model);
@@ -72,7 +73,7 @@ fn budget_observation_and_serialization_change_no_bit() {
 
 #[test]
 fn replicates_differ_with_the_same_time_step() {
-    let config = config(DemIntegrator::SemiImplicitEuler);
+    let config = config((DemIntegrator::SemiImplicitEuler, DemDashpot::Explicit));
     let other = kinetoscope_physics::random::Seed { replicate: 1, ..SEED };
     let other = Dem::prepare(&config, other, false).expect("a valid configuration");
     let model = prepared(&config);

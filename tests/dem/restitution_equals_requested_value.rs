@@ -1,12 +1,13 @@
-//! Law: |e' - e| <= A w0 dt for the restitution e' obtained and e requested, at every phase of the step at which a contact begins, for both
-//! tails, discs and walls, equal and unequal masses; and a pair conserves its momentum.
+//! Law: |e' - e| <= A w0 dt for the restitution e' obtained and e requested, at every phase of the step at which a
+//! contact begins, for both tails, discs and walls, equal and unequal masses; and a pair conserves its momentum.
 //!
-//! Source: the bands at e = 0.9 with the attractive tail against a wall are those of an independent program over 1000 phases (N_t = 20:
-//! mean 0.89985, [0.8986, 0.9095]; N_t = 50: 0.89991, [0.8997, 0.9036]). The first step of a contact lasts between 0 and dt, so the error is
-//! of first order in w0 dt; A = 0.3 bounds its factor for any e and both tails, as derived in
-//! `restitution_is_correct_for_random_parameters`.
+//! Source: the bands at e = 0.9 with the attractive tail against a wall are those of an independent program over 1000
+//! phases (N_t = 20: mean 0.89985, [0.8986, 0.9095]; N_t = 50: 0.89991, [0.8997, 0.9036]). The first step of a contact
+//! lasts between 0 and dt, so the error is of first order in w0 dt; A = 0.3 bounds its factor for any e and both tails,
+//! as derived in `restitution_is_correct_for_random_parameters`.
 //! Setup: 1000 simultaneous collisions in one box without gravity, at 1000 phases of a step; 100 pairs of unequal discs.
-//! Tolerance: one unit of the last digit for the ends of the bands, 2e-5 for the mean; 0.3 w0 dt; 1e-14 for the rounding of the momentum.
+//! Tolerance: one unit of the last digit for the ends of the bands, 2e-5 for the mean; 0.3 w0 dt; 1e-14 for the
+//! rounding of the momentum.
 //! Control: the damping ratio of the other tail is rejected.
 
 use crate::scene::{

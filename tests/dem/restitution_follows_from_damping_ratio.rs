@@ -1,11 +1,12 @@
-//! Law: the restitution e of a spring-dashpot collision depends only on its damping ratio zeta, and zeta only on e. Attractive tail:
-//! e = exp(-pi b/w). Clamped tail: e = exp{-(b/w) [pi - atan(2 b w/(w^2 - b^2))]} for zeta < 1/sqrt 2,
+//! Law: the restitution e of a spring-dashpot collision depends only on its damping ratio zeta, and zeta only on e.
+//! Attractive tail: e = exp(-pi b/w). Clamped tail: e = exp{-(b/w) [pi - atan(2 b w/(w^2 - b^2))]} for zeta < 1/sqrt 2,
 //! exp{-(b/w) atan(2 b w/(b^2 - w^2))} for 1/sqrt 2 < zeta < 1, e^-2 at 1, and 1/(4 zeta^2) for zeta >> 1.
 //!
-//! Source: Schwager and Pöschel, Granular Matter 9 (2007) 465. TABLE: these formulas in 50-digit arithmetic, outside this program.
+//! Source: Schwager and Pöschel, Granular Matter 9 (2007) 465. TABLE: these formulas in 50-digit arithmetic, outside
+//! this program.
 //! Setup: the functions alone, without a simulation.
-//! Tolerance: half a unit of the table's eighth digit; 1e-14 for formulas in double precision; 1e-3 for the limit zeta >> 1, whose next term
-//! is of the order ln(zeta)/zeta^2 = 2e-4.
+//! Tolerance: half a unit of the table's eighth digit; 1e-14 for formulas in double precision; 1e-3 for the limit of
+//! large zeta, whose next term is of the order ln(zeta)/zeta^2 = 2e-4.
 //! Control: the columns of the two tails are not interchangeable.
 
 use kinetoscope_physics::dem::restitution::{damping_ratio, restitution};

@@ -1,15 +1,18 @@
-//! Law: |e' - e| <= A(e) h + h^2/2, h = w0 dt, for the restitution e' obtained and e requested, any stiffness, masses and steps per contact.
+//! Law: |e' - e| <= A(e) h + h^2/2, h = w0 dt, for the restitution e' obtained and e requested, any stiffness, masses
+//! and steps per contact.
 //!
 //! Source: the leading errors of the scheme, derived here. Velocities lag half a step behind the positions, therefore:
-//! - the dashpot uses v - a dt/2 instead of v: the contact has the damping ratio zeta' = zeta/sqrt(1 - zeta h), which reduces e by
-//!   zeta^2 h/2 |de/dzeta|;
+//! - the dashpot uses v - a dt/2 instead of v: the contact has the damping ratio zeta' = zeta/sqrt(1 - zeta h), which
+//!   reduces e by zeta^2 h/2 |de/dzeta|;
 //! - a contact begins at a fraction p of a step, but its dashpot acts from the middle of that step: e zeta h (2p - 1);
 //! - with the attractive tail, the same error occurs at the end of the contact; a clamped force is zero there.
 //!
-//! The sum is A = e (2 zeta + |d ln e/dzeta| zeta^2/2) for the attractive and e (zeta + |d ln e/dzeta| zeta^2/2) for the clamped tail. An
-//! elastic contact has errors of second order only, at most h^2/8 at each end; twice their sum, h^2/2, allows for all terms of that order.
-//! Setup: 50 random draws of k (1e3 to 1e7 N/m), e (0.1 to 1), radii (ratio up to 10) and N_t (20 to 200); a head-on pair without gravity;
-//! both tails; 8 phases of the first step each. Draws with c >= 0.15, which the program may reject, are skipped.
+//! The sum is A = e (2 zeta + |d ln e/dzeta| zeta^2/2) for the attractive and e (zeta + |d ln e/dzeta| zeta^2/2) for
+//! the clamped tail. An elastic contact has errors of second order only, at most h^2/8 at each end; twice their sum,
+//! h^2/2, allows for all terms of that order.
+//! Setup: 50 random draws of k (1e3 to 1e7 N/m), e (0.1 to 1), radii (ratio up to 10) and N_t (20 to 200); a head-on
+//! pair without gravity; both tails; 8 phases of the first step each. Draws with c >= 0.15, which the program may
+//! reject, are skipped.
 //! Tolerance: the bound itself.
 //! Control: 0.9 of the requested restitution exceeds the bound.
 

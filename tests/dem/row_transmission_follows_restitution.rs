@@ -1,8 +1,9 @@
-//! Law: in a row of N separated discs, the last disc obtains the velocity v ((1 + e)/2)^(N - 1), if each gap is longer than the displacement
-//! during a contact, v pi/w. Touching discs share the momentum.
+//! Law: in a row of N separated discs, the last disc obtains the velocity v ((1 + e)/2)^(N - 1), if each gap is longer
+//! than the displacement during a contact, v pi/w. Touching discs share the momentum.
 //!
-//! Source: momentum and restitution, collision by collision. Touching rows: Herrmann and Seitz, Am. J. Phys. 50 (1982) 977; their
-//! velocities are computed here with another integrator, the fourth-order Runge-Kutta method, from m x'' = sum of k delta - eta v on a line.
+//! Source: momentum and restitution, collision by collision. Touching rows: Herrmann and Seitz, Am. J. Phys. 50 (1982)
+//! 977; their velocities are computed here with another integrator, the fourth-order Runge-Kutta method, from m x'' =
+//! sum of k delta - eta v on a line.
 //! Setup: `experiments/dem_newtons_cradle.toml`.
 //! Tolerance: 0.009, the band of the restitution, 0.5 w0 dt = 0.0022 at N_t = 1000, for each of four collisions.
 //! Control: a touching row does not transmit all of the velocity.

@@ -1,14 +1,16 @@
-//! Law: the floor of a silo carries Ws (1 - exp(-W/Ws)) of a weight W, with Ws = sigma g D^2/(2 mu K), where sigma is the mass per area and D
-//! the width.
+//! Law: the floor of a silo carries Ws (1 - exp(-W/Ws)) of a weight W, with Ws = sigma g D^2/(2 mu K), where sigma is
+//! the mass per area and D the width.
 //!
-//! Source: Janssen, Z. VDI 39 (1895) 1045; in two dimensions, the forces on a slice give D dp/dz = sigma g D - 2 mu K p. K lies between the
-//! value of Rankine's active state, (1 - sin a)/(1 + sin a) = 0.3 at a large friction angle of 33 degrees, and 1.2, slightly above 1.
-//! Setup: `experiments/dem_silo.toml`: the floor sinks by one diameter in a quarter of an oscillation and stops, so that discs slip along the
-//! walls everywhere and friction is fully mobilized (as in Vanel and Clément, Eur. Phys. J. B 11 (1999) 525).
-//! Tolerance: Ws from the deepest bed, 480 discs, lies within the range of K; the load of 120 discs, a mean over four beds, agrees within
-//! 20 % with the law, because force chains cause that scatter between single beds.
-//! Control: with frictionless walls, the floor carries the weight within 1 %, as a mean over several oscillations of the bed, which decay
-//! slowly; Janssen's law is rejected for them.
+//! Source: Janssen, Z. VDI 39 (1895) 1045; in two dimensions, the forces on a slice give D dp/dz = sigma g D - 2 mu K
+//! p. K lies between the value of Rankine's active state, (1 - sin a)/(1 + sin a) = 0.3 at a large friction angle of 33
+//! degrees, and 1.2, slightly above 1.
+//! Setup: `experiments/dem_silo.toml`: the floor sinks by one diameter in a quarter of an oscillation and stops, so
+//! that discs slip along the walls everywhere and friction is fully mobilized (as in Vanel and Clément, Eur. Phys. J. B
+//! 11 (1999) 525).
+//! Tolerance: Ws from the deepest bed, 480 discs, lies within the range of K; the load of 120 discs, a mean over four
+//! beds, agrees within 20 % with the law, because force chains cause that scatter between single beds.
+//! Control: with frictionless walls, the floor carries the weight within 1 %, as a mean over several oscillations of
+//! the bed, which decay slowly; Janssen's law is rejected for them.
 
 use crate::scene::{discs, frame, run_to_time, shipped_run};
 use kinetoscope_physics::dem::Dem;
@@ -18,7 +20,8 @@ use kinetoscope_recording::channels::DemWalls;
 
 const G: f64 = 9.81;
 
-/// Mean load on the floor over `time`, s, after the floor has stopped, and the weight, N. The floor is the first wall after the box's four.
+/// Mean load on the floor over `time`, s, after the floor has stopped, and the weight, N. The floor is the first wall
+/// after the box's four.
 fn load_and_weight(coordinates: &str, replicate: u32, time: f64) -> [f64; 2] {
     let (config, seed) = shipped_run("dem_silo", coordinates);
     let seed = Seed { replicate, ..seed };
@@ -44,8 +47,8 @@ fn saturation_weight([load, weight]: [f64; 2]) -> Option<f64> {
     Some(low)
 }
 
-/// Whether Ws, N, lies in the range of the law: sigma g D with a packing fraction of 0.8 to 0.85 and 1e-3 kg per pi r^2, mu = 0.5, and K from
-/// 0.3 to 1.2.
+/// Whether Ws, N, lies in the range of the law: sigma g D with a packing fraction of 0.8 to 0.85 and 1e-3 kg per pi
+/// r^2, mu = 0.5, and K from 0.3 to 1.2.
 fn is_saturation_weight(scale: f64) -> bool {
     let per_meter =
         |fraction: f64| fraction * 0.01 * 1e-3 * G / (std::f64::consts::PI * 5e-4 * 5e-4);

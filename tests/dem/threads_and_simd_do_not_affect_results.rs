@@ -1,12 +1,13 @@
-//! Guarantee: in every scene, the number of threads, SIMD or scalar evaluation of pairs, observation, and serialization of the model change
-//! no bit of the results.
+//! Guarantee: in every scene, the number of threads, SIMD or scalar evaluation of pairs, observation, and serialization
+//! of the model change no bit of the results.
 //!
 //! Source: a run must not depend on the machine; see the invariants in ARCHITECTURE.md.
-//! Setup: enough discs for several blocks in a bed, a frictional bed with rolling friction, a periodic bed, a rotating drum, a shaken box,
-//! a hopper that discs leave, and insertion onto two materials behind a gate; two gases in a periodic box, of which the larger has too
-//! many blocks to store lists of near pairs.
+//! Setup: enough discs for several blocks in a bed, a frictional bed with rolling friction, a periodic bed, a rotating
+//! drum, a shaken box, a hopper that discs leave, and insertion onto two materials behind a gate; two gases in a
+//! periodic box, of which the larger has too many blocks to store lists of near pairs.
 //! Tolerance: none; all bits of the state and of the channels are compared.
-//! Control: a friction coefficient that differs by one part in 10^15 and gravity that differs by 1e-12 m/s^2 change the bits.
+//! Control: a friction coefficient that differs by one part in 10^15 and gravity that differs by 1e-12 m/s^2 change the
+//! bits.
 
 use crate::scene::{
     frame, gravity, non_negative, per_contact, positive, prepared, restitution, scenes,

@@ -1,9 +1,11 @@
-//! Law: the mirror image of an initial state moves as the mirror image: the left and the right wall, and both signs of every normal, are
-//! equivalent.
+//! Law: the mirror image of an initial state moves as the mirror image: the left and the right wall, and both signs of
+//! every normal, are equivalent.
 //!
 //! Source: the equations of motion are invariant under x -> width - x.
-//! Setup: 12 discs in a small box that collide with each other and with both walls, and their images x -> width - x, 400 steps.
-//! Tolerance: 1e-11 m, because width - x is rounded and collisions amplify the rounding. An error in a contact would cause 1e-6 m.
+//! Setup: 12 discs in a small box that collide with each other and with both walls, and their images x -> width - x,
+//! 400 steps.
+//! Tolerance: 1e-11 m, because width - x is rounded and collisions amplify the rounding. An error in a contact would
+//! cause 1e-6 m.
 //! Control: a different initial velocity of one disc causes more than 1e-6 m.
 
 use crate::scene::{discs, frame, given, positive, prepared, run_to};
@@ -27,7 +29,8 @@ fn start(is_mirrored: bool, last_speed: f64) -> DemConfig {
     given(config, &discs)
 }
 
-/// Largest distance between a disc and the mirror image of its image, and whether the left wall, the right wall and a pair were in contact.
+/// Largest distance between a disc and the mirror image of its image, and whether the left wall, the right wall and a
+/// pair were in contact.
 fn max_difference(last_speed: f64) -> (f64, [bool; 3]) {
     let mut model = prepared(&start(false, 0.3));
     let mut image = prepared(&start(true, last_speed));

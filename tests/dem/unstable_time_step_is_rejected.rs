@@ -1,9 +1,9 @@
 //! Guarantee: values that cannot be integrated are rejected before the first step with c = eta dt/m_eff and with values that are accepted.
 //! With on_unstable_time_step = "warn", they run and end in a fault.
 //!
-//! Source: the values of the DEM exercise, m = 1e-3 kg, k = 5e4 N/m, eta = 1.5e3 N s/m, N_t = 10, 20, 50, give c = 133, 67, 27 by hand. Beds
-//! of discs with e = 0.5 blow up at N_t = 4 and are stable at 20. A disc of r = 1e-4 m (the radius in the exercise's text) that falls
-//! through the box of 0.04 m overlaps by 0.9 to 1.2 r at k = 5e4 N/m.
+//! Source: the values of the DEM exercise, m = 1e-3 kg, k = 5e4 N/m, eta = 1.5e3 N s/m, N_t = 10, 20, 50, give c = 133,
+//! 67, 27 by hand. Beds of discs with e = 0.5 blow up at N_t = 4 and are stable at 20. A disc of r = 1e-4 m (the radius
+//! in the exercise's text) that falls through the box of 0.04 m overlaps by 0.9 to 1.2 r at k = 5e4 N/m.
 //! Setup: single configurations; every value that a rejection suggests is set in the configuration and prepared again.
 //! Tolerance: 1 % for the largest stable time step, which neglects the spring; otherwise the printed digits.
 //! Control: a time step 10 % above the suggested one is rejected; N_t = 20 is accepted without warnings.
@@ -11,7 +11,7 @@
 use crate::scene::{
     SEED, damping, equal, frame, given, per_contact, positive, prepared, restitution,
 };
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, TimeStep, UnstableTimeStep};
+use kinetoscope_manifest::model::{DemConfig, DemDashpot, TimeStep, UnstableTimeStep};
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_recording::frame::Level;
@@ -194,7 +194,7 @@ fn exercise_radius_passes_through_the_wall() {
 
 #[test]
 fn implicit_dashpot_accepts_any_damping() {
-    let config = DemConfig { integrator: DemIntegrator::ImplicitDashpot, ..exercise(20.0) };
+    let config = DemConfig { dashpot: DemDashpot::Implicit, ..exercise(20.0) };
     assert_eq!(rejection(&config), None);
 }
 

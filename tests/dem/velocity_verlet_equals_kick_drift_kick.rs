@@ -1,8 +1,8 @@
-//! Law: velocity Verlet is v_h = v + a dt/2, x' = x + v_h dt, a' = F(x', v_h)/m, v' = v_h + a' dt/2 (half kick, drift, half kick), with
-//! the dashpot evaluated at the half-step velocity.
+//! Law: velocity Verlet is v_h = v + a dt/2, x' = x + v_h dt, a' = F(x', v_h)/m, v' = v_h + a' dt/2 (half kick, drift,
+//! half kick), with the dashpot evaluated at the half-step velocity.
 //!
-//! Source: Swope et al., J. Chem. Phys. 76 (1982) 637, written out here in its published form; the program executes one kick per step with
-//! a different initial velocity. The dashpot is evaluated as in LAMMPS.
+//! Source: Swope et al., J. Chem. Phys. 76 (1982) 637, written out here in its published form; the program executes one
+//! kick per step with a different initial velocity. The dashpot is evaluated as in LAMMPS.
 //! Setup: a disc that rebounds from the floor four times, e = 0.7, N_t = 20; positions and velocities compared at each step.
 //! Tolerance: 1e-12 m and m/s, rounding amplified by the rebounds.
 //! Control: semi-implicit Euler is rejected.

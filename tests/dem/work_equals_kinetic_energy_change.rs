@@ -1,8 +1,9 @@
-//! Law: the kinetic energy changes by the work of all forces, dKE = sum F . v dt with the mid-step velocity v, and the dissipated energy of
-//! the energy balance is sum (k delta - f) v_n dt over the dashpots.
+//! Law: the kinetic energy changes by the work of all forces, dKE = sum F . v dt with the mid-step velocity v, and the
+//! dissipated energy of the energy balance is sum (k delta - f) v_n dt over the dashpots.
 //!
-//! Source: m (v' - v) . (v' + v)/2 = m (v'^2 - v^2)/2, an identity. The forces are computed here independently, over all pairs, from the
-//! recorded positions and the integrator's velocities; the mid-step velocities are the recorded vx, vy.
+//! Source: m (v' - v) . (v' + v)/2 = m (v'^2 - v^2)/2, an identity. The forces are computed here independently, over
+//! all pairs, from the recorded positions and the integrator's velocities; the mid-step velocities are the recorded vx,
+//! vy.
 //! Setup: 60 discs of mixed radii that collapse in a narrow box, 3000 steps, both tails.
 //! Tolerance: 1e-11 of the sum of |work|, for the rounding of 3000 sums.
 //! Control: damping larger by 1e-6 is rejected by both sums.

@@ -1,5 +1,5 @@
-//! Law: discs that collide in a circle conserve energy and angular momentum, satisfy the virial theorem at every time, and collide at
-//! Enskog's rate; the cells and invalidated events of the engine hide no collision.
+//! Law: discs that collide in a circle conserve energy and angular momentum, satisfy the virial theorem at every time,
+//! and collide at Enskog's rate; the cells and invalidated events of the engine hide no collision.
 //!
 //! Source: stated at each test.
 //! Setup: stated at each test.
@@ -34,7 +34,8 @@ fn discs(number: u32, disc_radius: f64) -> GasConfig {
 }
 
 /// Law: sum m v^2/2 and sum m p x v are constant for any masses.
-/// Source: elastic impacts of frictionless discs along the line of centers, and a reflection whose force points to the center.
+/// Source: elastic impacts of frictionless discs along the line of centers, and a reflection whose force points to the
+/// center.
 /// Setup: 300 discs of masses 1 : 3 cover a quarter of the circle; 2e5 collisions.
 /// Tolerance: 1e-12 of the energy and of N m R v.
 /// Control: a mean relative change of 1e-6 per collision would add up to 0.2.
@@ -56,8 +57,8 @@ fn energy_and_angular_momentum_are_conserved() {
     assert_eq!(after.particles_outside, 0);
 }
 
-/// Law: d/dt sum m p . v = sum m v^2 + sum F . p, so G(t) - G(0) = 2 E t + W - (R - a) J at every time, with G = sum m p . v, W the sum of
-/// distance times momentum over the collisions, and J the impulse on the wall.
+/// Law: d/dt sum m p . v = sum m v^2 + sum F . p, so G(t) - G(0) = 2 E t + W - (R - a) J at every time, with G = sum m
+/// p . v, W the sum of distance times momentum over the collisions, and J the impulse on the wall.
 /// Source: Clausius's virial theorem (1870) in its exact form.
 /// Setup: 500 discs cover a fifth of the circle.
 /// Tolerance: 1e-10 of the largest term.
@@ -85,9 +86,10 @@ fn virial_theorem_holds_at_every_time() {
     }
 }
 
-/// Law: the collision rate per disc is 2 sqrt(pi) n s sqrt(<v^2>/2) X, with the diameter s, n = (N - 1)/(pi (R - a)^2), and
-/// X = (1 - 7 c/16)/(1 - c)^2 at the packing fraction c, reduced by the partners missing at the wall: the density of pairs at distance s in a
-/// circle of radius r is 2/pi (acos x - x sqrt(1 - x^2)), x = s/2r, of that in an open plane (disc line picking).
+/// Law: the collision rate per disc is 2 sqrt(pi) n s sqrt(<v^2>/2) X, with the diameter s, n = (N - 1)/(pi (R - a)^2),
+/// and X = (1 - 7 c/16)/(1 - c)^2 at the packing fraction c, reduced by the partners missing at the wall: the density
+/// of pairs at distance s in a circle of radius r is 2/pi (acos x - x sqrt(1 - x^2)), x = s/2r, of that in an open
+/// plane (disc line picking).
 /// Source: Enskog (1922); X: Henderson, Mol. Phys. 30 (1975) 971.
 /// Setup: 3000 discs, c = 0.012, after relaxation to Maxwell's distribution during the first 4 s.
 /// Tolerance: 4 standard errors of the count, and 0.3 % for terms of second order in c and s.
@@ -113,10 +115,11 @@ fn collision_rate_follows_enskog() {
     assert!((rate / dilute - 1.0).abs() > tolerance);
 }
 
-/// Law: two equal discs on a diameter exchange their velocities, the wall turns them about; so each way is a straight line folded
+/// Law: two equal discs on a diameter exchange their velocities, the wall turns them about; so each way is a straight
+/// line folded
 /// Law: two equal discs on a diameter exchange their velocities, and the wall reverses them.
-/// Source: closed form, a straight line folded between the turning points: the first disc reaches -0.5 + 0.8 = 0.3 at t = 0.8; the second
-/// reaches 0.9 at 1.2 and returns to 0.5 at 1.6, where the first continues and reaches -0.9 at 2.8.
+/// Source: closed form, a straight line folded between the turning points: the first disc reaches -0.5 + 0.8 = 0.3 at t
+/// = 0.8; the second reaches 0.9 at 1.2 and returns to 0.5 at 1.6, where the first continues and reaches -0.9 at 2.8.
 /// Setup: a = 0.1, R = 1, from x = -0.5 at velocity 1 and x = 0.5 at rest.
 /// Tolerance: 1e-14.
 #[test]
@@ -173,8 +176,8 @@ fn by_brute_force(mut list: Vec<Particle>, disc_radius: f64, time: f64) -> (Vec<
 }
 
 /// Law: the path does not depend on how the earliest event is found.
-/// Setup: 60 discs cover a seventh of the circle. Rounding differences grow by a factor of about ten or more per collision, so the paths are
-/// compared over 3 collisions per disc.
+/// Setup: 60 discs cover a seventh of the circle. Rounding differences grow by a factor of about ten or more per
+/// collision, so the paths are compared over 3 collisions per disc.
 /// Tolerance: 1e-9, from 1e-16 at first.
 /// Control: one missed collision would cause a difference of a diameter.
 #[test]
@@ -213,8 +216,8 @@ fn discs_never_overlap() {
     }
 }
 
-/// Guarantee: the work budget does not affect the path; discs at rest, a single disc, and a disc that grazes the wall are supported; initial
-/// states without room are rejected.
+/// Guarantee: the work budget does not affect the path; discs at rest, a single disc, and a disc that grazes the wall
+/// are supported; initial states without room are rejected.
 #[test]
 fn special_initial_states_and_small_budgets_are_supported() {
     let config = discs(50, 0.03);

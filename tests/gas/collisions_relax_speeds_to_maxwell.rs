@@ -1,10 +1,11 @@
-//! Law: elastic collisions relax any distribution of speeds to Maxwell's, f(v) = 2 v/<v^2> exp(-v^2/<v^2>), and Boltzmann's H falls to its
-//! minimum; points of the same initial state never relax.
+//! Law: elastic collisions relax any distribution of speeds to Maxwell's, f(v) = 2 v/<v^2> exp(-v^2/<v^2>), and
+//! Boltzmann's H falls to its minimum; points of the same initial state never relax.
 //!
-//! Source: Boltzmann's H theorem; Maxwell's distribution in two dimensions. At fixed energy, the energy fractions of N discs are uniform on a
-//! simplex, so <v^4>/<v^2>^2 = 2 N/(N + 1) with standard error 2/sqrt(N), and <v>/v_rms = sqrt(pi)/2 with
-//! sqrt(1 - pi/4 - pi/16)/sqrt(N) = 0.135/sqrt(N). 2 N times the excess of H over its minimum, from 30 bins with a fitted mean square, is
-//! chi-square distributed with 28 degrees of freedom (Wilks, Ann. Math. Stat. 9 (1938) 60).
+//! Source: Boltzmann's H theorem; Maxwell's distribution in two dimensions. At fixed energy, the energy fractions of N
+//! discs are uniform on a simplex, so <v^4>/<v^2>^2 = 2 N/(N + 1) with standard error 2/sqrt(N), and <v>/v_rms =
+//! sqrt(pi)/2 with sqrt(1 - pi/4 - pi/16)/sqrt(N) = 0.135/sqrt(N). 2 N times the excess of H over its minimum, from 30
+//! bins with a fitted mean square, is chi-square distributed with 28 degrees of freedom (Wilks, Ann. Math. Stat. 9
+//! (1938) 60).
 //! Setup: 2000 discs, R = 1 m, a = 4 mm, v_rms = 1 m/s; 20 s are about 250 collisions per disc.
 //! Tolerance: 4.5 standard errors; chi-square below 60, whose probability of being exceeded is 1/3000.
 //! Control: points without collisions are rejected.
@@ -100,7 +101,8 @@ fn h_decreases_to_its_minimum() {
 
 /// Law: equipartition; in a mixture of masses, <m v^2> is the same for each mass.
 /// Setup: masses 1 : 4 at equal speeds, so that the heavy discs have 8/5 of the mean energy at first.
-/// Tolerance: 4.5 standard errors, 1/sqrt(N) of the mean for halves of N/2 discs (exponential energies at fixed total energy).
+/// Tolerance: 4.5 standard errors, 1/sqrt(N) of the mean for halves of N/2 discs (exponential energies at fixed total
+/// energy).
 #[test]
 fn masses_have_equal_mean_energy() {
     let mut config = start(SpeedDistribution::Equal, Some(0.004));

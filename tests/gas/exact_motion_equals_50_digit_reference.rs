@@ -1,11 +1,11 @@
-//! Law: a particle in a circle moves along chords of equal length, each rotated by beta = pi - 2 asin(d/R) relative to the previous one:
-//! p(t) = Rot(k beta) [(b0 + s t - 2 C k) v^ - d n^], v(t) = Rot(k beta) v0.
+//! Law: a particle in a circle moves along chords of equal length, each rotated by beta = pi - 2 asin(d/R) relative to
+//! the previous one: p(t) = Rot(k beta) [(b0 + s t - 2 C k) v^ - d n^], v(t) = Rot(k beta) v0.
 //!
-//! Source: gas exercise 14g1, equations (7), (9) and the reflection; circular billiard. REFERENCES: 50-digit arithmetic; regular polygons, whose
-//! corners are known.
+//! Source: gas exercise 14g1, equations (7), (9) and the reflection; circular billiard. REFERENCES: 50-digit
+//! arithmetic; regular polygons, whose corners are known.
 //! Setup: given particles in a circle of radius 1.
-//! Tolerance: 1e-9 after 1174 wall collisions (path of 1000 radii, rounding of 2^-53 per radius and collision, sum below 1e-12); counts of
-//! collisions are exact.
+//! Tolerance: 1e-9 after 1174 wall collisions (path of 1000 radii, rounding of 2^-53 per radius and collision, sum
+//! below 1e-12); counts of collisions are exact.
 //! Control: a wall that returns a fraction 1 - 1e-9 of the normal velocity is rejected.
 
 // Tests compare with the platform's functions and do not affect recorded bits; reference values keep all their digits.

@@ -1,5 +1,5 @@
-//! Law: the corrected scheme keeps every particle inside at constant speed, and the wall pressure is N m <v^2> / (2A). The text of the gas
-//! exercise violates this in nine places; each test shows one of them and that it is detected.
+//! Law: the corrected scheme keeps every particle inside at constant speed, and the wall pressure is N m <v^2> / (2A).
+//! The text of the gas exercise violates this in nine places; each test shows one of them and that it is detected.
 //!
 //! Source: gas exercise 14g1; the numbers of the defects follow its steps. Single steps: 50-digit arithmetic.
 //! Setup: the corrected scheme (`stepped`, `exact`) and the scheme as printed (`literal`) on the same particles.
@@ -67,7 +67,8 @@ fn defect_1_the_rest_of_a_step_is_dt_minus_u() {
 
 #[test]
 fn defect_2_the_path_after_a_wall_collision_is_v_times_rest() {
-    // With dt = 1, defect 1 has no effect: the printed scheme moves 1 - u METERS from the collision, the corrected one for 1 - u seconds.
+    // With dt = 1, defect 1 has no effect: the printed scheme moves 1 - u METERS from the collision, the corrected one
+    // for 1 - u seconds.
     let path =
         |end: Particle| f64::hypot(end.position[0] - COLLISION[0], end.position[1] - COLLISION[1]);
     let speed = f64::hypot(0.3, 0.2);
@@ -78,8 +79,9 @@ fn defect_2_the_path_after_a_wall_collision_is_v_times_rest() {
     // The velocity is correct in both schemes.
     assert!(max_difference(end.velocity, REFLECTED) < 1e-14);
     assert!(max_difference(control.velocity, REFLECTED) < 1e-14);
-    // The gas of the exercise at 300 K: all particles that reach the wall are moved by a meter, outside if their chord is shorter. Half chords
-    // have the density (4/pi) C^2 / sqrt(1 - C^2); the fraction 1 - (2/pi) (pi/3 + sqrt(3)/4) is below 1/2 m.
+    // The gas of the exercise at 300 K: all particles that reach the wall are moved by a meter, outside if their chord
+    // is shorter. Half chords have the density (4/pi) C^2 / sqrt(1 - C^2); the fraction 1 - (2/pi) (pi/3 + sqrt(3)/4)
+    // is below 1/2 m.
     let config = GasConfig { particles: count(20_000), ..GasConfig::default() };
     let kept = outside(&corrected(5e-5, config.clone()), 2000);
     let lost = outside(&printed(5e-5, config), 2000) as f64;
@@ -131,7 +133,8 @@ fn defect_4_radial_collisions_and_particles_on_the_wall_or_at_rest_are_defined()
     for (end, expected) in ends.iter().zip([[0.5, 0.0], [0.0, 0.0], [0.25, 0.0]]) {
         assert!(max_difference(end.position, expected) < 1e-15);
     }
-    // As printed, the first is 0/0 and the second has no root: both are counted as lost, reported, and keep finite positions.
+    // As printed, the first is 0/0 and the second has no root: both are counted as lost, reported, and keep finite
+    // positions.
     let mut control = gas(&printed(1.0, given(&starts)), 1);
     advance(&mut control, Target::Count(1));
     assert_eq!(channel::<GasInvariants>(&control).particles_outside, 2);
@@ -158,9 +161,9 @@ fn one_reflection(particle: Particle, radius: f64, time_step: f64) -> Particle {
 
 #[test]
 fn defect_5_a_step_reflects_at_every_wall_collision() {
-    // Fraction of steps with two or more wall collisions, in the uniform isotropic state, for a step of length l = s dt. Half chords have the
-    // density (4/pi) C^2 / sqrt(1 - C^2) (R = 1), and the first collision is uniform along a chord 2C: the integral of min(1, (l - 2C) / 2C)
-    // up to 2C = l; l^3 / (16 pi) for small l.
+    // Fraction of steps with two or more wall collisions, in the uniform isotropic state, for a step of length l = s
+    // dt. Half chords have the density (4/pi) C^2 / sqrt(1 - C^2) (R = 1), and the first collision is uniform along a
+    // chord 2C: the integral of min(1, (l - 2C) / 2C) up to 2C = l; l^3 / (16 pi) for small l.
     let length = 0.4;
     let slices = 100_000;
     let width = length / 2.0 / f64::from(slices);
@@ -201,8 +204,8 @@ fn defect_6_formula_12_requires_the_mean_square_speed() {
     let temperature = channel::<GasTemperature>(&hot);
     let ratio = pressure.measured_since_start_n_per_m / pressure.mean_speed_formula_n_per_m;
     println!("measured over (12): {ratio}; {} K", temperature.mean_square_temperature_k);
-    // 4/3 is <v^2>/<v>^2: its standard error from 20,000 speeds is the fraction sqrt(2/15/N), by the moments of uniform numbers; the wall's own
-    // R/(v_rms T sqrt(2N)) is 0.00005.
+    // 4/3 is <v^2>/<v>^2: its standard error from 20,000 speeds is the fraction sqrt(2/15/N), by the moments of uniform
+    // numbers; the wall's own R/(v_rms T sqrt(2N)) is 0.00005.
     assert!((ratio / (4.0 / 3.0) - 1.0).abs() < 4.0 * (2.0 / 15.0 / 20_000.0_f64).sqrt());
     assert!((temperature.mean_speed_temperature_k - 300.0).abs() < 1e-10);
     assert!((pressure.pressure_over_mean_square_formula - 1.0).abs() < 4.0 * 0.00005);
@@ -240,7 +243,8 @@ fn defect_9_without_collisions_speeds_are_constant_and_only_a_uniform_state_is_s
     advance(&mut unchanged, Target::Time(0.1));
     assert!(channel::<GasCollisions>(&unchanged).wall_collisions > 10_000);
     assert_eq!(channel::<GasSpeeds>(&unchanged).density, before.density);
-    // Fraction of particles inside r/2, for the uniform initial state and for one with radius uniform in [0, r] (the control).
+    // Fraction of particles inside r/2, for the uniform initial state and for one with radius uniform in [0, r] (the
+    // control).
     let fraction = |particles: &[Particle]| {
         let inside = |p: &&Particle| f64::hypot(p.position[0], p.position[1]) < 0.5;
         particles.iter().filter(inside).count() as f64 / particles.len() as f64
@@ -270,8 +274,8 @@ fn defect_9_without_collisions_speeds_are_constant_and_only_a_uniform_state_is_s
         "inside r/2: uniform {} then {}, control {} then {}",
         first[0], later[0], first[1], later[1]
     );
-    // Four standard errors sqrt(q (1 - q) / N). The control approaches the mean of sqrt((1/4 - d^2) / (1 - d^2)), the fraction of a chord inside
-    // r/2, over d = U sin(angle): 0.3281 by quadrature.
+    // Four standard errors sqrt(q (1 - q) / N). The control approaches the mean of sqrt((1/4 - d^2) / (1 - d^2)), the
+    // fraction of a chord inside r/2, over d = U sin(angle): 0.3281 by quadrature.
     let error = 4.0 * (0.25 * 0.75 / 20_000.0_f64).sqrt();
     assert!((first[0] - 0.25).abs() < error);
     assert!((later[0] - 0.25).abs() < error);

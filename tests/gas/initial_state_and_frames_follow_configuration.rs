@@ -1,5 +1,5 @@
-//! Guarantee: the initial state of a gas follows its configuration, or the configuration is rejected; its first frame describes the run, and
-//! a serialized gas continues with the same bits.
+//! Guarantee: the initial state of a gas follows its configuration, or the configuration is rejected; its first frame
+//! describes the run, and a serialized gas continues with the same bits.
 //!
 //! Setup: default, given and invalid configurations.
 //! Tolerance: none.
@@ -126,7 +126,8 @@ fn at_zero_kelvin_all_particles_rest_and_all_numbers_are_finite() {
 
 #[test]
 fn positions_and_velocities_have_separate_random_streams() {
-    // Another speed distribution does not change the positions; another replicate changes both; the same seed gives the same bits.
+    // Another speed distribution does not change the positions; another replicate changes both; the same seed gives the
+    // same bits.
     let uniform = GasConfig::default();
     let maxwell = GasConfig { speed_distribution: SpeedDistribution::Maxwell, ..uniform.clone() };
     let positions = |config, seed| -> Vec<[f64; 2]> {

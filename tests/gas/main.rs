@@ -1,7 +1,8 @@
-//! Laws of the gas in a circular container: exact motion, wall pressure, temperatures, speed distributions, walls, collisions.
+//! Laws of the gas in a circular container: exact motion, wall pressure, temperatures, speed distributions, walls,
+//! collisions.
 //!
-//! A test belongs here if it compares a gas run with a closed form, kinetic theory, the scheme printed in the gas exercise, or a
-//! second run in memory.
+//! A test belongs here if it compares a gas run with a closed form, kinetic theory, the scheme printed in the gas
+//! exercise, or a second run in memory.
 
 // Configurations, propagation and frame readers that the tests share.
 mod runs;

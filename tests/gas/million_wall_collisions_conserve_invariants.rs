@@ -1,10 +1,12 @@
-//! Law: after a million wall collisions, |v| and p x v equal their initial values and no particle is outside; the measured pressure is within
-//! 5 R/(v_rms T sqrt(2N)) of N m <v^2>/(2A) for any N, r, T and m. Guarantee: the number of threads changes no bit.
+//! Law: after a million wall collisions, |v| and p x v equal their initial values and no particle is outside; the
+//! measured pressure is within 5 R/(v_rms T sqrt(2N)) of N m <v^2>/(2A) for any N, r, T and m. Guarantee: the number of
+//! threads changes no bit.
 //!
-//! Source: specular reflection in a circle; kinetic theory in two dimensions (standard error: see `wall_pressure_follows_mean_square_speed`).
+//! Source: specular reflection in a circle; kinetic theory in two dimensions (standard error: see
+//! `wall_pressure_follows_mean_square_speed`).
 //! Setup: given and drawn particles; 30 gases with N, r, T, m drawn over decades from a fixed stream.
-//! Tolerance: 1e-12 (exact: two roundings for any number of collisions; stepped: 2^-53 per step, accumulated at random); five standard
-//! errors; none for the threads.
+//! Tolerance: 1e-12 (exact: two roundings for any number of collisions; stepped: 2^-53 per step, accumulated at
+//! random); five standard errors; none for the threads.
 //! Control: equation (12) of the gas exercise, with the squared mean speed, is rejected.
 
 // Tests compare with the platform's functions and do not affect recorded bits.
@@ -79,7 +81,8 @@ fn pressure_at_thirty_random_points_is_within_five_standard_errors() {
             deviation < 5.0,
             "N = {particles}, r = {radius}, T = {temperature}, m = {mass}: {deviation}"
         );
-        // Control: equation (12) of the exercise is pi/4 of the pressure for Maxwell's distribution, rejected if the error is small enough.
+        // Control: equation (12) of the exercise is pi/4 of the pressure for Maxwell's distribution, rejected if the
+        // error is small enough.
         let speed = channel::<GasTemperature>(&run).mean_speed_m_per_s;
         let formula_12 = (speed / v_rms).powi(2);
         assert!(error > 0.03 || (measured / expected - formula_12).abs() > 5.0 * error);

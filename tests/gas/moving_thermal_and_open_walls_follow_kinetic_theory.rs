@@ -1,14 +1,15 @@
 //! Law: walls that move, heat, or open follow kinetic theory:
-//! - moving wall: |R v - u p| and p x v of each particle are conserved, the energy gained is the work -u times the impulse on the wall, and T A
-//!   is conserved for slow motion;
+//! - moving wall: |R v - u p| and p x v of each particle are conserved, the energy gained is the work -u times the
+//!   impulse on the wall, and T A is conserved for slow motion;
 //! - thermal wall: the gas relaxes to the wall's temperature with Maxwell's distribution, and the energy gained is heat;
 //! - opening: the initial rate of escape is N <v> w / (pi A);
 //! - several masses: each has the same temperature.
 //!
-//! Source: Berry and Klein, J. Phys. A 17 (1984) 1805; adiabatic exponent 2 in two dimensions; Maxwell, Phil. Trans. 170 (1879) 231; Knudsen's
-//! flux n <v> / pi per meter of wall in two dimensions.
+//! Source: Berry and Klein, J. Phys. A 17 (1984) 1805; adiabatic exponent 2 in two dimensions; Maxwell, Phil. Trans.
+//! 170 (1879) 231; Knudsen's flux n <v> / pi per meter of wall in two dimensions.
 //! Setup: the gas of the exercise, N from 1000 to 100000.
-//! Tolerance: rounding (1e-11) for exact laws, four standard errors for random quantities, 1 % for the slow wall (u/v = 1e-3).
+//! Tolerance: rounding (1e-11) for exact laws, four standard errors for random quantities, 1 % for the slow wall (u/v =
+//! 1e-3).
 //! Control: stated at each assertion.
 
 // Tests compare with the platform's functions and do not affect recorded bits.
@@ -37,7 +38,8 @@ fn piston(wall_speed: f64, duration: f64) -> GasConfig {
     }
 }
 
-/// One particle in a moving circle from collision to collision, by bisection for the collision and a reflection in the frame of the wall.
+/// One particle in a moving circle from collision to collision, by bisection for the collision and a reflection in the
+/// frame of the wall.
 fn by_bisection(mut particle: Particle, wall_speed: f64, until: f64) -> (Particle, u64) {
     let (mut now, mut collisions) = (0.0, 0);
     loop {
@@ -289,7 +291,8 @@ fn initial_state_uniform_in_radius_is_not_stationary() {
             particles(&run).iter().filter(|p| p.position[0].hypot(p.position[1]) < 0.5).count();
         inside as f64 / 20_000.0
     };
-    // Fractions by the quadrature in `exercise_defects_are_detected`: 0.5 at first, 0.328 later; 1/4 at all times if uniform over the area.
+    // Fractions by the quadrature in `exercise_defects_are_detected`: 0.5 at first, 0.328 later; 1/4 at all times if
+    // uniform over the area.
     let error = 4.0 * (0.25_f64 / 20_000.0).sqrt();
     let radius = [0.0, 200.0].map(|time| inside_half(PositionDistribution::UniformInRadius, time));
     let area = [0.0, 200.0].map(|time| inside_half(PositionDistribution::UniformInArea, time));

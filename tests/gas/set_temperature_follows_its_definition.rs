@@ -1,10 +1,12 @@
-//! Law: a set temperature holds exactly in the definition in use, T = m <v>^2 / (2 k_B) or T = m <v^2> / (2 k_B); the ratio of the two is 3/4
-//! for uniform speeds and pi/4 for Maxwell's distribution.
+//! Law: a set temperature holds exactly in the definition in use, T = m <v>^2 / (2 k_B) or T = m <v^2> / (2 k_B); the
+//! ratio of the two is 3/4 for uniform speeds and pi/4 for Maxwell's distribution.
 //!
-//! Source: gas exercise, equation (13) and step (d); moments of the two distributions. Reference values: 50-digit arithmetic.
+//! Source: gas exercise, equation (13) and step (d); moments of the two distributions. Reference values: 50-digit
+//! arithmetic.
 //! Setup: gases in their initial state.
-//! Tolerance: 1e-14 where a rescaled sample has T by construction (one square root, one product); four standard errors for the ratio of a
-//! sample: its logarithm has the variance <(q(x))^2> / N with q = x^2/<x^2> - 2 x/<x> + 1, 2/15 for uniform, 16/pi - 5 for Maxwell.
+//! Tolerance: 1e-14 where a rescaled sample has T by construction (one square root, one product); four standard errors
+//! for the ratio of a sample: its logarithm has the variance <(q(x))^2> / N with q = x^2/<x^2> - 2 x/<x> + 1, 2/15 for
+//! uniform, 16/pi - 5 for Maxwell.
 //! Control: uniform speeds set to 300 K by the mean speed have 400 K by the mean square.
 
 // Tests compare with the platform's functions and do not affect recorded bits.

@@ -1,4 +1,5 @@
-//! Law: the speeds follow the distribution from which they were drawn, uniform or Maxwell's f(v) = 2 v/<v^2> exp(-v^2/<v^2>).
+//! Law: the speeds follow the distribution from which they were drawn, uniform or Maxwell's f(v) = 2 v/<v^2>
+//! exp(-v^2/<v^2>).
 //!
 //! Source: gas exercise 14g1 (uniform speeds and directions); Maxwell's distribution in two dimensions.
 //! Setup: 100,000 particles in the initial state; the 30 bins of the channel.
@@ -38,7 +39,8 @@ fn drawn_speeds_follow_their_distribution() {
     println!("uniform: {found}, for Maxwell's distribution {control}");
     assert!(found < 59.7);
     assert!(control > 59.7);
-    // Maxwell's distribution is curved within a bin: its center differs by f'' w^2 / 24, below 1e-3 of f, and chi-square by less than 1.
+    // Maxwell's distribution is curved within a bin: its center differs by f'' w^2 / 24, below 1e-3 of f, and
+    // chi-square by less than 1.
     let maxwell = channel::<GasSpeeds>(&gas(&drawn(SpeedDistribution::Maxwell), 14));
     for distribution in [&maxwell.initial_distribution, &maxwell.maxwell] {
         let found = chi_square(&maxwell, distribution);

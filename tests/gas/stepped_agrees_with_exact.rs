@@ -2,8 +2,8 @@
 //!
 //! Source: gas exercise, equations (7) to (10) and the reflection, with u in (0, dt]. Reference values: 50-digit arithmetic.
 //! Setup: single steps of given particles; runs with time steps from 1/128 to 4 times the time to cross a radius.
-//! Tolerance: 1e-14 for a single collision, 1e-12 for eight collisions in a step, 1e-10 over 1000 radii (about 1e5 steps with a rounding of
-//! 2^-53).
+//! Tolerance: 1e-14 for a single collision, 1e-12 for eight collisions in a step, 1e-10 over 1000 radii (about 1e5
+//! steps with a rounding of 2^-53).
 //! Control: one reflection per step is rejected.
 
 // Tests compare with the platform's functions and do not affect recorded bits; reference values keep all their digits.
@@ -53,8 +53,8 @@ fn step_with_eight_wall_collisions_equals_the_reference() {
 
 #[test]
 fn step_with_thousands_of_wall_collisions_uses_the_closed_form() {
-    // Flat chords have more collisions than are reflected individually, so the closed form is used, which another test compares with polygons.
-    // A position outside by one rounding counts as on the wall.
+    // Flat chords have more collisions than are reflected individually, so the closed form is used, which another test
+    // compares with polygons. A position outside by one rounding counts as on the wall.
     for height in [1e-4, 1e-8, 1e-12, 0.0, -f64::EPSILON] {
         let start = Particle { position: [0.0, 1.0 - height], velocity: [2.0, 0.0] };
         let flight = time_stepped::step(start, 1.0, 3.0);
@@ -68,7 +68,8 @@ fn step_with_thousands_of_wall_collisions_uses_the_closed_form() {
 
 #[test]
 fn every_time_step_follows_the_exact_path() {
-    // The two paths of the 50-digit reference in `exact_motion_equals_50_digit_reference`, with 426 and 1174 wall collisions.
+    // The two paths of the 50-digit reference in `exact_motion_equals_50_digit_reference`, with 426 and 1174 wall
+    // collisions.
     let starts = [([0.3, -0.2], [0.7, 0.4]), ([0.9, 0.1], [-0.11, 0.99])];
     let expected = [
         (
@@ -137,7 +138,8 @@ fn stepped_gas_equals_the_gas_by_closed_form() {
             error = f64::max(error, max_difference(a.velocity, b.velocity));
         }
         println!("dt = {time_step}: largest difference {error:e}");
-        // Grazing paths amplify the rounding of the initial state by R/C, and a thousand particles contain some with C of 1e-2.
+        // Grazing paths amplify the rounding of the initial state by R/C, and a thousand particles contain some with C
+        // of 1e-2.
         assert!(error < 1e-10);
         let pressure = channel::<GasPressure>(&stepped).measured_since_start_n_per_m;
         let expected = channel::<GasPressure>(&closed_form).measured_since_start_n_per_m;

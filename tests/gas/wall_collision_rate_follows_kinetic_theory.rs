@@ -1,9 +1,10 @@
-//! Law: in the uniform isotropic state, sin a = d/R is uniform on [-1, 1] at the wall collisions, the mean chord is pi R/2, and the wall
-//! collision rate of a particle of speed v is 2 v/(pi R).
+//! Law: in the uniform isotropic state, sin a = d/R is uniform on [-1, 1] at the wall collisions, the mean chord is pi
+//! R/2, and the wall collision rate of a particle of speed v is 2 v/(pi R).
 //!
 //! Source: kinetic theory; Cauchy's mean chord of a disc, pi A / perimeter.
 //! Setup: equal speeds of 1 m/s in a circle of radius 1, uniform initial positions.
-//! Tolerance: derived at each test; four standard errors, or 1.95/sqrt(n), the Kolmogorov-Smirnov bound for a probability of 1/1000.
+//! Tolerance: derived at each test; four standard errors, or 1.95/sqrt(n), the Kolmogorov-Smirnov bound for a
+//! probability of 1/1000.
 //! Control: the sines of all particles, instead of those at the wall, are rejected.
 
 // Tests compare with the platform's functions and do not affect recorded bits.
@@ -39,7 +40,8 @@ fn distance_from_uniform(mut sines: Vec<f64>) -> f64 {
 
 #[test]
 fn sines_at_wall_collisions_are_uniform_and_the_mean_chord_is_half_pi() {
-    // The duration is a tenth of the mean time between collisions, so that collisions belong to different particles and are independent.
+    // The duration is a tenth of the mean time between collisions, so that collisions belong to different particles and
+    // are independent.
     let starts = particles(&gas(&equal_speeds(200_000), 14));
     let mut sines = Vec::new();
     for start in &starts {
@@ -65,7 +67,8 @@ fn sines_at_wall_collisions_are_uniform_and_the_mean_chord_is_half_pi() {
 
 #[test]
 fn wall_collision_rate_is_two_v_over_pi_r() {
-    // A particle on a chord 2C collides at the rate v/(2C): mean 2/pi, mean square <1/C^2>/4 = 1/2; the phase adds 1/6 in total.
+    // A particle on a chord 2C collides at the rate v/(2C): mean 2/pi, mean square <1/C^2>/4 = 1/2; the phase adds 1/6
+    // in total.
     let time = 50.0;
     for seed in 0..5 {
         let mut gas = gas(&equal_speeds(10_000), seed);

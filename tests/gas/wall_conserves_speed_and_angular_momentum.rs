@@ -1,8 +1,10 @@
 //! Law: a specular wall conserves each particle's speed and its angular momentum about the center, and keeps it inside.
 //!
 //! Source: specular reflection in a circle.
-//! Setup: a thousand particles for thousands of wall collisions each, exact and stepped; a single particle whose numbers are all known.
-//! Tolerance: 1e-12 of v and of m r v, for thousands of collisions with a rounding of 2^-53, which accumulate at random in steps.
+//! Setup: a thousand particles for thousands of wall collisions each, exact and stepped; a single particle whose
+//! numbers are all known.
+//! Tolerance: 1e-12 of v and of m r v, for thousands of collisions with a rounding of 2^-53, which accumulate at random
+//! in steps.
 //! Control: the scheme as printed in the gas exercise loses particles and changes angular momenta.
 
 use crate::runs::{advance, channel, count, gas, given, max_speed, particles, positive};

@@ -1,10 +1,12 @@
-//! Law: the wall pressure is P = N m <v^2> / (2A), A = pi r^2, and P A = N k_B T for a temperature defined by the mean square.
+//! Law: the wall pressure is P = N m <v^2> / (2A), A = pi r^2, and P A = N k_B T for a temperature defined by the mean
+//! square.
 //!
-//! Source: gas exercise, equations (12) and (13) with the mean square instead of the squared mean; kinetic theory in two dimensions. Reference
-//! values: 50-digit arithmetic.
+//! Source: gas exercise, equations (12) and (13) with the mean square instead of the squared mean; kinetic theory in
+//! two dimensions. Reference values: 50-digit arithmetic.
 //! Setup: gases of several T, r and N, exact and stepped; P is the normal impulse over perimeter and time.
-//! Tolerance: four relative standard errors R/(v_rms T sqrt(2N)). The wall collisions of a particle are equidistant in time, so only their
-//! phase scatters (variance 1/6); with <C^2> = 3/4 R^2, the variance of the impulse is m^2 <v^2> / 2 at any time.
+//! Tolerance: four relative standard errors R/(v_rms T sqrt(2N)). The wall collisions of a particle are equidistant in
+//! time, so only their phase scatters (variance 1/6); with <C^2> = 3/4 R^2, the variance of the impulse is m^2 <v^2> /
+//! 2 at any time.
 //! Control: equation (12) as printed is rejected.
 
 // Tests compare with the platform's functions and do not affect recorded bits.

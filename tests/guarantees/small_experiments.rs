@@ -27,7 +27,7 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     (
         "dem_implicit_dashpot",
         "seed = 5\n[model.dem]\ndiscs = 20\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.03\n\
-         damping_n_s_per_m = 1.5e3\nintegrator = \"implicit-dashpot\"\n[record]\nframes = 20\n",
+         damping_n_s_per_m = 1.5e3\ndashpot = \"implicit\"\n[record]\nframes = 20\n",
     ),
     (
         "gas_exact",

@@ -1,10 +1,10 @@
-//! Law: the adaptive method of order 8 keeps the error of each step below its tolerance: the position error is of the order of the
-//! tolerance times the number of revolutions, at any eccentricity. With fixed steps, its order is 8.
+//! Law: the adaptive method of order 8 keeps the error of each step below its tolerance: the position error is of the
+//! order of the tolerance times the number of revolutions, at any eccentricity. With fixed steps, its order is 8.
 //!
-//! Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.5. Conditions on the coefficients: the sum of
-//! the weights times c^(q-1) is 1/q for q = 1..8, where c is the sum of a stage's row.
-//! Setup: the initial state of the orbit exercise; an orbit of eccentricity 0.9 from its perihelion; both compared with the exact Kepler
-//! motion.
+//! Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.5. Conditions on the
+//! coefficients: the sum of the weights times c^(q-1) is 1/q for q = 1..8, where c is the sum of a stage's row.
+//! Setup: the initial state of the orbit exercise; an orbit of eccentricity 0.9 from its perihelion; both compared with
+//! the exact Kepler motion.
 //! Tolerance: stated at each test.
 //! Control: coefficients changed by 1e-12, a loose tolerance, and velocity Verlet are rejected.
 
@@ -75,8 +75,9 @@ fn century(summation: OrbitSummation, tolerance: f64) -> (f64, f64, u64) {
     (end.orbit.position_error_au, end.energy.drift_ppm / 1e6, end.orbit.force_evaluations)
 }
 
-/// Tolerance: 1e-10 AU at a tolerance of 1e-13. Errors of a step change the energy, and an energy error changes the phase as the square of
-/// the time: 1e-13 times 12 steps per revolution times 100^2 would be 1e-8 if all errors had the same sign.
+/// Tolerance: 1e-10 AU at a tolerance of 1e-13. Errors of a step change the energy, and an energy error changes the
+/// phase as the square of the time: 1e-13 times 12 steps per revolution times 100^2 would be 1e-8 if all errors had the
+/// same sign.
 #[test]
 fn position_is_accurate_to_ten_digits_after_a_century() {
     for summation in [OrbitSummation::Plain, OrbitSummation::Compensated] {

@@ -1,11 +1,12 @@
-//! Law: bodies with a_i = sum over j of G m_j (r_j - r_i) / |r_j - r_i|^3 conserve energy, momentum and angular momentum, and follow these
-//! known solutions:
+//! Law: bodies with a_i = sum over j of G m_j (r_j - r_i) / |r_j - r_i|^3 conserve energy, momentum and angular
+//! momentum, and follow these known solutions:
 //! - Lagrange's triangle of equal masses rotates rigidly with omega^2 = 3 G m / side^3;
 //! - figure eight: three equal masses follow one closed curve, a third of the period apart;
 //! - two bodies: their separation follows the Kepler motion around the sum of their masses.
 //!
-//! Source: Lagrange (1772); inserted into the equation of motion, the two attractions on a corner add up to 3 G m / side^3 times its
-//! displacement from the center. Chenciner and Montgomery, Ann. Math. 152 (2000) 881, with the initial state and period of C. Simo, 8 digits.
+//! Source: Lagrange (1772); inserted into the equation of motion, the two attractions on a corner add up to 3 G m /
+//! side^3 times its displacement from the center. Chenciner and Montgomery, Ann. Math. 152 (2000) 881, with the initial
+//! state and period of C. Simo, 8 digits.
 //! Setup: G m = 1 AU^3/day^2 and lengths of the order of 1 AU, so that times are of the order of a day.
 //! Tolerance: stated at each test.
 //! Control: an initial velocity changed in its third digit, and explicit Euler, are rejected.
@@ -73,7 +74,8 @@ fn triangle_error(integrator: OrbitIntegrator, step: f64, speed: f64) -> f64 {
     (0..3).map(|index| distance(positions[index], corner(index, angle))).fold(0.0, f64::max)
 }
 
-/// Tolerance: 1e-11 AU; the triangle is unstable, and rounding errors grow by exp(0.7 omega t) = 200 in this time. Orders within 10 %.
+/// Tolerance: 1e-11 AU; the triangle is unstable, and rounding errors grow by exp(0.7 omega t) = 200 in this time.
+/// Orders within 10 %.
 #[test]
 fn lagrange_triangle_rotates_rigidly() {
     let rate = triangle_rate();
@@ -109,8 +111,8 @@ fn eight(speed: f64) -> Vec<OrbitBody> {
     ]
 }
 
-/// Largest distance of a body from the nearest initial position after a third of a period, when each body has reached the next position
-/// along the curve.
+/// Largest distance of a body from the nearest initial position after a third of a period, when each body has reached
+/// the next position along the curve.
 fn figure_eight_error(speed: f64) -> f64 {
     let third = EIGHT_PERIOD / 3.0;
     let (positions, ..) = observe(&run(eight(speed), OrbitIntegrator::Dop853, third / 4.0, third));
@@ -122,7 +124,8 @@ fn figure_eight_error(speed: f64) -> f64 {
     positions.iter().map(|position| nearest(*position)).fold(0.0, f64::max)
 }
 
-/// Tolerance: 1e-6 AU, because the initial state and the period have eight digits. The angular momentum of the figure eight is zero.
+/// Tolerance: 1e-6 AU, because the initial state and the period have eight digits. The angular momentum of the figure
+/// eight is zero.
 #[test]
 fn figure_eight_is_followed_by_all_three_bodies() {
     let error = figure_eight_error(1.0);
@@ -146,7 +149,8 @@ fn figure_eight_is_followed_by_all_three_bodies() {
     assert!(control.drift_ppm > 1e3, "control: explicit Euler: {}", control.drift_ppm);
 }
 
-/// Masses of 3/4 and 1/4 of the Sun with the separation and relative velocity of the orbit exercise, whose separation must follow the exercise.
+/// Masses of 3/4 and 1/4 of the Sun with the separation and relative velocity of the orbit exercise, whose separation
+/// must follow the exercise.
 /// Tolerance: 1e-11 AU after a year, for the tolerance of about 50 steps and its growth.
 #[test]
 fn two_bodies_follow_the_kepler_motion_of_their_total_mass() {

@@ -1,12 +1,12 @@
-//! Law: explicit Euler increases energy and angular momentum, and the orbit widens. With the step h, the mean motion n = 2 pi / P, and the
-//! state r, v before a step:
+//! Law: explicit Euler increases energy and angular momentum, and the orbit widens. With the step h, the mean motion n
+//! = 2 pi / P, and the state r, v before a step:
 //! - angular momentum, exactly: L(n+1) = L(n) (1 + h^2 GM / r^3);
 //! - energy, to first order in h: dE/dt = (h/2) [GM^2/r^4 + GM v^2/r^3 - 3 GM (r.v)^2/r^5];
 //! - mean over a revolution: dE/|E| = 8 pi^2 (h/P) (1 + e^2/2) (1 - e^2)^(-5/2) = 0.2182 h for the orbit of the exercise;
 //! - near a circle, at any time: E/E0 = (1 + 6 h n^2 t)^(-1/3), L/L0 = (1 + 6 h n^2 t)^(1/6).
 //!
-//! Source: expansion of the step's equations (first), its Taylor series (second), integrals over a Kepler ellipse (third), and integration
-//! of da/dt = 2 h GM / a^2 (fourth). TABLE: 40-digit arithmetic.
+//! Source: expansion of the step's equations (first), its Taylor series (second), integrals over a Kepler ellipse
+//! (third), and integration of da/dt = 2 h GM / a^2 (fourth). TABLE: 40-digit arithmetic.
 //! Setup: stated at each test.
 //! Tolerance: stated at each test.
 //! Control: the semi-implicit method is rejected in place of the explicit one.
@@ -123,9 +123,9 @@ fn near_circular_orbit_follows_the_closed_form_at_any_time() {
     }
 }
 
-/// Years, dE/|E|, dL/L, phase error (rad), position error (AU) from the initial state of the exercise, h = 0.25 days, compared with the exact
-/// Kepler motion. Drifts and distances: 40-digit arithmetic; angle in the orbital plane of the initial state: 50-digit arithmetic from the
-/// positions of `tests/interop/orbit_euler.py`.
+/// Years, dE/|E|, dL/L, phase error (rad), position error (AU) from the initial state of the exercise, h = 0.25 days,
+/// compared with the exact Kepler motion. Drifts and distances: 40-digit arithmetic; angle in the orbital plane of the
+/// initial state: 50-digit arithmetic from the positions of `tests/interop/orbit_euler.py`.
 const TABLE: [(u64, [f64; 4]); 3] = [
     (1, [0.049_542_352_767_0, 0.025_740_601_586_7, -0.251_200_411_265_2, 0.257_534_340_437]),
     (10, [0.277_313_911_865, 0.176_271_430_082, -15.188_504_146_333_6, 2.301_175_121_26]),

@@ -1,13 +1,13 @@
-//! Law: explicit Euler as printed in the orbit exercise, r(n+1) = r(n) + v(n) h and v(n+1) = v(n) + a(r(n)) h, gives the same numbers in an
-//! independent program.
+//! Law: explicit Euler as printed in the orbit exercise, r(n+1) = r(n) + v(n) h and v(n+1) = v(n) + a(r(n)) h, gives
+//! the same numbers in an independent program.
 //!
-//! Source: equations (14) to (16) of the orbit exercise. The reference values are printed with 17 digits by `tests/interop/orbit_euler.py`
-//! (plain Python 3, written independently of this program).
+//! Source: equations (14) to (16) of the orbit exercise. The reference values are printed with 17 digits by
+//! `tests/interop/orbit_euler.py` (plain Python 3, written independently of this program).
 //! Setup: the initial state of the exercise, N = floor(T / h + 1e-9) steps.
-//! Tolerance: none. Both programs execute the same sums, products, quotients and square roots in the same order, and IEEE 754 defines the
-//! rounding of each.
-//! Control: the semi-implicit method, which differs only in the position used for the kick, is rejected, and so is a step with a different
-//! association of products.
+//! Tolerance: none. Both programs execute the same sums, products, quotients and square roots in the same order, and
+//! IEEE 754 defines the rounding of each.
+//! Control: the semi-implicit method, which differs only in the position used for the kick, is rejected, and so is a
+//! step with a different association of products.
 
 use crate::run::{JULIAN_YEAR, exercise, finished, observe};
 use kinetoscope_manifest::model::OrbitIntegrator;
@@ -22,7 +22,8 @@ const AFTER_ONE_YEAR: [(f64, [f64; 3]); 3] = [
     (0.5, [0.252_128_173_008_902_9, 1.054_572_797_231_453_8, -6.932_310_031_693_968e-5]),
 ];
 
-/// Duration (days) and position (AU) with steps of 0.25 days: `python3 tests/interop/orbit_euler.py 3652.5 0.25`, and the same with 36525.
+/// Duration (days) and position (AU) with steps of 0.25 days: `python3 tests/interop/orbit_euler.py 3652.5 0.25`, and
+/// the same with 36525.
 const LATER: [(f64, [f64; 3]); 2] = [
     (3652.5, [1.332_261_203_710_371_4, -0.412_974_588_009_352_8, 4.495_295_699_199_534e-5]),
     (36525.0, [1.123_612_969_645_329_9, 2.279_871_910_919_100_6, -0.000_142_670_295_086_253_98]),

@@ -1,12 +1,13 @@
-//! Law: halving the step divides the error by 2^p: p = 1 for both Euler methods, 2 for Verlet, 4 for Yoshida's and for the classical
-//! Runge-Kutta method, and 5 for the energy of the latter after whole revolutions.
+//! Law: halving the step divides the error by 2^p: p = 1 for both Euler methods, 2 for Verlet, 4 for Yoshida's and for
+//! the classical Runge-Kutta method, and 5 for the energy of the latter after whole revolutions.
 //!
-//! Source: the definitions of the methods (Hairer, Lubich and Wanner, Geometric Numerical Integration, chapters I, II and V). Positions after
-//! a year and reference values of the drift: 40-digit arithmetic and another f64 program.
-//! Setup: the initial state of the orbit exercise. The error is the distance from the exact Kepler motion after 100 days, more than a quarter
-//! of a revolution, so that no return to the initial position hides it; p is the slope of a least-squares line in logarithms over four steps.
-//! Tolerance: 5 % of p, for the next term of the error's series at these steps; 0.001 for explicit Euler over a whole revolution; 0.1 for
-//! the energy of Runge-Kutta.
+//! Source: the definitions of the methods (Hairer, Lubich and Wanner, Geometric Numerical Integration, chapters I, II
+//! and V). Positions after a year and reference values of the drift: 40-digit arithmetic and another f64 program.
+//! Setup: the initial state of the orbit exercise. The error is the distance from the exact Kepler motion after 100
+//! days, more than a quarter of a revolution, so that no return to the initial position hides it; p is the slope of a
+//! least-squares line in logarithms over four steps.
+//! Tolerance: 5 % of p, for the next term of the error's series at these steps; 0.001 for explicit Euler over a whole
+//! revolution; 0.1 for the energy of Runge-Kutta.
 //! Control: the errors of each method are rejected for the next order and the order below.
 
 // Fits may use std's functions; reference values keep all their digits.
@@ -91,8 +92,8 @@ fn runge_kutta_energy_error_is_of_fifth_order() {
     assert!((measured - 5.0).abs() < 0.1, "{measured}");
 }
 
-/// x, y in AU after 365.25 days with steps of 0.25 days, from another f64 program with the same order of operations, checked there against
-/// 40-digit arithmetic.
+/// x, y in AU after 365.25 days with steps of 0.25 days, from another f64 program with the same order of operations,
+/// checked there against 40-digit arithmetic.
 /// Tolerance: none.
 #[test]
 fn positions_after_a_year_equal_those_of_another_program() {

@@ -1,10 +1,10 @@
-//! Law: the exact two-body motion is a conic with the Sun in its focus (Kepler's first law), sweeps equal areas in equal times (second), and
-//! has P^2 = 4 pi^2 a^3 / GM (third), at any time, forward and backward.
+//! Law: the exact two-body motion is a conic with the Sun in its focus (Kepler's first law), sweeps equal areas in
+//! equal times (second), and has P^2 = 4 pi^2 a^3 / GM (third), at any time, forward and backward.
 //!
-//! Source: elements and positions in 50-digit arithmetic from Kepler's equation in the eccentric anomaly, M = E - e sin E, or its hyperbolic
-//! counterpart, solved by bisection; the program uses universal variables instead.
-//! Setup: the initial state of the orbit exercise, the heliocentric one, a comet, a near-parabola, an inbound hyperbola, a fast pass of the
-//! Sun, and a fall that misses the Sun by 1.7e-7 AU.
+//! Source: elements and positions in 50-digit arithmetic from Kepler's equation in the eccentric anomaly, M = E - e sin
+//! E, or its hyperbolic counterpart, solved by bisection; the program uses universal variables instead.
+//! Setup: the initial state of the orbit exercise, the heliocentric one, a comet, a near-parabola, an inbound
+//! hyperbola, a fast pass of the Sun, and a fall that misses the Sun by 1.7e-7 AU.
 //! Tolerance: stated at each test.
 //! Control: a velocity changed by 1e-9, a period changed by 1e-9, and areas of unequal times are rejected.
 
@@ -23,7 +23,8 @@ fn is_close(value: f64, expected: f64, relative: f64) -> bool {
 }
 
 /// Reference values: 50-digit arithmetic.
-/// Tolerance: a few roundings of 1.1e-16, relative; absolute for the eccentricity, which is a difference of numbers near one.
+/// Tolerance: a few roundings of 1.1e-16, relative; absolute for the eccentricity, which is a difference of numbers
+/// near one.
 #[test]
 fn elements_of_the_exercise_equal_the_reference() {
     let elements = Elements::of(BARYCENTRIC_START);
@@ -43,7 +44,8 @@ fn elements_of_the_exercise_equal_the_reference() {
     assert!(is_close(heliocentric.bound.unwrap().period, 364.898_320_698_051_443_9, 2e-15));
 }
 
-/// Ascending node, argument of the perihelion and true anomaly in 50-digit arithmetic from r x v and the eccentricity vector.
+/// Ascending node, argument of the perihelion and true anomaly in 50-digit arithmetic from r x v and the eccentricity
+/// vector.
 /// Tolerance: about ten roundings of 2e-16, amplified by 1/e and 1/sin i: 76 and 14000 for the orbit of the exercise.
 #[test]
 fn angles_of_osculating_orbits_equal_the_reference() {
@@ -77,7 +79,8 @@ fn angles_of_osculating_orbits_equal_the_reference() {
     }
 }
 
-/// In the plane z = 0, the ascending node is undefined; its angle is set to zero, and the perihelion is measured from the x axis.
+/// In the plane z = 0, the ascending node is undefined; its angle is set to zero, and the perihelion is measured from
+/// the x axis.
 #[test]
 fn orbit_in_the_reference_plane_has_zero_ascending_node() {
     let start = State { position: [0.0, 0.8, 0.0], velocity: [-0.02, 0.0, 0.0] };
@@ -126,12 +129,13 @@ fn position_of_the_earth_equals_the_reference_for_a_century() {
     assert!(control > 1e-12, "control: a velocity changed by 1e-9: {control:e}");
 }
 
-/// One conic: initial state, and time (days), position, velocity and angle traversed at several points (50-digit arithmetic).
+/// One conic: initial state, and time (days), position, velocity and angle traversed at several points (50-digit
+/// arithmetic).
 struct Reference {
     name: &'static str,
     start: State,
-    /// Amplification of the rounding of the initial state: |a| / r0 from a perihelion to the far end, r0 / q through a pass of the Sun,
-    /// otherwise 1.
+    /// Amplification of the rounding of the initial state: |a| / r0 from a perihelion to the far end, r0 / q through a
+    /// pass of the Sun, otherwise 1.
     sensitivity: f64,
     points: &'static [(f64, [f64; 3], [f64; 3], f64)],
 }
@@ -274,8 +278,8 @@ const FALL: Reference = Reference {
     ],
 };
 
-/// Tolerance: a rounding of the velocity, 1e-16 of it, changes the position by that fraction of (v t + r); ten times that, multiplied by the
-/// amplification of the initial state.
+/// Tolerance: a rounding of the velocity, 1e-16 of it, changes the position by that fraction of (v t + r); ten times
+/// that, multiplied by the amplification of the initial state.
 #[test]
 fn every_kind_of_conic_equals_the_reference() {
     for reference in [COMET, INBOUND, NEAR_PARABOLA, FAST_PASS, FALL] {
@@ -304,8 +308,8 @@ fn every_kind_of_conic_equals_the_reference() {
 }
 
 /// The second law by triangles: r(t) x r(t + d) / d = L (1 - (d^2 GM / r^3) / 6 ...) at any position.
-/// Tolerance: 5e-10 plus rounding. That term is 2.3e-10 for d = 2^-10 days (so that t + d is exact) and the smallest r, 0.587 AU; the
-/// rounding of the product is 1e-16 r^2 / (d L) for each of a few operations.
+/// Tolerance: 5e-10 plus rounding. That term is 2.3e-10 for d = 2^-10 days (so that t + d is exact) and the smallest r,
+/// 0.587 AU; the rounding of the product is 1e-16 r^2 / (d L) for each of a few operations.
 #[test]
 fn areas_are_equal_in_equal_times_and_the_plane_is_fixed() {
     const D: f64 = 1.0 / 1024.0;

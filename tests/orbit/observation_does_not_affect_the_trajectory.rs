@@ -1,5 +1,5 @@
-//! Guarantee: step budget, observation, and stopping and resuming change no bit of an orbit; invalid configurations are rejected, and
-//! numerical overflow is reported as a fault.
+//! Guarantee: step budget, observation, and stopping and resuming change no bit of an orbit; invalid configurations are
+//! rejected, and numerical overflow is reported as a fault.
 //!
 //! Setup: every method, several hundred steps.
 //! Tolerance: none; states are compared bit by bit.

@@ -1,9 +1,9 @@
-//! Law: the angle around the Sun since the initial state, angle + 2 pi turns, is continuous and grows in the direction of the motion for any
-//! orientation of the orbit.
+//! Law: the angle around the Sun since the initial state, angle + 2 pi turns, is continuous and grows in the direction
+//! of the motion for any orientation of the orbit.
 //!
 //! Source: the definition of the unwrapped angle.
-//! Setup: sequences of positions that cross both half axes forward and backward, and lie on the axes with zeros of both signs; whole runs of
-//! a tilted and of a retrograde orbit.
+//! Setup: sequences of positions that cross both half axes forward and backward, and lie on the axes with zeros of both
+//! signs; whole runs of a tilted and of a retrograde orbit.
 //! Tolerance: 1e-14, the rounding of atan2; otherwise stated at the assertion.
 //! Control: without the turns, the angle jumps.
 
@@ -76,8 +76,8 @@ fn tilted_and_retrograde_orbits_count_positive_revolutions() {
     }
 }
 
-/// For an inbound initial state at e = 0.9, more than half a revolution takes place in less than half a period: the exact angle and the one
-/// in the plane differ there by a whole revolution.
+/// For an inbound initial state at e = 0.9, more than half a revolution takes place in less than half a period: the
+/// exact angle and the one in the plane differ there by a whole revolution.
 #[test]
 fn eccentric_orbit_is_continuous_past_its_perihelion() {
     let config = OrbitConfig {

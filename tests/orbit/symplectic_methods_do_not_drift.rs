@@ -1,9 +1,11 @@
-//! Law: a symplectic method conserves the angular momentum to rounding and keeps its energy error bounded at any time, because it follows
-//! the exact motion of a slightly different energy. Explicit Euler does neither. Symmetric methods are reversible in time.
+//! Law: a symplectic method conserves the angular momentum to rounding and keeps its energy error bounded at any time,
+//! because it follows the exact motion of a slightly different energy. Explicit Euler does neither. Symmetric methods
+//! are reversible in time.
 //!
-//! Source: Hairer, Lubich and Wanner, Geometric Numerical Integration, chapters VI and IX. Kicks are parallel to r and drifts to v, so r x v
-//! does not change. To first order, the semi-implicit method conserves E - (h/2) v . a, so the error of E is (h/2) GM (r . v) / r^3. Largest
-//! energy errors: an f64 program with the same operations, checked against 40-digit arithmetic.
+//! Source: Hairer, Lubich and Wanner, Geometric Numerical Integration, chapters VI and IX. Kicks are parallel to r and
+//! drifts to v, so r x v does not change. To first order, the semi-implicit method conserves E - (h/2) v . a, so the
+//! error of E is (h/2) GM (r . v) / r^3. Largest energy errors: an f64 program with the same operations, checked
+//! against 40-digit arithmetic.
 //! Setup: the initial state of the orbit exercise, h = 0.25 days, 100 years (146100 steps).
 //! Tolerance: stated at each test.
 //! Control: explicit Euler and, for the angular momentum, the classical Runge-Kutta method are rejected.
@@ -72,8 +74,8 @@ fn energy_errors_are_bounded_and_equal_the_reference() {
     assert!(runge_kutta[1] > 1.9 * runge_kutta[0], "control: Runge-Kutta drifts: {runge_kutta:?}");
 }
 
-/// Tolerance: 5e-14, the random walk of the roundings of 146100 steps, 1e-16 each; 2e-13 for Yoshida's method, whose step has nine parts, some
-/// of them longer than the whole step.
+/// Tolerance: 5e-14, the random walk of the roundings of 146100 steps, 1e-16 each; 2e-13 for Yoshida's method, whose
+/// step has nine parts, some of them longer than the whole step.
 #[test]
 fn angular_momentum_is_conserved_to_rounding() {
     let drifts = [
@@ -91,7 +93,8 @@ fn angular_momentum_is_conserved_to_rounding() {
     );
 }
 
-/// Tolerance: 3e-15, the rounding of one cross product, because compensated sums retain the rounding errors of 146100 additions.
+/// Tolerance: 3e-15, the rounding of one cross product, because compensated sums retain the rounding errors of 146100
+/// additions.
 /// Control: compensation does not make the Runge-Kutta method conserve L.
 #[test]
 fn compensated_sums_conserve_angular_momentum_to_one_rounding() {
@@ -107,8 +110,8 @@ fn compensated_sums_conserve_angular_momentum_to_one_rounding() {
     assert!(max_errors_with_sums::<true>(&RUNGE_KUTTA_4).momentum > 5e-13);
 }
 
-/// dE = (h/2) GM (r . v) / r^3 relative to the initial state, so |dE/E| is at most n h e (1 + sin E0) with n h e = 5.72e-5 and E0 = 5.2
-/// degrees, the eccentric anomaly of the initial state.
+/// dE = (h/2) GM (r . v) / r^3 relative to the initial state, so |dE/E| is at most n h e (1 + sin E0) with n h e =
+/// 5.72e-5 and E0 = 5.2 degrees, the eccentric anomaly of the initial state.
 /// Tolerance: 2 %, for terms of order e.
 #[test]
 fn amplitude_of_the_semi_implicit_energy_error_is_n_h_e() {

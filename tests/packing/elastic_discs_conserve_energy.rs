@@ -1,10 +1,10 @@
-//! Law: the sum of v^2 / 2 of elastic discs is constant in pair collisions and in collisions with walls that rotate the outgoing direction at
-//! random.
+//! Law: the sum of v^2 / 2 of elastic discs is constant in pair collisions and in collisions with walls that rotate the
+//! outgoing direction at random.
 //!
 //! Source: packing exercise, equation 2 (the rotation is an isometry) and `colisiona` with alpha = 1.
 //! Setup: 100 discs at fraction 0.3, the exercise's wall noise, 1,000,000 collisions, 200 frames.
-//! Tolerance: 1e-12, relative. A collision rounds the energy of a disc by about 1e-16; 20,000 collisions per disc add up to 1e-14 with random
-//! signs and to 2e-12 of that disc with equal signs.
+//! Tolerance: 1e-12, relative. A collision rounds the energy of a disc by about 1e-16; 20,000 collisions per disc add
+//! up to 1e-14 with random signs and to 2e-12 of that disc with equal signs.
 //! Control: restitution 1 - 1e-9, and the wall rule as printed in the exercise, which uses the updated vx, are rejected.
 
 // Assertions compare within tolerances, so no bit of a run depends on these functions.

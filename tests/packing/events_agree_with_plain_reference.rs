@@ -1,9 +1,11 @@
 //! Law: the engine finds the same collisions in the same order at the same times as the plain reference program.
 //!
-//! Source: the reference program below, O(n^2), which moves all discs to each event and checks all pairs and walls again. It uses a different
-//! form of the collision time (the textbook's quadratic formula), no cells, no event queue, and no local times of discs.
-//! Setup: 20 discs at fraction 0.25, no wall noise; 2000 events for elastic discs, 400 for alpha = 0.8, which then cool. In any program,
-//! rounding grows by about 2 l / s = 4 per collision with the free path l, so the reference copies the engine's state every 20 events.
+//! Source: the reference program below, O(n^2), which moves all discs to each event and checks all pairs and walls
+//! again. It uses a different form of the collision time (the textbook's quadratic formula), no cells, no event queue,
+//! and no local times of discs.
+//! Setup: 20 discs at fraction 0.25, no wall noise; 2000 events for elastic discs, 400 for alpha = 0.8, which then
+//! cool. In any program, rounding grows by about 2 l / s = 4 per collision with the free path l, so the reference
+//! copies the engine's state every 20 events.
 //! Tolerance: 1e-11 in time, position and velocity: 1e-14 of the plain formula, grown over a few collisions of one disc.
 //! Control: the reference with a radius larger by 1e-6 is rejected.
 

@@ -1,8 +1,8 @@
-//! Law: while the system is homogeneous, T = T0 exp(-(1 - alpha^2) C / N) after C pair collisions. Three discs on a line undergo inelastic
-//! collapse, infinitely many collisions in a finite time, if alpha < 7 - 4 sqrt(3) = 0.0718.
+//! Law: while the system is homogeneous, T = T0 exp(-(1 - alpha^2) C / N) after C pair collisions. Three discs on a
+//! line undergo inelastic collapse, infinitely many collisions in a finite time, if alpha < 7 - 4 sqrt(3) = 0.0718.
 //!
-//! Source: Haff, J. Fluid Mech. 134 (1983) 401: a collision dissipates (1 - alpha^2) g^2 / 4, and <g^2> = 4 kT; McNamara and Young, Phys.
-//! Fluids A 4 (1992) 496.
+//! Source: Haff, J. Fluid Mech. 134 (1983) 401: a collision dissipates (1 - alpha^2) g^2 / 4, and <g^2> = 4 kT;
+//! McNamara and Young, Phys. Fluids A 4 (1992) 496.
 //! Setup: stated at each test.
 //! Tolerance: stated at each test.
 //! Control: 1 - alpha instead of 1 - alpha^2 is rejected; elastic discs do not collapse.
@@ -19,8 +19,8 @@ use kinetoscope_physics::model::{Model, Progress, Target};
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
 
 /// Setup: 500 discs at 0.1, 3 events per disc, 20 replicates.
-/// Tolerance: 4.5 standard errors, and 1 % for a2 < 0, which reduces the rate of collisions with large g. The exponent scatters by 4 % per
-/// replicate, 0.9 % for the mean, because C = 600 energy losses scatter by their own magnitude.
+/// Tolerance: 4.5 standard errors, and 1 % for a2 < 0, which reduces the rate of collisions with large g. The exponent
+/// scatters by 4 % per replicate, 0.9 % for the mean, because C = 600 energy losses scatter by their own magnitude.
 #[test]
 fn temperature_follows_haffs_law() {
     for restitution in [0.95, 0.8] {
@@ -53,7 +53,8 @@ fn three_on_a_line(restitution: f64) -> PackingConfig {
 fn three_discs_on_a_line_collapse_below_the_critical_restitution() {
     for (restitution, collapses) in [(0.2, false), (0.08, false), (0.065, true), (0.01, true)] {
         let mut packing = prepare(&three_on_a_line(restitution), 0, 0);
-        // The middle disc collides at time 3, and all further collisions follow at once, because both outer discs touch it at 3.
+        // The middle disc collides at time 3, and all further collisions follow at once, because both outer discs touch
+        // it at 3.
         let outcome = packing.advance(Target::Time(4.0), u64::MAX);
         if collapses {
             let fault = outcome.unwrap_err();

@@ -1,5 +1,6 @@
-//! Guarantee: initial states are inside the box and without overlap at any density. Those that cannot be built are rejected with a remedy, the
-//! first frame logs the method of placement, and seeds and replicates are reproducible and different.
+//! Guarantee: initial states are inside the box and without overlap at any density. Those that cannot be built are
+//! rejected with a remedy, the first frame logs the method of placement, and seeds and replicates are reproducible and
+//! different.
 //!
 //! Source: packing exercise, input limits; capacity of hexagonal rows by hand where stated.
 //! Setup: lattices, random placement and given states.

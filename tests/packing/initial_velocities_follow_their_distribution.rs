@@ -1,10 +1,12 @@
-//! Law: initial velocity components are normal with variance 1 (unmodified) or 1/n (modified), and their mean is removed. The two initial states
-//! differ only by the factor n^-1/2, so their trajectories are the same with time multiplied by n^1/2, bitwise if that is a power of two.
+//! Law: initial velocity components are normal with variance 1 (unmodified) or 1/n (modified), and their mean is
+//! removed. The two initial states differ only by the factor n^-1/2, so their trajectories are the same with time
+//! multiplied by n^1/2, bitwise if that is a power of two.
 //!
 //! Source: packing exercise, modification 4 and `initialize_random`; scaling of hard-disc dynamics.
 //! Setup: 1 to 256 discs; 1000 replicates for the initial temperature.
-//! Tolerance: 4.5 standard errors of the initial T, where n T / sigma^2 is chi-square with 2 (n - 1) degrees of freedom. For other n,
-//! trajectories diverge by growing rounding errors: 1e-6 over 3 events per disc, while a true difference is of order 1.
+//! Tolerance: 4.5 standard errors of the initial T, where n T / sigma^2 is chi-square with 2 (n - 1) degrees of
+//! freedom. For other n, trajectories diverge by growing rounding errors: 1e-6 over 3 events per disc, while a true
+//! difference is of order 1.
 //! Control: T of the modified distribution is rejected for the unmodified one.
 
 use crate::runs::{

@@ -1,7 +1,7 @@
 //! Laws of hard discs: collisions, walls, velocity distributions, pressure, order, and dense initial states.
 //!
-//! A test belongs here if it compares a packing run with a closed form, Enskog's theory, the plain reference program below, or
-//! published values.
+//! A test belongs here if it compares a packing run with a closed form, Enskog's theory, the plain reference program
+//! below, or published values.
 
 // Periodic boxes: minimum-image distances, Z and psi6.
 mod periodic_states;

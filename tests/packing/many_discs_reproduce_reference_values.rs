@@ -1,4 +1,5 @@
-//! Laws of many hard discs in a periodic box, at the accuracy of their references. Each test takes up to two minutes in a release build:
+//! Laws of many hard discs in a periodic box, at the accuracy of their references. Each test takes up to two minutes in
+//! a release build:
 //!
 //!     cargo test --release --test packing -- --ignored --nocapture reference_values
 //!
@@ -12,7 +13,8 @@
 //! Tolerance: 3 combined standard errors of simulation and reference; 0.0015 more for a2.
 //! Control: stated at each test.
 
-// Assertions compare within tolerances, so no bit of a run depends on these functions; 0.7071 is the reference's restitution.
+// Assertions compare within tolerances, so no bit of a run depends on these functions; 0.7071 is the reference's
+// restitution.
 #![allow(clippy::disallowed_methods, clippy::approx_constant)]
 
 use crate::periodic_states::{hexatic_order, max_overlap, periodic, placed, pressures};
@@ -34,8 +36,8 @@ const EQUATION_OF_STATE: [[f64; 3]; 7] = [
     [0.65, 8.406, 0.002],
 ];
 
-/// Setup: blocks of 20 collisions per disc, longer than the correlation time of the stress; the first 30 are discarded, so that the initial
-/// lattice has no effect.
+/// Setup: blocks of 20 collisions per disc, longer than the correlation time of the stress; the first 30 are discarded,
+/// so that the initial lattice has no effect.
 /// Control: Z of a fraction larger by 1 % is rejected, by Henderson's derivative d ln Z / d ln f > 2 f.
 #[test]
 #[ignore = "a minute"]
@@ -55,9 +57,9 @@ fn full_harness_pressure_equals_the_reference_at_seven_fractions() {
     }
 }
 
-/// Setup: 10,000 discs at a fraction of 0.001, where velocities before a collision are independent and the box is 10 mean free paths wide, too
-/// small for the vortices that precede clusters. From Maxwell's distribution, a2 reaches its value after 8 collisions per disc; the mean is
-/// over the next 8, and over 24 replicates.
+/// Setup: 10,000 discs at a fraction of 0.001, where velocities before a collision are independent and the box is 10
+/// mean free paths wide, too small for the vortices that precede clusters. From Maxwell's distribution, a2 reaches its
+/// value after 8 collisions per disc; the mean is over the next 8, and over 24 replicates.
 /// Control: 0, Maxwell's value, is rejected where the reference differs enough.
 #[test]
 #[ignore = "a minute"]
@@ -89,7 +91,8 @@ fn full_harness_a2_of_the_cooling_state_equals_the_reference() {
     }
 }
 
-/// Setup: 3120 discs, 52 rows of 60, in a box where both sides fit within 1/1000, from the crystal. At 0.71, the value is printed only.
+/// Setup: 3120 discs, 52 rows of 60, in a box where both sides fit within 1/1000, from the crystal. At 0.71, the value
+/// is printed only.
 #[test]
 #[ignore = "a minute"]
 fn full_harness_discs_are_ordered_above_coexistence_and_melt_below() {

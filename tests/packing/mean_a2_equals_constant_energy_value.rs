@@ -1,9 +1,10 @@
-//! Law: in the elastic steady state, the time average of a2 = <v^4> / (2 <v^2>^2) - 1 is -1/(n + 1), because velocities are uniform on the
-//! sphere of constant energy in 2n dimensions.
+//! Law: in the elastic steady state, the time average of a2 = <v^4> / (2 <v^2>^2) - 1 is -1/(n + 1), because velocities
+//! are uniform on the sphere of constant energy in 2n dimensions.
 //!
-//! Source: moments of the uniform distribution on a sphere, <v^4>/<v^2>^2 = 2n/(n + 1); packing exercise, `calculate_averages`.
-//! Setup: n = 5, 20, 50; 300 replicates; 20 samples at equal time intervals after 30 n events (samples at events would be weighted by the
-//! collision rate).
+//! Source: moments of the uniform distribution on a sphere, <v^4>/<v^2>^2 = 2n/(n + 1); packing exercise,
+//! `calculate_averages`.
+//! Setup: n = 5, 20, 50; 300 replicates; 20 samples at equal time intervals after 30 n events (samples at events would
+//! be weighted by the collision rate).
 //! Tolerance: 4.5 standard errors across replicates.
 //! Control: 0, the value of infinitely many discs, is rejected.
 

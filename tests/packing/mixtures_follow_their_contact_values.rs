@@ -6,12 +6,12 @@
 //!
 //! with the contact values g_ij = 1/(1 - f) + (9/16) f/(1 - f)^2 (s_i s_j/s_ij) <s>/<s^2> and s_ij = (s_i + s_j)/2.
 //!
-//! Source: Santos, Yuste and Lopez de Haro, Mol. Phys. 96 (1999) 1, which reduces to Henderson's g = (1 - 7f/16)/(1 - f)^2 for one size;
-//! Enskog's rate.
-//! Setup: 500 discs, radii uniform within 80 % of 1, at f of about 0.12 and 0.36, after 300 collisions per disc; sums over all pairs of the
-//! radii drawn.
-//! Tolerance: 4 standard errors of blocks, and 1 % of Z - 1 and of the rate: 0.4 % for 500 discs instead of many, and a few per mille for the
-//! approximation of g_ij. Virial and rate share their collisions: 4 standard errors and 0.3 %.
+//! Source: Santos, Yuste and Lopez de Haro, Mol. Phys. 96 (1999) 1, which reduces to Henderson's g = (1 - 7f/16)/(1 -
+//! f)^2 for one size; Enskog's rate.
+//! Setup: 500 discs, radii uniform within 80 % of 1, at f of about 0.12 and 0.36, after 300 collisions per disc; sums
+//! over all pairs of the radii drawn.
+//! Tolerance: 4 standard errors of blocks, and 1 % of Z - 1 and of the rate: 0.4 % for 500 discs instead of many, and a
+//! few per mille for the approximation of g_ij. Virial and rate share their collisions: 4 standard errors and 0.3 %.
 //! Control: Henderson's pressure of one size, and the mean diameter in the identity, are rejected.
 
 // Assertions compare within tolerances, so no bit of a run depends on these functions.

@@ -1,8 +1,9 @@
-//! Guarantee: the bits of a run do not depend on the step budget, on observation, or on serialization and resuming. A run by events ends after
-//! exactly the configured number of events, and a run by time at the configured time.
+//! Guarantee: the bits of a run do not depend on the step budget, on observation, or on serialization and resuming. A
+//! run by events ends after exactly the configured number of events, and a run by time at the configured time.
 //!
 //! Setup: 60 discs at fraction 0.3 with restitution 0.95; discs at rest; several numbers of discs.
-//! Tolerance: none; every number is compared for equality, except for the series of collisions, where it is stated at the test.
+//! Tolerance: none; every number is compared for equality, except for the series of collisions, where it is stated at
+//! the test.
 
 use crate::runs::{
     advance_to_count, advance_to_end, advance_to_time, at_fraction, disc_states, given, message,

@@ -1,9 +1,9 @@
-//! Law: a pair collision changes the normal part g of the relative velocity to -alpha g, and conserves its tangential part and the momentum; it
-//! takes place when the distance equals the diameter.
+//! Law: a pair collision changes the normal part g of the relative velocity to -alpha g, and conserves its tangential
+//! part and the momentum; it takes place when the distance equals the diameter.
 //!
 //! Source: packing exercise, `colisiona` and `tcol`; closed form.
-//! Setup: two approaching discs of radius 1, head-on and with an offset b: they collide when their distance along the relative velocity is
-//! sqrt(s^2 - b^2).
+//! Setup: two approaching discs of radius 1, head-on and with an offset b: they collide when their distance along the
+//! relative velocity is sqrt(s^2 - b^2).
 //! Tolerance: 1e-13, for about a hundred roundings of numbers of order 1.
 //! Control: the outcome of a restitution that differs by 1e-9 is rejected.
 
@@ -74,8 +74,8 @@ fn outcome_equals_the_closed_form() {
     }
 }
 
-/// Two discs at -4 and 4 with velocities 1 and -1 in a box of 40, without noise, collide at time 3, each reaches its wall, at a distance of 18,
-/// at 3 + 18, and so on every 36.
+/// Two discs at -4 and 4 with velocities 1 and -1 in a box of 40, without noise, collide at time 3, each reaches its
+/// wall, at a distance of 18, at 3 + 18, and so on every 36.
 /// Tolerance: none; all times and positions are exact.
 #[test]
 fn head_on_pair_collides_at_exact_times() {

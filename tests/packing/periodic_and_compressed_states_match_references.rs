@@ -1,11 +1,13 @@
 //! Laws of periodic boxes and of compressed initial states:
-//! - Z = P A / (N kT) of the periodic fluid, from the virial and from the rate, Z = 1 + (sqrt(pi)/4) s w sqrt(m/kT), equals the reference;
-//! - compression reaches packing fractions far above random placement, without overlap, and ends at the configured radius or pressure;
+//! - Z = P A / (N kT) of the periodic fluid, from the virial and from the rate, Z = 1 + (sqrt(pi)/4) s w sqrt(m/kT),
+//!   equals the reference;
+//! - compression reaches packing fractions far above random placement, without overlap, and ends at the configured
+//!   radius or pressure;
 //! - the hexatic order |psi6| is high in the solid and low in the fluid;
 //! - a periodic box conserves the momentum.
 //!
-//! Source: Z by independent programs, N = 1e4: 1.2362, 2.0633, 4.106, 8.406 at fractions 0.1, 0.3, 0.5, 0.65; coexistence of liquid and
-//! hexatic at 0.700-0.716; Lubachevsky and Stillinger, J. Stat. Phys. 60 (1990) 561.
+//! Source: Z by independent programs, N = 1e4: 1.2362, 2.0633, 4.106, 8.406 at fractions 0.1, 0.3, 0.5, 0.65;
+//! coexistence of liquid and hexatic at 0.700-0.716; Lubachevsky and Stillinger, J. Stat. Phys. 60 (1990) 561.
 //! Setup: stated at each test.
 //! Tolerance: stated at each test.
 //! Control: stated at each test.
@@ -43,8 +45,10 @@ fn pressure_of_the_fluid_equals_the_reference() {
     }
 }
 
-/// Setup: 780 discs, 26 rows of 30, in a box where both sides fit within 1/1000; at 0.78 the crystal is stable, at 0.60 it melts.
-/// Tolerance: |psi6| = 0.4, half of the crystal's value; that of the fluid is about N^-1/2 times the correlation length, below 0.2.
+/// Setup: 780 discs, 26 rows of 30, in a box where both sides fit within 1/1000; at 0.78 the crystal is stable, at 0.60
+/// it melts.
+/// Tolerance: |psi6| = 0.4, half of the crystal's value; that of the fluid is about N^-1/2 times the correlation
+/// length, below 0.2.
 #[test]
 fn crystal_is_stable_above_coexistence_and_melts_below() {
     for (fraction, is_ordered) in [(0.78, true), (0.60, false)] {
@@ -57,7 +61,8 @@ fn crystal_is_stable_above_coexistence_and_melts_below() {
     }
 }
 
-/// Setup: compression of a fluid up to 0.84, with walls and periodic, equal and mixed radii; checked at once and after 30,000 events.
+/// Setup: compression of a fluid up to 0.84, with walls and periodic, equal and mixed radii; checked at once and after
+/// 30,000 events.
 /// Tolerance: every disc has its radius, and no overlap exceeds 1e-12 of it.
 /// Control: radii larger by 1e-9 are detected.
 #[test]
@@ -97,8 +102,8 @@ fn compression_reaches_a_dense_state_without_overlap() {
 }
 
 /// Setup: compression of 500 discs to Z = 8.
-/// Tolerance: fraction 0.58 to 0.66. Growing discs are slightly out of equilibrium, and a window of 4 collisions per disc scatters by a few
-/// percent.
+/// Tolerance: fraction 0.58 to 0.66. Growing discs are slightly out of equilibrium, and a window of 4 collisions per
+/// disc scatters by a few percent.
 #[test]
 fn compression_ends_at_the_configured_pressure() {
     let config = PackingConfig {

@@ -45,8 +45,8 @@ pub(crate) fn pressures(discs: u32, fraction: f64, blocks: u64) -> ([f64; 2], [f
     ([1.0 + virial, virial_error], [1.0 + excess * rate, excess * rate_error])
 }
 
-/// Z - 1 from the virial, and the pair collision rate per disc over sqrt(kT/m), in a periodic box. Both have their standard error, over
-/// blocks of 20 collisions per disc.
+/// Z - 1 from the virial, and the pair collision rate per disc over sqrt(kT/m), in a periodic box. Both have their
+/// standard error, over blocks of 20 collisions per disc.
 pub(crate) fn excess_and_rate(config: &PackingConfig, blocks: u64) -> ([f64; 2], [f64; 2]) {
     let discs = config.discs.get();
     let mut packing = prepare(config, 17, 0);

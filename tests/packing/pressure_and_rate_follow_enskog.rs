@@ -1,11 +1,12 @@
 //! Laws of elastic discs in equilibrium:
 //! - collision rate per disc (Enskog): w = 2 sqrt(pi) n s g sqrt(kT/m);
 //! - Z = P A / (N kT) = 1 + (sqrt(pi)/4) s w sqrt(m/kT) at any density: virial and rate agree;
-//! - the pressure on the walls equals that of the virial, and Henderson's Z = (1 + f^2/8) / (1 - f)^2 at the density far from walls, with the
-//!   correction for a finite box.
+//! - the pressure on the walls equals that of the virial, and Henderson's Z = (1 + f^2/8) / (1 - f)^2 at the density
+//!   far from walls, with the correction for a finite box.
 //!
-//! Source: Chapman and Cowling, The Mathematical Theory of Non-uniform Gases; Henderson, Mol. Phys. 30 (1975) 971, g = (1 - 7f/16) / (1 - f)^2.
-//! Independent simulations give Z(0.1) = 1.23615(9) and Z(0.3) = 2.0633(2); Henderson's values are 1.2361 and 2.0638.
+//! Source: Chapman and Cowling, The Mathematical Theory of Non-uniform Gases; Henderson, Mol. Phys. 30 (1975) 971, g =
+//! (1 - 7f/16) / (1 - f)^2. Independent simulations give Z(0.1) = 1.23615(9) and Z(0.3) = 2.0633(2); Henderson's values
+//! are 1.2361 and 2.0638.
 //! Setup: stated at each test.
 //! Tolerance: stated at each test.
 //! Control: stated at each test.
@@ -55,11 +56,11 @@ impl Sums {
     }
 }
 
-/// Setup: 2000 discs at 0.1 in a box of side L = 250; 60 events per disc are counted after the first 10. The walls have two effects of first
-/// order in s/L: centers have only the area a^2, a = L - s, so n = N / a^2; and a disc within s of a wall has no partners behind it, which
-/// reduces the rate by the fraction 4 s / (pi a).
-/// Tolerance: 1 %. The two effects are 1.6 % and 1.0 %, and the next terms are smaller by the fraction 0.1 each; the count of 50,000 pairs has
-/// an error of 0.4 %.
+/// Setup: 2000 discs at 0.1 in a box of side L = 250; 60 events per disc are counted after the first 10. The walls have
+/// two effects of first order in s/L: centers have only the area a^2, a = L - s, so n = N / a^2; and a disc within s of
+/// a wall has no partners behind it, which reduces the rate by the fraction 4 s / (pi a).
+/// Tolerance: 1 %. The two effects are 1.6 % and 1.0 %, and the next terms are smaller by the fraction 0.1 each; the
+/// count of 50,000 pairs has an error of 0.4 %.
 /// Control: the rate without g, lower by 12 %, is rejected.
 #[test]
 fn collision_rate_follows_enskog() {
@@ -85,8 +86,8 @@ fn collision_rate_follows_enskog() {
 }
 
 /// Setup: 400 discs at 0.2 and 0.45, 200,000 events.
-/// Tolerance: 0.6 % of Z - 1. |g| at collisions has the density g exp(-g^2 / 4kT), so its mean over C = 160,000 collisions scatters by
-/// sqrt(4/pi - 1) / sqrt(C) = 0.13 %. Constant energy lowers it by 1/(8n).
+/// Tolerance: 0.6 % of Z - 1. |g| at collisions has the density g exp(-g^2 / 4kT), so its mean over C = 160,000
+/// collisions scatters by sqrt(4/pi - 1) / sqrt(C) = 0.13 %. Constant energy lowers it by 1/(8n).
 /// Control: the exercise's temperature <v^2>, twice kT/m, is rejected.
 #[test]
 fn virial_and_rate_give_the_same_compressibility_factor() {
@@ -107,11 +108,13 @@ fn virial_and_rate_give_the_same_compressibility_factor() {
     }
 }
 
-/// Setup: 400 discs at 0.3, 1.6 million events, 1500 frames. The density is that of discs more than 4 diameters from each wall. A box of side a
-/// with walls of line tension gamma has the pressure P - 2 gamma / a; scaled particle theory (Helfand, Frisch and Lebowitz, J. Chem. Phys. 34
-/// (1961) 1037) gives gamma = -kT f^2 / (pi r (1 - f)^2) at the line of centers, so the pressure on the walls is P (1 + 2 f r / a).
-/// Tolerance: 1 % between wall and virial (300,000 wall collisions scatter by 0.1 %, slow fluctuations of the density by as much again); 1 % for
-/// Henderson (the count inside scatters by 1.4 % per frame over about fifty independent ones, which gives 0.2 %, and d ln P / d ln f = 1.9).
+/// Setup: 400 discs at 0.3, 1.6 million events, 1500 frames. The density is that of discs more than 4 diameters from
+/// each wall. A box of side a with walls of line tension gamma has the pressure P - 2 gamma / a; scaled particle theory
+/// (Helfand, Frisch and Lebowitz, J. Chem. Phys. 34 (1961) 1037) gives gamma = -kT f^2 / (pi r (1 - f)^2) at the line
+/// of centers, so the pressure on the walls is P (1 + 2 f r / a).
+/// Tolerance: 1 % between wall and virial (300,000 wall collisions scatter by 0.1 %, slow fluctuations of the density
+/// by as much again); 1 % for Henderson (the count inside scatters by 1.4 % per frame over about fifty independent
+/// ones, which gives 0.2 %, and d ln P / d ln f = 1.9).
 /// Control: Henderson's pressure at the mean fraction of the whole box is rejected.
 #[test]
 fn pressure_follows_henderson_at_the_density_far_from_walls() {

@@ -1,10 +1,11 @@
-//! Law: x(t) = fold(x0 + v t) for a single disc between walls without noise, at any time; fold is the triangle wave of period 4 a between -a
-//! and a, a = lx/2 - r.
+//! Law: x(t) = fold(x0 + v t) for a single disc between walls without noise, at any time; fold is the triangle wave of
+//! period 4 a between -a and a, a = lx/2 - r.
 //!
 //! Source: method of images for a rectangular billiard.
 //! Setup: default box 40 x 40, r = 1, a = 19; frames at times that are not events, up to 100,000.
-//! Tolerance: 1e-10. The path v t of 75,000 has a rounding of 1.5e-11 in this test's own arithmetic; the time and position of a wall collision
-//! are rounded by about 5e-14, which adds up to 3e-12 over 3500 collisions with random signs.
+//! Tolerance: 1e-10. The path v t of 75,000 has a rounding of 1.5e-11 in this test's own arithmetic; the time and
+//! position of a wall collision are rounded by about 5e-14, which adds up to 3e-12 over 3500 collisions with random
+//! signs.
 //! Control: a path with a radius that differs by 1e-9 (another a) is rejected.
 
 // Assertions compare within tolerances, so no bit of a run depends on these functions.

@@ -1,12 +1,13 @@
-//! Law: a wall rotates the outgoing direction by phi, normal with mean 0 and variance pi/1000. The speed is conserved, the disc never moves
-//! back into the wall, and no other disc changes its velocity.
+//! Law: a wall rotates the outgoing direction by phi, normal with mean 0 and variance pi/1000. The speed is conserved,
+//! the disc never moves back into the wall, and no other disc changes its velocity.
 //!
 //! Source: packing exercise, section `pcolisiona` and equations 1 to 3; its code draws sqrt(pi/1000) N(0, 1).
-//! Setup: one disc that moves perpendicular to a wall, 20,000 times, so that phi is the outgoing direction; a disc that grazes the wall, which a
-//! third of all angles would turn back into the wall. For the perpendicular disc, this would require phi > pi/2, 28 standard deviations.
-//! Tolerance: 4.5 standard errors. (n - 1) S^2 / sigma^2 is chi-square with n - 1 degrees of freedom, so the standard error of S^2 / sigma^2 is
-//! sqrt(2 / n) = 0.01; that of the mean is sigma / sqrt(n). The fourth moment of a normal distribution is 3 sigma^4 with the standard error
-//! sqrt(96 / n) = 0.07. Speeds: four roundings of 1.
+//! Setup: one disc that moves perpendicular to a wall, 20,000 times, so that phi is the outgoing direction; a disc that
+//! grazes the wall, which a third of all angles would turn back into the wall. For the perpendicular disc, this would
+//! require phi > pi/2, 28 standard deviations.
+//! Tolerance: 4.5 standard errors. (n - 1) S^2 / sigma^2 is chi-square with n - 1 degrees of freedom, so the standard
+//! error of S^2 / sigma^2 is sqrt(2 / n) = 0.01; that of the mean is sigma / sqrt(n). The fourth moment of a normal
+//! distribution is 3 sigma^4 with the standard error sqrt(96 / n) = 0.07. Speeds: four roundings of 1.
 //! Control: a standard deviation (instead of the variance) of pi/1000 is rejected.
 
 // Assertions compare within tolerances, so no bit of a run depends on these functions.

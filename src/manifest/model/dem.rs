@@ -71,10 +71,12 @@ table! {
         /// Standard deviation of each component of normal velocities at the start, with no mean; without it, discs that
         /// are not given are at rest.
         velocity_std_m_per_s: Option<Positive> ["m/s", optional],
-        /// How the equation of motion is discretized. implicit-dashpot solves the dashpots over all contacts together
-        /// (projected Gauss-Seidel) and is stable for any damping, in beds, too; it supports neither friction nor moving
-        /// walls.
+        /// How the equation of motion is discretized.
         integrator: DemIntegrator [""] = DemIntegrator::SemiImplicitEuler,
+        /// How the dashpots are discretized: explicit, with the velocities before the step; or implicit, with those after it, solved for
+        /// all contacts together (projected Gauss-Seidel) and stable for any damping. Implicit dashpots need
+        /// semi-implicit-euler and support neither friction nor moving walls.
+        dashpot: DemDashpot [""] = DemDashpot::Explicit,
         /// The time step, per contact or in seconds.
         time_step: TimeStep [group] = TimeStep::PerContact(Positive::literal(20.0)),
         /// What an unstable time step leads to: the run is rejected (error), or continues with a warning (warn).
@@ -117,9 +119,16 @@ words! {
         SemiImplicitEuler = "semi-implicit-euler",
         /// Half kick, drift, half kick.
         VelocityVerlet = "velocity-verlet",
-        /// Dashpots that use the velocities at the end of the step, solved over all contacts together (projected
-        /// Gauss–Seidel): stable for any damping, in beds, too.
-        ImplicitDashpot = "implicit-dashpot",
+    }
+}
+
+words! {
+    /// Velocities that the dashpots of the DEM use.
+    pub enum DemDashpot {
+        /// Those before the step: stable if eta dt/m_eff is below 1.
+        Explicit = "explicit",
+        /// Those after the step, solved for all contacts together (projected Gauss–Seidel): stable for any damping.
+        Implicit = "implicit",
     }
 }
 

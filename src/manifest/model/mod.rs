@@ -22,7 +22,9 @@ mod start_from;
 
 pub(crate) use config::no_model;
 pub use config::{CHANNELS, ModelConfig};
-pub use dem::{DemConfig, DemIntegrator, Dissipation, PeriodicSides, TimeStep, UnstableTimeStep};
+pub use dem::{
+    DemConfig, DemDashpot, DemIntegrator, Dissipation, PeriodicSides, TimeStep, UnstableTimeStep,
+};
 pub use dem_insertion::DemInsertion;
 pub use dem_materials::{DISC, DemContactConstants, DemContactPair, DemMaterial, WALL};
 pub use dem_radius::DiscRadius;

@@ -47,7 +47,7 @@ impl Insertion {
         // Velocity Verlet's own velocities are half a step behind, see `step`. Nothing overlaps, so a is gravity.
         let back = match config.integrator {
             DemIntegrator::VelocityVerlet => 0.5 * parameters.time_step,
-            DemIntegrator::SemiImplicitEuler | DemIntegrator::ImplicitDashpot => 0.0,
+            DemIntegrator::SemiImplicitEuler => 0.0,
         };
         Some(Self {
             line: [insertion.from_m, insertion.to_m].map(|end| end.map(|at| at.get())),

@@ -4,7 +4,7 @@ use super::materials::{ContactLaw, Materials};
 use super::neighbors::tiers::Scope;
 use super::walls::{Motion, PlacedWall, Shape, Wall};
 use kinetoscope_manifest::model::{
-    DemConfig, DemIntegrator, DemWall, DemWallShape, PeriodicSides, TimeStep,
+    DemConfig, DemDashpot, DemWall, DemWallShape, PeriodicSides, TimeStep,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -69,7 +69,7 @@ impl Parameters {
             stiffness,
             materials: Materials::new(config),
             only_pushes: config.limit_damping == true,
-            is_implicit: config.integrator == DemIntegrator::ImplicitDashpot,
+            is_implicit: config.dashpot == DemDashpot::Implicit,
             tangential_stiffness: stiffness * config.tangential_to_normal_stiffness.get(),
             tangential_to_normal_damping: config.tangential_to_normal_damping.get(),
         };

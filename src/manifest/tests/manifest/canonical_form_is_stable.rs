@@ -32,7 +32,8 @@ tangential_to_normal_stiffness = 0.2857142857142857
 tangential_to_normal_damping = 0.5
 periodic = "none"
 walls = []
-integrator = "implicit-dashpot"
+integrator = "semi-implicit-euler"
+dashpot = "implicit"
 time_step_s = 1e-6
 on_unstable_time_step = "warn"
 placement = { positions_m = [[0.01, 0.02]], velocities_m_per_s = [[0.0, -1.5]] }
@@ -85,7 +86,7 @@ fn the_form_is_pinned() {
             stiffness_n_per_m: Positive::literal(1e16),
             dissipation: Dissipation::Damping(NonNegative::literal(0.474_022_45)),
             limit_damping: true,
-            integrator: DemIntegrator::ImplicitDashpot,
+            dashpot: DemDashpot::Implicit,
             time_step: TimeStep::Fixed(Positive::literal(1e-6)),
             on_unstable_time_step: UnstableTimeStep::Warn,
             placement: Placement::Given(given(1, |_| [[0.01, 0.02], [-0.0, -1.5]])),
@@ -290,11 +291,8 @@ impl Numbers {
             } else {
                 Dissipation::Damping(NonNegative::literal(self.positive().get()))
             },
-            integrator: [
-                DemIntegrator::SemiImplicitEuler,
-                DemIntegrator::VelocityVerlet,
-                DemIntegrator::ImplicitDashpot,
-            ][self.below(3) as usize],
+            integrator: [DemIntegrator::SemiImplicitEuler, DemIntegrator::VelocityVerlet]
+                [self.below(2) as usize],
             time_step: TimeStep::PerContact(self.positive()),
             placement,
             duration_s: self.positive(),

@@ -189,7 +189,7 @@ fn dem_scenes_make_sense() {
         "at least 12 of the largest radii",
     );
     refused(
-        "[model.dem]\nfriction = 0.1\nintegrator = \"implicit-dashpot\" # <-",
+        "[model.dem]\nfriction = 0.1\ndashpot = \"implicit\" # <-",
         "neither friction nor moving walls",
     );
     refused("[model.dem]\nregion_m = [[0, 0], [1, 1]] # <-", "must lie within the box");
@@ -235,7 +235,7 @@ fn dem_materials_have_names_and_pairs_know_them() {
         "[model.dem]\ndamping_n_s_per_m = 0.1\nmaterials = [{ name = \"a\", restitution = 0.5 }] # <-",
         "replace damping_n_s_per_m with restitution",
     );
-    refused(&dem("integrator = \"implicit-dashpot\" # <-"), "neither friction nor moving walls");
+    refused(&dem("dashpot = \"implicit\" # <-"), "neither friction nor moving walls");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::dem::parameters::Parameters;
 use crate::dem::totals::{BlowUp, Partner};
 use crate::dem::{restitution, start};
 use crate::model::SimulationFault;
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement, UnstableTimeStep};
+use kinetoscope_manifest::model::{DemConfig, DemDashpot, Placement, UnstableTimeStep};
 
 /// The reasons for a rejection and the suggestions; the same text is the warning if the run starts anyway.
 pub(in crate::dem) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> String {
@@ -22,13 +22,13 @@ pub(in crate::dem) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> St
             suggestions.join("; ")
         ));
     }
-    if config.integrator != DemIntegrator::ImplicitDashpot {
+    if config.dashpot == DemDashpot::Explicit {
         sentences.push(
-            "integrator = \"implicit-dashpot\" is stable at any damping, in beds, too; far above critical damping it takes more than a true dashpot.".to_owned(),
+            "dashpot = \"implicit\" is stable for any damping; far above critical damping it dissipates more than an exact dashpot.".to_owned(),
         );
     }
     if config.on_unstable_time_step == UnstableTimeStep::Error {
-        sentences.push("stability = \"warn\" runs it all the same.".to_owned());
+        sentences.push("on_unstable_time_step = \"warn\" runs it anyway.".to_owned());
     }
     sentences.join(" ")
 }
@@ -92,11 +92,11 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
         Dashpot::Ratio(_) => "from the restitution wanted",
         Dashpot::Damping(_) => "as given",
     };
-    let implicit = match config.integrator {
-        DemIntegrator::ImplicitDashpot => {
-            " The dashpot is implicit: stable at any damping, in beds, too; far above critical damping it takes more than a true dashpot."
+    let implicit = match config.dashpot {
+        DemDashpot::Implicit => {
+            " The dashpot is implicit: stable for any damping; far above critical damping it dissipates more than an exact dashpot."
         }
-        DemIntegrator::SemiImplicitEuler | DemIntegrator::VelocityVerlet => "",
+        DemDashpot::Explicit => "",
     };
     format!(
         "Lightest pair: eta = {:.6e} N s/m {given}, zeta = {ratio:.6}, restitution {:.6} {tail}, \
@@ -141,7 +141,7 @@ pub(in crate::dem) fn fault(
     };
     let advice = if damping_step >= 0.3 && !parameters.law.is_implicit {
         "The dashpot is too strong for the time step: take more steps_per_wall_contact (or a shorter time_step_s), less \
-         damping_n_s_per_m (or a higher restitution), or integrator = \"implicit-dashpot\"."
+         damping_n_s_per_m (or a higher restitution), or dashpot = \"implicit\"."
     } else {
         "The contacts are too soft for the speed or the load: take a higher stiffness_n_per_m or a larger radius_m; or \
          the time step is too long: take more steps_per_wall_contact."

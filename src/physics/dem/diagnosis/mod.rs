@@ -8,7 +8,7 @@ mod suggestions;
 
 use crate::dem::parameters::Parameters;
 use crate::dem::{restitution, start};
-use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Placement};
+use kinetoscope_manifest::model::{DemConfig, DemDashpot, Placement};
 
 /// c = eta dt/m_eff from which a run is rejected.
 const MAX_DAMPING_STEP: f64 = 1.0;
@@ -47,7 +47,7 @@ pub(super) struct Diagnosis {
 impl Diagnosis {
     pub(super) fn of(config: &DemConfig) -> Self {
         let parameters = Parameters::new(config);
-        let is_implicit = config.integrator == DemIntegrator::ImplicitDashpot;
+        let is_implicit = config.dashpot == DemDashpot::Implicit;
         let (step, mass) = (parameters.time_step, parameters.smallest_mass);
         let stiffness = parameters.law.stiffness;
         let damping = parameters.strongest_damping();
