@@ -1,0 +1,212 @@
+//! Guarantee: JUnit files and GitHub annotations contain the results of the terminal, a baseline is compared by standard errors, the workflow in
+//! docs/ works unchanged, and unchanged recordings are not read again.
+#![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
+
+use crate::synthetic::{Folder, Frames, analyze, flat, two_frames};
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_recording::channels::GasPressure;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+const MANIFEST: &str = r#"
+name = "gas"
+replicates = 4
+[model.gas]
+particles = 1
+duration_s = 1.0
+[record]
+frames = 1
+channels = ["state", "pressure"]
+[[checks]]
+metric = "pressure.ideal_gas"
+expected = 10.0
+tolerance = 2.0
+[[checks]]
+metric = "pressure.mean_square_formula"
+maximum = 1.0
+"#;
+
+/// Ideal-gas pressure `center` + 0, 1, 2, 3 by replicate: mean center + 1.5, standard error sqrt(5/3)/2 = 0.645.
+fn frames(center: f64) -> impl Fn(&RunManifest) -> Frames {
+    move |run| {
+        two_frames(&GasPressure {
+            ideal_gas_n_per_m: center + f64::from(run.replicate),
+            mean_square_formula_n_per_m: 2.0,
+            ..GasPressure::default()
+        })
+    }
+}
+
+#[test]
+fn junit_and_github_report_failed_checks() {
+    let folder = Folder::write(MANIFEST, frames(9.0));
+    fs::write(folder.file(3), "no recording, but <&> \"this\"").unwrap();
+    let file = folder.path().join("verdicts.xml");
+    let output = analyze(&["--github", "--junit", file.to_str().unwrap(), folder.name()]);
+    assert_eq!(output.code, 3, "{}", output.text);
+    let annotation =
+        "::error title=gas%3A pressure.mean_square_formula::measured 2 N/m, expected at most 1";
+    assert!(output.text.contains(annotation), "{}", output.text);
+    assert!(output.text.contains("::error title=gas%3A unreadable::"), "{}", output.text);
+    let xml = fs::read_to_string(file).unwrap();
+    assert!(
+        xml.contains("<testsuite name=\"gas\" tests=\"3\" failures=\"1\" errors=\"1\">"),
+        "{xml}"
+    );
+    assert!(xml.contains("name=\"pressure.ideal_gas\"><system-out>measured 10 N/m"), "{xml}");
+    assert!(xml.contains("<failure message=\"measured 2 N/m, expected at most 1\"/>"), "{xml}");
+    // The file is well-formed: every open tag is closed, and every ampersand is escaped.
+    assert_eq!(xml.matches("<testcase").count(), xml.matches("</testcase>").count());
+    assert!(
+        !xml.replace("&amp;", "")
+            .replace("&lt;", "")
+            .replace("&gt;", "")
+            .replace("&quot;", "")
+            .contains('&')
+    );
+}
+
+/// The baseline's mean is 11.5(65): 12.5 is 1.1 and 16.5 is 5.5 combined standard errors of 0.913 away.
+#[test]
+fn baseline_is_compared_by_standard_errors() {
+    let quiet = MANIFEST.split("[[checks]]").next().unwrap();
+    let earlier = Folder::write(quiet, frames(10.0));
+    earlier.metrics();
+    let baseline = earlier.path().join("metrics.json");
+    let compare = |center: f64| {
+        let now = Folder::write(quiet, frames(center));
+        analyze(&["--baseline", baseline.to_str().unwrap(), now.name()])
+    };
+    assert_eq!(compare(10.0).code, 0);
+    let near = compare(11.0);
+    assert_eq!(near.code, 0, "{}", near.text);
+    assert!(flat(&near.text).contains("has changed and is not judged"), "{}", near.text);
+    let far = compare(15.0);
+    assert_eq!(far.code, 3, "{}", far.text);
+    assert!(flat(&far.text).contains("5.5 of 4 standard errors apart"), "{}", far.text);
+}
+
+#[test]
+fn foreign_baseline_is_rejected_and_a_missing_metric_fails() {
+    let folder = Folder::write(MANIFEST, frames(10.0));
+    let file = folder.path().join("old.json");
+    let analyzed = |text: &str| {
+        fs::write(&file, text).unwrap();
+        analyze(&["--baseline", file.to_str().unwrap(), folder.name()])
+    };
+    assert_eq!(analyzed("{}").code, 2);
+    assert_eq!(analyzed(r#"{"schema": 1, "experiment": "other", "metrics": []}"#).code, 2);
+    assert_eq!(analyzed(r#"{"schema": 99, "experiment": "gas", "metrics": []}"#).code, 2);
+    let lost = analyzed(
+        r#"{"schema": 1, "experiment": "gas", "metrics": [{"name": "lost", "value": 1, "standard_error": 1,
+            "run": {"coordinates": {}, "replicate": 0}}]}"#,
+    );
+    assert_eq!(lost.code, 3);
+    assert!(flat(&lost.text).contains("it is not there any more"), "{}", lost.text);
+}
+
+/// A recording with changed bytes and an unchanged modification time is not read again until it is touched or
+/// --fresh is given. Therefore, the numbers came from the cache.
+#[test]
+fn unchanged_recording_is_not_read_again() {
+    let quiet = MANIFEST.split("[[checks]]").next().unwrap();
+    let folder = Folder::write(quiet, frames(10.0));
+    folder.metrics();
+    let first = fs::read(folder.path().join("metrics.json")).unwrap();
+    let report = fs::read(folder.path().join("report.html")).unwrap();
+    let recording = folder.file(0);
+    let changed = fs::metadata(&recording).unwrap().modified().unwrap();
+    let mut bytes = fs::read(&recording).unwrap();
+    let middle = bytes.len() * 2 / 3;
+    let whole = bytes.clone();
+    // The damage is after the manifest, so that the file opens, but its frames cannot be read.
+    let frames_end = whole.windows(8).rposition(|window| window == b"outcome\0").unwrap_or(middle);
+    bytes[frames_end.min(middle)] ^= 0xff;
+    fs::write(&recording, &bytes).unwrap();
+    fs::File::options().write(true).open(&recording).unwrap().set_modified(changed).unwrap();
+    let again = analyze(&[folder.name()]);
+    assert_eq!(again.code, 0, "{}", again.text);
+    assert!(first == fs::read(folder.path().join("metrics.json")).unwrap());
+    assert!(report == fs::read(folder.path().join("report.html")).unwrap());
+    assert_eq!(analyze(&["--fresh", folder.name()]).code, 5);
+    fs::write(&recording, &whole).unwrap();
+    assert_eq!(analyze(&[folder.name()]).code, 0);
+    assert!(first == fs::read(folder.path().join("metrics.json")).unwrap());
+}
+
+/// The analysis of a folder needs only the cache that the tasks wrote for their recordings; the frames may be
+/// unreadable. It gives the same bytes as an analysis that reads the frames.
+#[test]
+fn cached_analyses_of_tasks_are_combined_without_the_frames() {
+    let quiet = MANIFEST.split("[[checks]]").next().unwrap();
+    let read = Folder::write(quiet, frames(10.0));
+    assert_eq!(analyze(&[read.name()]).code, 0);
+    let folder = Folder::write(quiet, frames(10.0));
+    for index in 0..folder.files.len() {
+        let file = folder.file(index);
+        assert_eq!(analyze(&["--remember", file.to_str().unwrap()]).code, 0);
+        let changed = fs::metadata(&file).unwrap().modified().unwrap();
+        let mut bytes = fs::read(&file).unwrap();
+        let middle = bytes.len() * 2 / 3;
+        let outcome = bytes.windows(8).rposition(|window| window == b"outcome\0");
+        bytes[outcome.unwrap_or(middle).min(middle)] ^= 0xff;
+        fs::write(&file, &bytes).unwrap();
+        fs::File::options().write(true).open(&file).unwrap().set_modified(changed).unwrap();
+    }
+    assert!(!folder.path().join("metrics.json").exists());
+    assert_eq!(analyze(&[folder.name()]).code, 0);
+    for file in ["metrics.json", "metrics.csv", "report.html"] {
+        let of = |folder: &Folder| fs::read(folder.path().join(file)).unwrap();
+        assert!(of(&folder) == of(&read), "{file}");
+    }
+    assert_eq!(analyze(&["--fresh", folder.name()]).code, 5);
+}
+
+/// The commands of the workflow's steps, in order.
+fn steps(workflow: &str) -> Vec<String> {
+    let mut steps = Vec::new();
+    let mut lines = workflow.lines().peekable();
+    while let Some(line) = lines.next() {
+        let Some((indent, command)) = line.split_once("run: ") else { continue };
+        if command != "|" {
+            steps.push(command.to_owned());
+            continue;
+        }
+        let deeper = " ".repeat(indent.len() + 2);
+        let mut block = String::new();
+        while let Some(inner) =
+            lines.next_if(|inner| inner.starts_with(&deeper) || inner.is_empty())
+        {
+            block += inner.trim();
+            block.push('\n');
+        }
+        steps.push(block);
+    }
+    steps
+}
+
+#[test]
+#[ignore = "builds both programs and runs the steps of docs/ci-workflow.yml"]
+fn documented_workflow_runs_unchanged() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let workflow = fs::read_to_string(root.join("docs/ci-workflow.yml")).unwrap();
+    let steps = steps(&workflow);
+    assert!(steps.len() >= 3, "{steps:?}");
+    let output = tempfile::tempdir().unwrap();
+    let mut environment = vec![("RESULTS", output.path().join("results"))];
+    environment.push(("CARGO_TARGET_DIR", root.join("target")));
+    for step in steps {
+        let done = Command::new("bash")
+            .args(["-e", "-o", "pipefail", "-c", &step])
+            .current_dir(root)
+            .envs(environment.iter().map(|(name, value)| (*name, value)))
+            .output()
+            .unwrap();
+        let messages = String::from_utf8_lossy(&done.stdout).into_owned()
+            + &String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success(), "{step}\n{messages}");
+    }
+    assert!(output.path().join("results/verdicts.xml").exists());
+    assert!(output.path().join("results/first_run/report.html").exists());
+}

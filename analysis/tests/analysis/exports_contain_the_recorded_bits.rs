@@ -1,0 +1,223 @@
+//! Guarantee: exports contain the recorded numbers, bitwise identical, in each format: CSV, the gnuplot format of the exercises, extended XYZ
+//! and Parquet. Other programs read the last two.
+#![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
+
+use crate::synthetic::{Folder, Frames, analyze};
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
+use kinetoscope_recording::frame::Frame;
+use kinetoscope_recording::recorder::Clock;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+const MANIFEST: &str = r#"
+name = "discs"
+[model.packing]
+discs = 2
+radius = 1.5
+[record]
+frames = 2
+channels = ["state", "temperature", "collisions"]
+"#;
+
+/// Numbers that a decimal format may not preserve: a third, a tiny one, a large one.
+fn state(frame: u64, disc: u64) -> [f64; 4] {
+    let base = (frame + 1) as f64 / 3.0;
+    [base + disc as f64, -base, 1e-300 * base, 1e15 * base + disc as f64]
+}
+
+fn frames(_: &RunManifest) -> Frames {
+    (0..3)
+        .map(|index| {
+            let mut frame = Frame::new();
+            (0..2).for_each(|disc| frame.push_state(&state(index, disc)));
+            frame.push(&PackingTemperature { a2: 0.1, ..PackingTemperature::default() });
+            frame.push(&PackingCollisions {
+                pair_collisions: 7 * index,
+                ..PackingCollisions::default()
+            });
+            (Clock { count: index, time: index as f64 / 7.0 }, frame)
+        })
+        .collect()
+}
+
+/// The folder with the exports of the recording.
+fn exported(form: &str) -> (Folder, PathBuf) {
+    let folder = Folder::write(MANIFEST, frames);
+    let output = analyze(&["--export", form, folder.path().to_str().unwrap()]);
+    assert_eq!(output.code, 0, "{}", output.text);
+    let stem = folder.files[0].trim_end_matches(".mcap");
+    let path = folder.path().join("export").join(stem);
+    (folder, path)
+}
+
+fn rows(text: &str, separator: char) -> Vec<Vec<f64>> {
+    text.lines()
+        .map(|line| line.split(separator).map(|word| word.parse().unwrap()).collect())
+        .collect()
+}
+
+#[test]
+fn csv_contains_every_number_bitwise() {
+    let (_folder, path) = exported("csv");
+    let text = fs::read_to_string(path.join("state.csv")).unwrap();
+    let (header, body) = text.split_once('\n').unwrap();
+    assert_eq!(header, "frame,time,particle,x,y,vx,vy");
+    let found = rows(body, ',');
+    assert_eq!(found.len(), 6);
+    for (row, values) in found.iter().enumerate() {
+        let (frame, disc) = (row as u64 / 2, row as u64 % 2);
+        assert_eq!(values[..3], [frame as f64, frame as f64 / 7.0, disc as f64]);
+        assert_eq!(values[3..], state(frame, disc));
+    }
+    let text = fs::read_to_string(path.join("collisions.csv")).unwrap();
+    let (header, body) = text.split_once('\n').unwrap();
+    let pair = header.split(',').position(|name| name == "pair").unwrap();
+    let pairs: Vec<f64> = rows(body, ',').iter().map(|row| row[pair]).collect();
+    assert_eq!(pairs, [0.0, 7.0, 14.0]);
+}
+
+#[test]
+#[cfg(not(feature = "parquet"))]
+fn control_program_without_parquet_names_the_feature() {
+    let folder = Folder::write(MANIFEST, frames);
+    for asked in [["--export", "csv,parquet"].as_slice(), &["--table"]] {
+        let output = analyze(&[asked, &[folder.name()]].concat());
+        assert_eq!(output.code, 2, "{}", output.text);
+        assert!(output.text.contains("--features parquet"), "{}", output.text);
+        assert!(!folder.path().join("export").exists());
+    }
+}
+
+#[test]
+fn gnuplot_files_have_one_disc_per_line_and_a_script_shows_all_frames() {
+    let (_folder, path) = exported("gnuplot");
+    for frame in 0..3 {
+        let file = path.join(format!("gnuplot/frame_{frame:06}.txt"));
+        let found = rows(&fs::read_to_string(file).unwrap(), ' ');
+        let expected: Vec<Vec<f64>> = (0..2)
+            .map(|disc| {
+                let [x, y, ..] = state(frame, disc);
+                vec![x, y, 1.5]
+            })
+            .collect();
+        assert_eq!(found, expected);
+    }
+    let script = fs::read_to_string(path.join("gnuplot/play.gp")).unwrap();
+    assert!(script.contains("do for [frame = 0:2]") && script.contains("with circles"), "{script}");
+    assert!(script.contains("set xrange [-20:20]"), "{script}");
+}
+
+/// Runs a Python program, which contains the assertions, on a file.
+fn python(program: &str, file: PathBuf) {
+    let output = Command::new("python3").args(["-c", program]).arg(&file).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+#[ignore = "needs python3 with ase"]
+fn ase_reads_extended_xyz() {
+    let (_folder, path) = exported("xyz");
+    let program = "
+import sys, numpy, ase.io
+frames = ase.io.read(sys.argv[1], index=':')
+assert len(frames) == 3
+for index, atoms in enumerate(frames):
+    base = (index + 1) / 3
+    assert atoms.info['Time'] == index / 7, atoms.info
+    assert atoms.info['Frame'] == index
+    assert numpy.array_equal(atoms.positions, [[base, -base, 0], [base + 1, -base, 0]])
+    velocities = [[1e-300 * base, 1e15 * base, 0], [1e-300 * base, 1e15 * base + 1, 0]]
+    assert numpy.array_equal(atoms.arrays['velo'], velocities)
+    assert numpy.array_equal(atoms.arrays['radius'], [1.5, 1.5])
+    assert numpy.array_equal(atoms.cell.lengths()[:2], [40, 40])
+";
+    python(program, path.join("state.xyz"));
+}
+
+/// A sweep over two axes with two replicates, read with DuckDB and Polars by the commands of the README. The coordinates come
+/// from the names of the folders, and a second analysis replaces every row of the first.
+#[test]
+#[cfg(feature = "parquet")]
+#[ignore = "needs python3 with duckdb and polars"]
+fn duckdb_and_polars_read_the_table_of_a_sweep() {
+    let sweep = format!(
+        "{MANIFEST}\n[sweep]\n\"model.packing.restitution\" = [0.25, 0.5]\n\
+         \"model.packing.boundary\" = [\"walls\", \"periodic\"]\n"
+    );
+    let sweep = sweep.replace("name =", "replicates = 2\nname =");
+    let folder = Folder::write(&sweep, frames);
+    for _ in 0..2 {
+        let output = analyze(&["--table", folder.path().to_str().unwrap()]);
+        assert_eq!(output.code, 0, "{}", output.text);
+    }
+    let part = "export/metrics/restitution=0.25/boundary=walls/metrics.parquet";
+    assert!(folder.path().join(part).exists());
+    let program = "
+import sys, json, duckdb, polars
+table = sys.argv[1] + '/export/metrics/**/*.parquet'
+document = json.load(open(sys.argv[1] + '/metrics.json'))
+runs = [entry for entry in document['metrics'] if 'run' in entry]
+where = 'model.packing.'
+expected = sorted(
+    (float(entry['run']['coordinates'][where + 'restitution']), entry['run']['coordinates'][where + 'boundary'],
+     entry['run']['replicate'], entry['name'], entry['value'], entry['standard_error'], entry['run']['file'])
+    for entry in runs)
+assert len(expected) >= 8
+columns = 'restitution::DOUBLE, boundary, replicate, metric, value, standard_error, file'
+found = duckdb.sql(f\"select {columns} from read_parquet('{table}', hive_partitioning = true)\").fetchall()
+assert sorted(found) == expected, (found, expected)
+frame = polars.scan_parquet(table, hive_partitioning=True).collect()
+names = ['restitution', 'boundary', 'replicate', 'metric', 'value', 'standard_error', 'file']
+assert sorted(frame.select(names).rows()) == expected
+mean = duckdb.sql(f\"select restitution, avg(value) from read_parquet('{table}', hive_partitioning = true) \"
+                  f\"where metric = 'a2.final' group by all order by all\").fetchall()
+assert len(mean) == 2, mean
+";
+    python(program, folder.path().to_path_buf());
+}
+
+#[test]
+#[cfg(feature = "parquet")]
+#[ignore = "needs python3 with pyarrow"]
+fn pyarrow_reads_parquet() {
+    let (_folder, path) = exported("parquet");
+    let program = "
+import sys, pyarrow.parquet
+table = pyarrow.parquet.read_table(sys.argv[1]).to_pydict()
+assert table['frame'] == [0, 0, 1, 1, 2, 2]
+assert table['x'] == [frame / 3 + disc for frame in (1, 2, 3) for disc in (0, 1)]
+assert table['vy'] == [1e15 * (frame / 3) + disc for frame in (1, 2, 3) for disc in (0, 1)]
+assert table['time'] == [frame / 7 for frame in (0, 0, 1, 1, 2, 2)]
+";
+    python(program, path.join("state.parquet"));
+}
+
+#[test]
+#[cfg(feature = "parquet")]
+#[ignore = "needs python3 with pyarrow"]
+fn pyarrow_reads_the_same_metrics_as_the_csv() {
+    let (folder, _) = exported("parquet");
+    let program = "
+import csv, math, pathlib, sys, pyarrow.parquet
+table = pyarrow.parquet.read_table(sys.argv[1]).to_pylist()
+rows = list(csv.DictReader(pathlib.Path(sys.argv[1]).with_suffix('.csv').open()))
+assert rows and len(rows) == len(table)
+for row, metric in zip(rows, table):
+    assert list(row) == list(metric)
+    for name, text in row.items():
+        value = metric[name]
+        assert text == ('' if value is None else value) if not isinstance(value, float) else float(text) == value
+";
+    python(program, folder.path().join("metrics.parquet"));
+}
+
+#[test]
+fn help_names_every_format_and_no_identifier() {
+    let help = analyze(&["--help"]).text;
+    for form in ["csv:", "parquet:", "gnuplot:", "xyz:"] {
+        assert!(help.contains(form), "{form}: {help}");
+    }
+    assert!(!help.contains("[`") && !help.contains("NEEDS_"), "{help}");
+}

@@ -1,0 +1,252 @@
+//! Law: the metrics of a recording equal the numbers put into it.
+//!
+//! Setup: frames made from closed forms, so that each metric is known. Tolerance: rounding unless stated otherwise.
+//! Control: an energy balance that contradicts the state is found.
+#![allow(clippy::disallowed_methods, missing_docs, reason = "closed forms need std's maths")]
+
+use crate::synthetic::{Folder, Frames};
+use kinetoscope_manifest::RunManifest;
+use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
+use kinetoscope_recording::channels::{
+    DemContactStatistics, DemEnergy, DemTemperature, GasCollisions, GasInvariants, GasPressure,
+};
+use kinetoscope_recording::frame::Frame;
+use kinetoscope_recording::recorder::Clock;
+use std::f64::consts::PI;
+
+const GAS_SWEEP: &str = r#"
+name = "gas"
+seed = 1
+replicates = 3
+[model.gas]
+particles = 2
+temperature_definition = "mean-square"
+duration_s = 2.0
+[record]
+frames = 1
+channels = ["state", "pressure", "energy", "collisions"]
+[sweep]
+"model.gas.temperature_k" = [100.0, 200.0, 400.0]
+"#;
+
+/// Two particles with speeds u and 3u, and the pressure c T + d, where c and d depend on the replicate.
+fn gas_frames(run: &RunManifest) -> Frames {
+    let ModelConfig::Gas(config) = &run.model else { panic!("expected the gas model") };
+    let SpeedScale::Temperature(temperature) = config.speed_scale else {
+        panic!("expected a temperature")
+    };
+    let temperature = temperature.get();
+    let replicate = f64::from(run.replicate);
+    let pressure = (2.0 + replicate) * temperature + 10.0 * replicate;
+    let speed = temperature.sqrt();
+    (0..2)
+        .map(|index| {
+            let time = 2.0 * f64::from(index);
+            let mut frame = Frame::new();
+            // d = 0 and d = 0.6 of the radius: chords of 2 and 1.6.
+            frame.push_state(&[0.0, 0.0, speed, 0.0]);
+            frame.push_state(&[0.6, 0.0, 0.0, 3.0 * speed]);
+            frame.push(&GasPressure {
+                measured_since_start_n_per_m: pressure * time / 2.0,
+                mean_speed_formula_n_per_m: 3.0 * temperature,
+                mean_square_formula_n_per_m: 4.0 * temperature,
+                ideal_gas_n_per_m: 4.0 * temperature,
+                ..GasPressure::default()
+            });
+            frame.push(&GasInvariants {
+                kinetic_j: 5.0 * (1.0 + 1e-3 * time),
+                max_speed_change_relative: 1e-12 * (2.0 - time),
+                particles_outside: 1 - index as u64,
+                ..GasInvariants::default()
+            });
+            frame.push(&GasCollisions {
+                wall_collisions: 7 * index as u64,
+                ..GasCollisions::default()
+            });
+            (Clock { count: index as u64, time }, frame)
+        })
+        .collect()
+}
+
+#[test]
+fn gas_slopes_are_means_over_replicates() {
+    let metrics = Folder::write(GAS_SWEEP, gas_frames).metrics();
+    // Slopes 2, 3, 4: mean 3, standard error 1/sqrt(3). Intercepts 0, 10, 20.
+    metrics.assert_near("pressure_vs_temperature.measured.slope", 3.0, 1e-12);
+    let error = metrics.error("pressure_vs_temperature.measured.slope").unwrap();
+    assert!((error - 1.0 / 3.0_f64.sqrt()).abs() < 1e-12);
+    metrics.assert_near("pressure_vs_temperature.measured.intercept", 10.0, 1e-12);
+    let error = metrics.error("pressure_vs_temperature.measured.intercept").unwrap();
+    assert!((error - 10.0 / 3.0_f64.sqrt()).abs() < 1e-11);
+    // N k_B / A with k_B of CODATA 1986, N = 2, r = 1 m.
+    let theory = metrics.theory("pressure_vs_temperature.measured.slope").unwrap();
+    assert!((theory / (2.0 * 1.380_658e-23 / PI) - 1.0).abs() < 1e-12);
+    // <v> = 2 sqrt(T) exactly.
+    metrics.assert_near("mean_speed_vs_temperature.exponent", 0.5, 1e-13);
+    metrics.assert_near("pressure_vs_temperature.mean_speed_formula.slope", 3.0, 1e-12);
+}
+
+#[test]
+fn gas_metrics_of_points_and_runs_are_exact() {
+    let metrics = Folder::write(GAS_SWEEP, gas_frames).metrics();
+    let points = metrics.all("pressure.measured");
+    // 3 means over replicates, then 9 runs.
+    assert_eq!(points.len(), 12);
+    assert_eq!(points[0]["sweep"]["coordinates"]["model.gas.temperature_k"], "100");
+    assert_eq!(points[0]["sweep"]["replicates"], 3);
+    metrics.assert_near("pressure.measured", (200.0 + 310.0 + 420.0) / 3.0, 1e-13);
+    // <v^2> = (1 + 9)/2 T.
+    let square = 5.0 * 100.0;
+    let theory = 2.0 * 1e-26 * square / (2.0 * PI);
+    assert!((metrics.theory("pressure.measured").unwrap() / theory - 1.0).abs() < 1e-12);
+    let run = points[3];
+    assert_eq!(run["run"]["replicate"], 0);
+    let expected = 1.0 / (square.sqrt() * 2.0 * 2.0) * theory;
+    assert!((run["standard_error"].as_f64().unwrap() / expected - 1.0).abs() < 1e-12);
+    metrics.assert_near("mean_speed", 20.0, 1e-14);
+    metrics.assert_near("rms_speed", square.sqrt(), 1e-14);
+    metrics.assert_near("mean_velocity", 10.0_f64.hypot(30.0) / 2.0, 1e-14);
+    metrics.assert_near("temperature.mean_square", 1e-26 * square / (2.0 * 1.380_658e-23), 1e-12);
+    metrics.assert_near("temperature.mean_speed", 1e-26 * 400.0 / (2.0 * 1.380_658e-23), 1e-12);
+    metrics.assert_near("wall_collision_rate", 3.5, 1e-14);
+    let theory = metrics.theory("wall_collision_rate").unwrap();
+    assert!((theory / (2.0 * 2.0 * 20.0 / PI) - 1.0).abs() < 1e-13);
+    metrics.assert_near("energy.drift_relative", 2e-3, 1e-12);
+    metrics.assert_near("max_speed_change_relative", 2e-12, 1e-15);
+    metrics.assert_near("particles_outside", 1.0, 0.0);
+}
+
+#[test]
+fn gas_pressure_falls_with_the_square_of_the_radius() {
+    let manifest = GAS_SWEEP
+        .replace(
+            r#""model.gas.temperature_k" = [100.0, 200.0, 400.0]"#,
+            r#""model.gas.radius_m" = [0.5, 1.0, 4.0]
+"model.gas.mass_kg" = [1e-26, 2e-26]"#,
+        )
+        .replace("[record]", "temperature_k = 100.0\n[record]");
+    let folder = Folder::write(&manifest, |run| {
+        let ModelConfig::Gas(config) = &run.model else { panic!("expected the gas model") };
+        let mut frames = gas_frames(run);
+        // The exponent is -2 for the light gas and -2.5 for the heavy one.
+        let heavy = config.mass_kg.get() > 1.5e-26;
+        for (clock, frame) in &mut frames {
+            frame.clear();
+            let measured = config.radius_m.get().powf(if heavy { -2.5 } else { -2.0 });
+            frame.push_state(&[0.0, 0.0, 1.0, 0.0]);
+            frame.push(&GasPressure {
+                measured_since_start_n_per_m: measured * clock.time,
+                ..GasPressure::default()
+            });
+            frame.push(&GasInvariants::default());
+            frame.push(&GasCollisions::default());
+        }
+        frames
+    });
+    let metrics = folder.metrics();
+    let exponents = metrics.all("pressure_vs_radius.measured.exponent");
+    assert_eq!(exponents.len(), 2);
+    for (exponent, (mass, expected)) in exponents.iter().zip([("1e-26", -2.0), ("2e-26", -2.5)]) {
+        assert_eq!(exponent["sweep"]["coordinates"]["model.gas.mass_kg"], mass);
+        assert_eq!(exponent["sweep"]["along"], "model.gas.radius_m");
+        assert!((exponent["value"].as_f64().unwrap() - expected).abs() < 1e-12);
+        assert_eq!(exponent["theory"], -2.0);
+    }
+}
+
+const DROP: &str = r#"
+name = "drop"
+[model.dem]
+discs = 1
+width_m = 0.01
+height_m = 0.3
+mass_kg = 1e-3
+radius_m = 5e-4
+restitution = 0.8
+stiffness_n_per_m = 5e4
+placement = { positions_m = [[0.005, 0.1005]], velocities_m_per_s = [[0, 0]] }
+duration_s = 0.6
+[record]
+frames = 300
+channels = ["state", "energy", "contact_statistics", "temperature"]
+"#;
+
+/// An instantaneous rebound with e = 0.8 after a fall of 0.1 m.
+fn drop_frames(_: &RunManifest) -> Frames {
+    const GRAVITY: f64 = 9.81;
+    let energy_at = |flight: i32| 1e-3 * GRAVITY * 0.1 * 0.64_f64.powi(flight);
+    let fall = (0.2_f64 / GRAVITY).sqrt();
+    (0..=300)
+        .map(|index| {
+            let time = 0.6 * f64::from(index) / 300.0;
+            let (mut flight, mut start) = (0, -fall);
+            let speed_after = |flight: i32| (2.0 * GRAVITY * 0.1).sqrt() * 0.8_f64.powi(flight);
+            while time > start + 2.0 * speed_after(flight) / GRAVITY {
+                start += 2.0 * speed_after(flight) / GRAVITY;
+                flight += 1;
+            }
+            let since = time - start;
+            let gap = speed_after(flight) * since - GRAVITY * since * since / 2.0;
+            let velocity = speed_after(flight) - GRAVITY * since;
+            let kinetic = 1e-3 * velocity * velocity / 2.0;
+            let mut frame = Frame::new();
+            frame.push_state(&[0.005, 5e-4 + gap, 0.0, velocity]);
+            frame.push(&DemEnergy {
+                kinetic_j: kinetic,
+                gravitational_j: 1e-3 * GRAVITY * (gap + 5e-4),
+                dissipated_j: energy_at(0) - energy_at(flight) + 1e-6 * time,
+                ..DemEnergy::default()
+            });
+            frame.push(&DemContactStatistics {
+                max_overlap_over_radius: if flight == 1 { 0.2 } else { 0.1 },
+                coordination_number: 0.5,
+                ..DemContactStatistics::default()
+            });
+            frame.push(&DemTemperature {
+                granular_temperature_m2_per_s2: time,
+                ..DemTemperature::default()
+            });
+            (Clock { count: index as u64, time }, frame)
+        })
+        .collect()
+}
+
+#[test]
+fn dem_drop_has_the_given_restitution_and_energy_balance() {
+    let metrics = Folder::write(DROP, drop_frames).metrics();
+    metrics.assert_near("restitution.measured", 0.8, 1e-9);
+    assert_eq!(metrics.theory("restitution.measured"), Some(0.8));
+    let start = 1e-3 * 9.81 * 0.1005;
+    // Planted error: the dissipated energy grows by 1e-6 J per second too fast.
+    metrics.assert_near("energy.residual_relative", 0.6e-6 / start, 1e-8);
+    metrics.assert_near("energy.max_residual_relative", 0.6e-6 / start, 1e-8);
+    let dissipated = metrics.value("energy.dissipated") - 0.6e-6;
+    metrics.assert_near("energy.total_change_relative", -dissipated / start, 1e-10);
+    metrics.assert_near("energy.kinetic_disagreement_relative", 0.0, 1e-12);
+    metrics.assert_near("max_overlap_over_radius", 0.2, 0.0);
+    metrics.assert_near("coordination_number", 0.5, 0.0);
+    metrics.assert_near("granular_temperature", 0.6, 0.0);
+    metrics.assert_near("packing_fraction", PI * 25e-8 / 3e-3, 1e-12);
+}
+
+/// Control: an energy balance that contradicts the state is found.
+#[test]
+fn control_contradicting_energy_balance_is_found() {
+    let folder = Folder::write(DROP, |run| {
+        let mut frames = drop_frames(run);
+        for (_, frame) in &mut frames {
+            let state = [frame.state()[0], frame.state()[1], 1.0, frame.state()[3]];
+            let (energy, contacts) =
+                (frame.get::<DemEnergy>().unwrap(), frame.get::<DemContactStatistics>());
+            let temperature = frame.get::<DemTemperature>().unwrap();
+            frame.clear();
+            frame.push_state(&state);
+            frame.push(&energy);
+            frame.push(&contacts.unwrap());
+            frame.push(&temperature);
+        }
+        frames
+    });
+    let expected = 0.5e-3 / (1e-3 * 9.81 * 0.1005);
+    folder.metrics().assert_near("energy.kinetic_disagreement_relative", expected, 1e-9);
+}

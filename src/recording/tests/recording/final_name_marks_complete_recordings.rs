@@ -1,0 +1,142 @@
+//! Guarantee: a recording gets its final name only when it is complete, and it never replaces another one. After any failure of the disk,
+//! the file contains the start of the recording.
+
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
+use crate::sample::{fill, header, read_file, record};
+use kinetoscope_recording::error::RecordError;
+use kinetoscope_recording::file::{Committed, RecordingFile};
+use kinetoscope_recording::frame::Frame;
+use kinetoscope_recording::reader::Recording;
+use kinetoscope_recording::recorder::{Clock, Compression, Outcome, Recorder};
+use std::io::{self, Write};
+use std::path::Path;
+
+fn write_run(
+    file: RecordingFile,
+    frames: u64,
+    outcome: &Outcome,
+) -> Result<RecordingFile, RecordError> {
+    let mut recorder = Recorder::create(file, &header(Compression::Zstd))?;
+    let mut frame = Frame::new();
+    for index in 0..frames {
+        fill(&mut frame, index, 5);
+        recorder.write(Clock { count: index, time: 0.0 }, &mut frame)?;
+    }
+    recorder.finish(outcome)
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn finished_run_gets_its_final_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = RecordingFile::create(folder.path(), "run").unwrap();
+    assert_eq!(names(folder.path()), ["run.partial.mcap"]);
+    let file = write_run(file, 3, &Outcome::Complete).unwrap();
+    assert_eq!(file.commit().unwrap(), Committed::New);
+    assert_eq!(names(folder.path()), ["run.mcap"]);
+    let (frames, error) = read_file(&folder.path().join("run.mcap"));
+    assert_eq!((frames.len(), error), (3, None));
+}
+
+#[test]
+fn equal_bytes_are_accepted_and_other_bytes_are_an_error_that_keeps_both_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |frames| {
+        let file = RecordingFile::create(folder.path(), "run").unwrap();
+        write_run(file, frames, &Outcome::Complete).unwrap().commit()
+    };
+    assert_eq!(run(3).unwrap(), Committed::New);
+    let first = std::fs::read(folder.path().join("run.mcap")).unwrap();
+    assert_eq!(run(3).unwrap(), Committed::AlreadyThere);
+    assert_eq!(names(folder.path()), ["run.mcap"]);
+    let error = run(4).unwrap_err();
+    assert!(matches!(error, RecordError::Differs { .. }) && !error.is_retryable(), "{error}");
+    assert_eq!(names(folder.path()), ["run.mcap", "run.partial.mcap"]);
+    assert_eq!(std::fs::read(folder.path().join("run.mcap")).unwrap(), first);
+}
+
+#[test]
+fn second_writer_of_a_recording_is_rejected() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = RecordingFile::create(folder.path(), "run").unwrap();
+    let error = RecordingFile::create(folder.path(), "run").err().unwrap();
+    assert!(matches!(error, RecordError::Locked { .. }) && error.is_retryable(), "{error}");
+    drop(first);
+    assert!(RecordingFile::create(folder.path(), "run").is_ok());
+}
+
+#[test]
+fn interrupted_run_leaves_a_readable_partial_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = RecordingFile::create(folder.path(), "run").unwrap();
+    let path = write_run(file, 3, &Outcome::Interrupted).unwrap().keep_partial().unwrap();
+    assert_eq!(names(folder.path()), ["run.partial.mcap"]);
+    let (frames, error) = read_file(&path);
+    assert_eq!((frames.len(), error), (3, None));
+    assert_eq!(Recording::open(&path).unwrap().provenance().outcome, Some(Outcome::Interrupted));
+}
+
+#[test]
+fn missing_folder_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = RecordingFile::create(&folder.path().join("nowhere"), "run").err().unwrap();
+    assert!(error.to_string().contains("nowhere"), "{error}");
+}
+
+/// A disk that is full after a given number of bytes.
+struct FullDisk<'a> {
+    bytes: &'a mut Vec<u8>,
+    room: usize,
+}
+
+impl Write for FullDisk<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let left = self.room - self.bytes.len();
+        if left == 0 {
+            return Err(io::Error::new(io::ErrorKind::StorageFull, "run.partial.mcap: disk full"));
+        }
+        let written = &bytes[..bytes.len().min(left)];
+        self.bytes.extend_from_slice(written);
+        Ok(written.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn full_disk_is_retryable_and_leaves_the_start_of_the_recording() {
+    let header = header(Compression::Zstd);
+    // The run has several chunks, so that the disk becomes full in the middle of the run as well.
+    let (frames, particles) = (30, 500);
+    let whole = record(&header, frames, particles);
+    for part in 0..40 {
+        let room = whole.len() * part / 40 + part;
+        let mut bytes = Vec::new();
+        let disk = FullDisk { bytes: &mut bytes, room };
+        let result = Recorder::create(disk, &header).and_then(|mut recorder| {
+            let mut frame = Frame::new();
+            for index in 0..frames {
+                fill(&mut frame, index, particles);
+                recorder.write(
+                    Clock { count: 10 * index, time: crate::sample::time_of(index) },
+                    &mut frame,
+                )?;
+            }
+            recorder.finish(&Outcome::Complete).map(|_| ())
+        });
+        let error = result.unwrap_err();
+        assert!(error.is_retryable(), "{room} bytes: {error}");
+        assert!(error.to_string().contains("Free space"), "{room} bytes: {error}");
+        assert!(whole.starts_with(&bytes), "{room} bytes");
+    }
+}

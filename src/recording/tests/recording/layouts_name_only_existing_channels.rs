@@ -1,0 +1,194 @@
+//! Guarantee: a layout names only topics and fields that exist, in the form that viewers require.
+
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
+use kinetoscope_recording::channels::{self, ALL};
+use kinetoscope_recording::layout::{layout_json, template};
+use kinetoscope_recording::recorder::{Compression, Selection};
+use serde_json::Value;
+
+const MODELS: [&str; 4] = ["dem", "gas", "packing", "orbit"];
+const DRAWN: [&str; 7] = [
+    channels::STATE,
+    channels::DISCS,
+    channels::WALLS,
+    channels::LEGEND,
+    channels::VELOCITY,
+    channels::FORCE_CHAINS,
+    channels::TRAIL,
+];
+
+fn panels(model: &str) -> Vec<(String, Value)> {
+    let layout: Value = serde_json::from_str(template(model).unwrap()).unwrap();
+    layout["configById"].as_object().unwrap().clone().into_iter().collect()
+}
+
+/// Whether a schema belongs to a model.
+fn is_of(model: &str, schema: &str) -> bool {
+    let prefix = match model {
+        "dem" => "kinetoscope.Dem",
+        "gas" => "kinetoscope.Gas",
+        "packing" => "kinetoscope.Packing",
+        _ => "kinetoscope.Orbit",
+    };
+    schema.starts_with(prefix)
+}
+
+/// Whether a path such as "/speeds.density[:]" names a field of the model's channels; a bare number is a reference line.
+fn exists(model: &str, path: &str) -> bool {
+    if path.parse::<f64>().is_ok() {
+        return true;
+    }
+    let Some((topic, field)) = path.split_once('.') else { return false };
+    let (field, series) = match field.strip_suffix("[:]") {
+        Some(field) => (field, true),
+        None => (field, false),
+    };
+    ALL.iter().filter(|channel| channel.topic == topic && is_of(model, channel.schema)).any(
+        |channel| {
+            let found = channel.fields.iter().find(|declared| declared.name == field);
+            found.is_some_and(|declared| declared.kind.contains("repeated") == series)
+        },
+    )
+}
+
+#[test]
+fn every_topic_and_field_exists() {
+    for model in MODELS {
+        for (id, panel) in panels(model) {
+            for path in panel["paths"].as_array().into_iter().flatten() {
+                let value = path["value"].as_str().unwrap();
+                assert!(exists(model, value), "{model}, {id}: {value}");
+                assert!(path["label"].as_str().unwrap().len() <= 16, "{model}, {id}: {value}");
+            }
+            if let Some(path) = panel.get("xAxisPath") {
+                assert!(exists(model, path["value"].as_str().unwrap()), "{model}, {id}: {path}");
+            }
+            for topic in panel["topics"].as_object().into_iter().flat_map(|topics| topics.keys()) {
+                assert!(DRAWN.contains(&topic.as_str()), "{model}, {id}: {topic}");
+            }
+            if let Some(topic) = panel.get("topicToRender") {
+                assert_eq!(topic, channels::LOG);
+            }
+            if let Some(topic) = panel.get("topicPath") {
+                let found = |topic: &str| ALL.iter().any(|channel| channel.topic == topic);
+                assert!(found(topic.as_str().unwrap()), "{model}, {id}: {topic}");
+            }
+        }
+    }
+}
+
+#[test]
+fn control_foreign_topics_and_misspelled_fields_are_found() {
+    assert!(exists("dem", "/energy_percent.kinetic_percent"));
+    assert!(!exists("dem", "/energy_percent.kinetic_pct"));
+    assert!(!exists("gas", "/energy_percent.kinetic_percent"));
+    assert!(!exists("gas", "/speeds.density"));
+}
+
+#[test]
+fn panels_have_titles_and_plots_share_an_axis() {
+    for model in MODELS {
+        for (id, panel) in panels(model) {
+            let title = panel["foxglovePanelTitle"].as_str().unwrap();
+            assert!(!title.is_empty(), "{model}, {id}");
+            assert_eq!(panel["lichtblickPanelTitle"], title, "{model}, {id}");
+            if id.starts_with("Plot!") {
+                assert_eq!(panel["sidebarDimension"], 190, "{model}, {id}");
+                assert_eq!(panel["legendDisplay"], "left", "{model}, {id}");
+                assert_eq!(panel["showPlotValuesInLegend"], false, "{model}, {id}");
+                assert_eq!(panel["isSynced"], panel["xAxisVal"] == "timestamp", "{model}, {id}");
+                assert!(!panel["xAxisLabel"].as_str().unwrap().is_empty(), "{model}, {id}");
+                assert!(!panel["yAxisLabel"].as_str().unwrap().is_empty(), "{model}, {id}");
+            }
+        }
+    }
+}
+
+fn leaves(tree: &Value, into: &mut Vec<String>) {
+    match tree {
+        Value::String(id) => into.push(id.clone()),
+        tree => {
+            leaves(&tree["first"], into);
+            leaves(&tree["second"], into);
+        }
+    }
+}
+
+#[test]
+fn every_panel_is_placed_once() {
+    for model in MODELS {
+        let layout: Value = serde_json::from_str(template(model).unwrap()).unwrap();
+        let mut placed = Vec::new();
+        leaves(&layout["layout"], &mut placed);
+        placed.sort();
+        let mut configured: Vec<String> = panels(model).into_iter().map(|(id, _)| id).collect();
+        configured.sort();
+        assert_eq!(placed, configured, "{model}");
+    }
+}
+
+/// The sample contains temperatures and speeds of the gas, but neither pressure nor collisions.
+#[test]
+fn unrecorded_channels_have_no_panel() {
+    let mut header = crate::sample::header(Compression::Zstd);
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let mut placed = Vec::new();
+    leaves(&layout["layout"], &mut placed);
+    assert_eq!(placed, ["3D!scene", "RosOut!log", "Plot!speeds", "Plot!temperature"]);
+    assert_eq!(layout["layout"]["second"]["splitPercentage"], 50.0);
+    // The height of the scene does not change, because the log is still below it.
+    assert_eq!(layout["layout"]["first"]["splitPercentage"], 74);
+    assert_eq!(layout["configById"].as_object().unwrap().len(), 4);
+    header.selection = Selection::Named(vec!["temperature".to_owned()]);
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let mut placed = Vec::new();
+    leaves(&layout["layout"], &mut placed);
+    assert_eq!(placed, ["RosOut!log", "Plot!temperature"]);
+    header.selection = Selection::Named(vec!["discs".to_owned()]);
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let topics = layout["configById"]["3D!scene"]["topics"].as_object().unwrap();
+    assert_eq!(topics.keys().collect::<Vec<_>>(), ["/discs", "/legend", "/walls"]);
+}
+
+/// The viewer's formula for a box of 0.04 m: visible height 0.04 x 1.1 x 1.12 = 0.04928 m, center (0.02, 0.018).
+#[test]
+fn camera_shows_container_and_color_bar() {
+    let mut header = crate::sample::header(Compression::Zstd);
+    header.model = "dem";
+    header.scenery.view = [[0.0, 0.0], [0.04, 0.04]];
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let camera = &layout["configById"]["3D!scene"]["cameraState"];
+    let close = |value: &Value, expected: f64| {
+        assert!((value.as_f64().unwrap() - expected).abs() < 1e-15, "{value}, not {expected}");
+    };
+    close(&camera["distance"], 0.04928);
+    close(&camera["targetOffset"][0], 0.02);
+    close(&camera["targetOffset"][1], 0.018);
+    // Orbit: no color bar, a margin of 6 %, and the wider side determines the height.
+    header.model = "orbit";
+    header.scenery.view = [[-2.0, -1.0], [2.0, 1.0]];
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let camera = &layout["configById"]["3D!scene"]["cameraState"];
+    close(&camera["distance"], 4.24);
+    close(&camera["targetOffset"][1], 0.0);
+    // A flat box: the color bar needs 0.1 of the length below the box. Width 20, height 22.4; center at (0 + 1 - 2) / 2.
+    header.model = "gas";
+    header.scenery.view = [[0.0, 0.0], [20.0, 1.0]];
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let camera = &layout["configById"]["3D!scene"]["cameraState"];
+    close(&camera["distance"], 22.4);
+    close(&camera["targetOffset"][1], -0.5);
+}
+
+#[test]
+fn time_axis_states_the_playback_speed() {
+    let mut header = crate::sample::header(Compression::Zstd);
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    let label = |layout: &Value, panel: &str| layout["configById"][panel]["xAxisLabel"].clone();
+    assert_eq!(label(&layout, "Plot!temperature"), "playback time (s), 1 s = 75 ms simulated");
+    assert_eq!(label(&layout, "Plot!speeds"), "speed / rms speed");
+    header.model_time = None;
+    let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
+    assert_eq!(label(&layout, "Plot!temperature"), "playback time (s)");
+}

@@ -1,0 +1,217 @@
+//! Guarantee: the documents describe the repository as it is, and each package, each unsafe block and each import is where the
+//! architecture allows it.
+//!
+//! Setup: every path in ARCHITECTURE.md, README.md and CONTRIBUTING.md must exist; every experiment must have a row in the README
+//! with an existing test and a picture in docs/replay.md; the sources are searched for packages, `unsafe` and imports.
+//! Control: a path that does not exist and a rule that omits a file are found.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(path: &str) -> String {
+    fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// The paths of this repository that a document names in backquotes.
+fn paths_in(document: &str) -> Vec<String> {
+    document
+        .split('`')
+        .skip(1)
+        .step_by(2)
+        .flat_map(|quoted| match quoted.split_once('{') {
+            Some((before, rest)) => {
+                let (names, after) = rest.split_once('}').unwrap_or((rest, ""));
+                names.split(',').map(|name| format!("{before}{name}{after}")).collect()
+            }
+            None => vec![quoted.to_owned()],
+        })
+        .filter(|path| {
+            [
+                "src/",
+                "tests/",
+                "experiments/",
+                "analysis/",
+                "recordings/README",
+                "docs/",
+                "benches/",
+            ]
+            .iter()
+            .any(|top| path.starts_with(top))
+                && !path.contains([' ', '*', '<'])
+                && !path.contains("NAME")
+        })
+        .collect()
+}
+
+/// All Rust sources below a folder.
+fn sources(folder: &str) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    collect_sources(&root().join(folder), &mut files);
+    assert!(!files.is_empty(), "{folder} contains no Rust source");
+    files
+}
+
+fn collect_sources(folder: &Path, into: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            collect_sources(&path, into);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            into.push(path);
+        }
+    }
+}
+
+#[test]
+fn paths_named_in_documents_exist() {
+    for document in ["ARCHITECTURE.md", "README.md", "CONTRIBUTING.md"] {
+        let text = read(document);
+        for path in paths_in(&text) {
+            assert!(root().join(&path).exists(), "{document} names {path}, which does not exist");
+        }
+    }
+}
+
+#[test]
+fn every_experiment_has_a_row_a_test_a_replay_and_a_check() {
+    let readme = read("README.md");
+    let replays = read("docs/replay.md");
+    let mut shipped = BTreeSet::new();
+    for entry in fs::read_dir(root().join("experiments")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            shipped.insert(path.file_name().unwrap().to_string_lossy().into_owned());
+        }
+    }
+    for experiment in &shipped {
+        let row = readme
+            .lines()
+            .find(|line| line.starts_with(&format!("| `experiments/{experiment}`")))
+            .unwrap_or_else(|| panic!("{experiment} has no row in the README's table"));
+        assert!(row.contains("`tests/"), "{experiment}: the row names no test");
+        let first = read(&format!("experiments/{experiment}"));
+        let question = first.lines().next().unwrap_or_default();
+        assert!(
+            question.starts_with("# ") && question.contains("? Expected:"),
+            "{experiment}: the first line must state a question and the expected answer"
+        );
+        let name = experiment.trim_end_matches(".toml");
+        let picture = format!("replay/{name}.png");
+        assert!(root().join("docs").join(&picture).exists(), "docs/{picture} does not exist");
+        let replay = format!(
+            "### {name}\n\n{}\n\n![{name}]({picture})\n",
+            question.trim_start_matches("# ")
+        );
+        let shown = replays.matches(&replay).count();
+        assert_eq!(
+            shown, 1,
+            "{experiment}: docs/replay.md must contain the question and the picture once"
+        );
+        assert!(first.contains("[[checks]]"), "{experiment} has no check");
+    }
+}
+
+#[test]
+fn external_packages_are_used_in_one_folder() {
+    let homes = [
+        ("mcap::", "src/recording"),
+        ("rand_chacha::", "src/physics/random.rs"),
+        ("indicatif::", "src/executor/progress.rs"),
+        ("tungstenite::", "src/live"),
+        ("object_store::", "src/object_storage"),
+        ("tokio::", "src/object_storage"),
+        ("csv::", "analysis"),
+        ("png::", "analysis"),
+    ];
+    for file in [sources("src"), sources("analysis")].concat() {
+        let text = fs::read_to_string(&file).unwrap();
+        let path = file.strip_prefix(root()).unwrap();
+        for (package, home) in homes {
+            let used = text.lines().any(|line| {
+                line.trim_start().starts_with(&format!("use {package}"))
+                    || line.contains(&format!(" {package}"))
+            });
+            assert!(!used || path.starts_with(home), "{} uses {package}", path.display());
+        }
+    }
+}
+
+/// The list item of ARCHITECTURE.md, section "Rules", that names the files with unsafe code.
+fn unsafe_rule(document: &str) -> Option<String> {
+    let (_, rules) = document.split_once("\n## Rules")?;
+    let rules = rules.split("\n## ").next()?;
+    let start = rules.find("\n2. `unsafe` is used in the files listed here only")? + 1;
+    let mut lines = rules[start..].lines();
+    let first = lines.next()?;
+    // The item ends at the next item, at an empty line or at the end of the section.
+    let rest = lines.take_while(|line| line.starts_with(' '));
+    Some([first].into_iter().chain(rest).collect::<Vec<_>>().join("\n"))
+}
+
+/// Whether a source contains an unsafe block or implementation.
+fn has_unsafe_code(source: &str) -> bool {
+    source.contains("unsafe {") || source.contains("unsafe impl")
+}
+
+#[test]
+fn unsafe_code_is_only_in_the_listed_files() {
+    let rule = unsafe_rule(&read("ARCHITECTURE.md"))
+        .expect("ARCHITECTURE.md, section Rules, must list the files with unsafe code");
+    let listed: BTreeSet<String> = paths_in(&rule).into_iter().collect();
+    let found: BTreeSet<String> = [sources("src"), sources("analysis")]
+        .concat()
+        .into_iter()
+        .filter(|file| has_unsafe_code(&fs::read_to_string(file).unwrap()))
+        .map(|file| file.strip_prefix(root()).unwrap().to_string_lossy().into_owned())
+        .collect();
+    let unlisted: Vec<_> = found.difference(&listed).collect();
+    assert!(unlisted.is_empty(), "unsafe code in files that the rule does not list: {unlisted:?}");
+    let is_source = |path: &&String| path.starts_with("src/") || path.starts_with("analysis/");
+    let without: Vec<_> = listed.difference(&found).filter(is_source).collect();
+    assert!(without.is_empty(), "listed files without unsafe code: {without:?}");
+}
+
+#[test]
+fn control_missing_paths_and_incomplete_rules_are_found() {
+    let document = "a\n## Rules\n\n1. `src/none.rs`.\n2. `unsafe` is used in the files listed here only:\n   \
+                    `src/a/{one,two}.rs`,\n   `src/b.rs`.\n3. `src/c.rs`\n\n## Next\n";
+    let rule = unsafe_rule(document).unwrap();
+    assert_eq!(paths_in(&rule), ["src/a/one.rs", "src/a/two.rs", "src/b.rs"]);
+    assert_eq!(unsafe_rule(&document.replace("\n2. ", "\n5. ")), None);
+    assert!(!root().join("src/none.rs").exists());
+    assert!(has_unsafe_code("let x = unsafe { f() };") && !has_unsafe_code("// unsafe\n"));
+}
+
+#[test]
+fn physics_does_not_depend_on_its_environment() {
+    let forbidden = [
+        "std::fs",
+        "std::io",
+        "std::env",
+        "std::time",
+        "std::thread",
+        "println!",
+        "HashMap",
+        "f32",
+    ];
+    let models = ["dem", "gas", "packing", "orbit"];
+    for file in sources("src/physics") {
+        let text = fs::read_to_string(&file).unwrap();
+        for word in forbidden {
+            assert!(!text.contains(word), "{} contains {word}", file.display());
+        }
+        let path = file.strip_prefix(root().join("src/physics")).unwrap();
+        let own = models.iter().find(|model| path.starts_with(model));
+        for other in models.iter().filter(|model| own.is_some_and(|own| own != *model)) {
+            let import = format!("crate::{other}");
+            assert!(!text.contains(&import), "{} imports {import}", file.display());
+        }
+    }
+}

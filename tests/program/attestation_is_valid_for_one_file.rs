@@ -1,0 +1,95 @@
+//! Guarantee: only a successful `--verify` writes an attestation. It is valid for the verified bytes only, and it contains nothing of the
+//! host except its kind.
+//!
+//! Control: one changed byte invalidates the attestation.
+
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
+use crate::forged_recording::{Forgery, record, run_experiment, stderr, stdout};
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+const ORBIT: &str = "[model.orbit]\nduration_days = 100.0\n[record]\nframes = 20\n";
+
+fn call(what: &str, recording: &Path) -> Output {
+    run_experiment([what.as_ref(), recording.as_os_str()])
+}
+
+#[test]
+fn attestation_is_valid_until_the_file_changes() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(folder.path(), "orbit", ORBIT);
+    let before = call("--attested", &recording);
+    assert_eq!(before.status.code(), Some(5), "the recording has not been verified yet");
+    assert!(stderr(&before).contains("run-experiment --verify"), "{}", stderr(&before));
+
+    assert_eq!(call("--verify", &recording).status.code(), Some(0));
+    let attested = call("--attested", &recording);
+    assert_eq!(attested.status.code(), Some(0), "{}", stderr(&attested));
+    assert!(stdout(&attested).contains("equal in every byte"));
+
+    let bytes = fs::read(&recording).unwrap();
+    let mut flipped = bytes.clone();
+    flipped[bytes.len() / 2] ^= 1;
+    fs::write(&recording, &flipped).unwrap();
+    let changed = call("--attested", &recording);
+    assert_eq!(changed.status.code(), Some(4));
+    assert!(stderr(&changed).contains("another SHA-256"), "{}", stderr(&changed));
+
+    fs::write(&recording, &bytes[..bytes.len() - 1]).unwrap();
+    let shorter = call("--attested", &recording);
+    assert_eq!(shorter.status.code(), Some(4));
+    assert!(stderr(&shorter).contains("another size"), "{}", stderr(&shorter));
+
+    fs::write(&recording, &bytes).unwrap();
+    assert_eq!(call("--attested", &recording).status.code(), Some(0));
+}
+
+#[test]
+fn attestation_contains_only_the_specified_fields() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(folder.path(), "orbit", ORBIT);
+    call("--verify", &recording);
+    let text = fs::read_to_string(recording.with_extension("verified.json")).unwrap();
+    let keys: Vec<&str> = text.lines().filter_map(|line| line.split('"').nth(1)).collect();
+    let expected = [
+        "attestation_version",
+        "sha256",
+        "bytes",
+        "run_key",
+        "verified_by_program_version",
+        "verified_by_physics_version",
+        "verdict",
+        "operating_system",
+        "architecture",
+    ];
+    assert_eq!(keys, expected);
+    assert!(!text.contains(&folder.path().display().to_string()));
+}
+
+#[test]
+fn attestation_states_that_only_messages_are_equal() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(folder.path(), "orbit", ORBIT);
+    let other = folder.path().join("other.mcap");
+    Forgery::default().write(&recording, &other);
+    call("--verify", &other);
+    let attested = call("--attested", &other);
+    assert_eq!(attested.status.code(), Some(0), "{}", stderr(&attested));
+    assert!(stdout(&attested).contains("equal in every message"));
+}
+
+#[cfg(unix)]
+#[test]
+fn verification_succeeds_if_the_attestation_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(folder.path(), "orbit", ORBIT);
+    // A folder with the name of the attestation prevents the file from being written, for every user.
+    fs::create_dir_all(recording.with_extension("verified.json").join("taken")).unwrap();
+    let verified = call("--verify", &recording);
+    assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));
+    let text = stdout(&verified);
+    assert!(text.contains("equal in every byte"), "{text}");
+    assert!(text.contains("No attestation could be written to "), "{text}");
+}

@@ -1,0 +1,90 @@
+//! Guarantee: `--compare` lists the keys in which two manifests differ, then versions, then the first message that differs. The exit code
+//! is 0 for equal messages and 4 otherwise.
+
+#![allow(clippy::unwrap_used, reason = "a test's own failure")]
+
+use crate::forged_recording::{Forgery, record, run_experiment, stderr, stdout};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+const GAS: &str =
+    "seed = 6\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes = 20\n";
+
+fn compare(left: &Path, right: &Path) -> Output {
+    run_experiment(["--compare".as_ref(), left.as_os_str(), right.as_os_str()])
+}
+
+#[test]
+fn copy_is_byte_identical() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(folder.path(), "gas", GAS);
+    let copy = folder.path().join("copy.mcap");
+    fs::copy(&recording, &copy).unwrap();
+    let compared = compare(&recording, &copy);
+    assert_eq!(compared.status.code(), Some(0), "{}", stderr(&compared));
+    assert!(stdout(&compared).contains("Equal manifests\n21 frames: equal in every byte"));
+}
+
+#[test]
+fn keys_are_listed_before_messages() {
+    let folder = tempfile::tempdir().unwrap();
+    let one = record(folder.path(), "gas", GAS);
+    let warmer = GAS.replace("particles = 50", "particles = 60\ntemperature_k = 373.15");
+    let other = record(folder.path(), "gas", &warmer);
+    let compared = compare(&one, &other);
+    assert_eq!(compared.status.code(), Some(4));
+    let text = stdout(&compared);
+    let keys: Vec<&str> = text.lines().filter(|line| line.starts_with("  ")).collect();
+    let expected = ["  model.gas.particles: 50 → 60", "  model.gas.temperature_k: 300.0 → 373.15"];
+    assert_eq!(keys, expected, "exactly the differing keys must be listed");
+    assert!(text.contains("\nrun key: "), "{text}");
+    assert!(
+        stderr(&compared).contains("First difference: /state, frame 0 (time 0.0 s), particle 0, ")
+    );
+}
+
+#[test]
+fn compression_does_not_affect_messages() {
+    let folder = tempfile::tempdir().unwrap();
+    let one = record(folder.path(), "gas", GAS);
+    let other = record(folder.path(), "gas", &format!("{GAS}compression = \"lz4\"\n"));
+    let compared = compare(&one, &other);
+    assert_eq!(compared.status.code(), Some(0), "{}", stderr(&compared));
+    let text = stdout(&compared);
+    assert!(text.contains("  record.compression: \"zstd\" → \"lz4\"\n"), "{text}");
+    assert!(text.contains("21 frames: equal in every message, not in every byte"), "{text}");
+}
+
+#[test]
+fn longer_run_equals_the_shorter_up_to_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let short = record(folder.path(), "gas", GAS);
+    let twice = GAS.replace("duration_s = 0.02", "duration_s = 0.04");
+    let long = record(folder.path(), "gas", &twice.replace("frames = 20", "frames = 40"));
+    let compared = compare(&short, &long);
+    assert_eq!(compared.status.code(), Some(4));
+    // The log of frame 0 states the simulated time per second of playback, which is equal here; so are all frames up to 20.
+    let expected =
+        format!("number of frames: {} has only 21 (complete), all of them equal", short.display());
+    assert!(stderr(&compared).contains(&expected), "{}", stderr(&compared));
+}
+
+#[test]
+fn differing_versions_and_units_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = record(folder.path(), "gas", GAS);
+    let other = folder.path().join("other.mcap");
+    let metadata = BTreeMap::from([("physics_version".to_owned(), "77".to_owned())]);
+    Forgery { metadata, ..Forgery::default() }.write(&recording, &other);
+    let compared = compare(&recording, &other);
+    assert_eq!(compared.status.code(), Some(0), "{}", stderr(&compared));
+    assert!(stdout(&compared).contains("→ 77\n"), "{}", stdout(&compared));
+
+    let metadata = BTreeMap::from([("time_unit".to_owned(), "min".to_owned())]);
+    Forgery { metadata, ..Forgery::default() }.write(&recording, &other);
+    let compared = compare(&recording, &other);
+    assert_eq!(compared.status.code(), Some(4), "another time unit is a difference");
+    assert!(stderr(&compared).contains("First difference: time unit: \"s\" in "));
+}

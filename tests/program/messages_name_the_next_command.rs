@@ -1,0 +1,54 @@
+//! Guarantee: the last message of a run names a command that works in the same installation. A meaningless count is answered with an
+//! allowed one. The help text contains no identifier of the source code.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_run-experiment");
+
+/// The output of `program` on both streams for these arguments.
+fn output_of(program: &Path, arguments: &[&str]) -> String {
+    let output = Command::new(program).args(arguments).output().unwrap();
+    let [out, err] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+    out + &err
+}
+
+#[test]
+fn next_command_belongs_to_the_same_installation() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = folder.path().join("short.toml");
+    fs::write(&manifest, "[model.orbit]\nduration_days = 1.0\n[record]\nframes = 1\n").unwrap();
+    let output = folder.path().join("my recordings");
+    let arguments = [manifest.to_str().unwrap(), "--output", output.to_str().unwrap()];
+    let place = format!("'{}'", output.join("short").display());
+    // In Cargo's folder `target`, the other program may not have been built.
+    let by_cargo = output_of(Path::new(PROGRAM), &arguments);
+    let next = format!("cargo run --release --bin analyze-recordings -- {place}");
+    assert!(by_cargo.contains(&next), "{by_cargo}");
+    let installed = folder.path().join("run-experiment");
+    fs::copy(PROGRAM, &installed).unwrap();
+    let by_path = output_of(&installed, &arguments);
+    let next = format!("{} {place}", folder.path().join("analyze-recordings").display());
+    assert!(by_path.contains(&next), "{by_path}");
+}
+
+#[test]
+fn invalid_counts_are_rejected_with_the_allowed_range() {
+    for option in ["--jobs", "--threads", "--runs-per-task", "--time-limit"] {
+        for count in ["0", "many", "-1"] {
+            let argument = format!("{option}={count}");
+            let answer = output_of(Path::new(PROGRAM), &["none.toml", &argument]);
+            assert!(answer.contains("write a whole number from 1"), "{argument}: {answer}");
+        }
+    }
+}
+
+#[test]
+fn help_contains_no_identifier() {
+    let help = output_of(Path::new(PROGRAM), &["--help"]);
+    assert!(help.contains("Exit codes:"), "{help}");
+    assert!(!help.contains("[`") && !help.contains("::"), "{help}");
+}

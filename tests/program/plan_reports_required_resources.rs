@@ -1,0 +1,71 @@
+//! Guarantee: the plan's particles, frames and bytes are upper bounds for all of its runs, including inserted discs.
+//!
+//! Control: without the inserted discs, the planned size is smaller than the recording.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// The printed plan of a manifest, and the size of its recordings in bytes.
+fn planned_and_recorded(manifest: &str) -> (String, u64) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plan.toml");
+    fs::write(&path, manifest).unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_run-experiment"));
+    let output = program.arg(&path).arg("--output").arg(folder.path()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let bytes = fs::read_dir(folder.path().join("plan"))
+        .unwrap()
+        .map(|entry| entry.unwrap())
+        .filter(|entry| Path::new(&entry.file_name()).extension().is_some_and(|end| end == "mcap"))
+        .map(|entry| entry.metadata().unwrap().len())
+        .sum();
+    (String::from_utf8(output.stdout).unwrap(), bytes)
+}
+
+/// The size limit that a plan states, in bytes.
+fn bound(plan: &str) -> f64 {
+    let (_, bound) = plan.split_once("at most ").unwrap();
+    let mut words = bound.split_whitespace();
+    let number: f64 = words.next().unwrap().parse().unwrap();
+    match words.next().unwrap().trim_end_matches(',') {
+        "KiB" => 1024.0 * number,
+        "MiB" => 1024.0 * 1024.0 * number,
+        unit => panic!("{unit} in {plan}"),
+    }
+}
+
+#[test]
+fn inserted_discs_are_counted() {
+    let scene = "[model.dem]\ndiscs = 1\nduration_s = 0.5\n[record]\nframes = 100\n";
+    let insertion = "[model.dem.insertion]\ndiscs = 200\ndiscs_per_s = 1e3\nfrom_m = [0.005, 0.035]\nto_m = [0.035, 0.035]\n\
+        velocity_m_per_s = [0.0, -0.5]\n";
+    let (plan, bytes) = planned_and_recorded(&format!("{scene}{insertion}"));
+    assert!(plan.contains("201 particles, 101 frames, at most"), "{plan}");
+    assert!(bytes as f64 <= bound(&plan), "{bytes} bytes, and {plan}");
+    let (dry, _) = planned_and_recorded(scene);
+    assert!(dry.contains("1 particle, 101 frames, at most"), "{dry}");
+    assert!(bytes as f64 > bound(&dry), "control: {bytes} bytes, and {dry}");
+}
+
+#[test]
+fn plan_of_a_sweep_states_minimum_and_maximum() {
+    let (plan, bytes) = planned_and_recorded(
+        "[model.packing]\nduration = 1.0\n[record]\nframes = 4\n[sweep]\n\"model.packing.discs\" = [10, 50, 5]\n",
+    );
+    assert!(plan.contains("5 to 50 particles, 5 frames, at most"), "{plan}");
+    assert!(bytes as f64 <= bound(&plan), "{bytes} bytes, and {plan}");
+}
+
+#[test]
+fn series_of_unknown_length_is_named() {
+    let manifest = "[model.packing]\n[record]\nframes = 1\n";
+    let (plan, _) = planned_and_recorded(manifest);
+    let (series, bytes) =
+        planned_and_recorded(&format!("{manifest}channels = [\"state\", \"per_collision\"]\n"));
+    let word = "and what each collision or contact takes";
+    assert!(series.contains(word) && bytes as f64 > bound(&series), "{bytes} bytes, and {series}");
+    assert!(!plan.contains(word), "control: {plan}");
+}

@@ -1,0 +1,50 @@
+//! Guarantee: `--prune` removes recordings that the manifest no longer requests, with the files that belong to them, and nothing else.
+//!
+//! Control: a dry run removes nothing; files that are not recordings of the experiment stay.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+const MANIFEST: &str = "[model.orbit]\nduration_days = 3.0\n[record]\nframes = 2\n";
+
+fn run(folder: &Path, arguments: &[&str]) {
+    let ended = Command::new(env!("CARGO_BIN_EXE_run-experiment"))
+        .current_dir(folder)
+        .args(["orbit.toml", "--output", "recordings"])
+        .args(arguments)
+        .output()
+        .unwrap();
+    assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+}
+
+fn files(folder: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder.join("recordings/orbit")).unwrap();
+    entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+#[test]
+fn pruning_removes_only_what_is_stale() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("orbit.toml"), MANIFEST).unwrap();
+    run(folder.path(), &[]);
+    let wanted = files(folder.path());
+    run(folder.path(), &["--set", "model.orbit.time_step_days=0.5"]);
+    // Foreign files: one is not a recording; the name of the other does not end in its key.
+    let recordings = folder.path().join("recordings/orbit");
+    let ours = wanted.iter().find(|name| name.ends_with(".mcap")).unwrap();
+    fs::write(recordings.join("notes__00000000.mcap"), "a diary").unwrap();
+    fs::copy(recordings.join(ours), recordings.join("the_best_one.mcap")).unwrap();
+    let mut kept = wanted.clone();
+    kept.extend(["notes__00000000.mcap".to_owned(), "the_best_one.mcap".to_owned()]);
+
+    let before = files(folder.path());
+    assert!(before.len() > kept.len(), "some recordings must be stale");
+    run(folder.path(), &["--prune", "--dry-run"]);
+    assert_eq!(files(folder.path()), before, "a dry run must not remove a file");
+    run(folder.path(), &["--prune"]);
+    assert_eq!(files(folder.path()), kept);
+}
