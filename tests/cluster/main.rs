@@ -13,12 +13,12 @@ mod s3_server;
 mod slurm_cluster;
 
 // Exported commands produce the recordings of the sweep.
-mod exported_commands_do_the_sweep;
+mod exported_commands_reproduce_the_sweep;
 // Killed tasks, workers and servers of HyperQueue lose no run.
 mod hyperqueue_loses_no_run;
 // Recordings on object storage equal those of a folder, whatever is killed.
-mod recordings_go_to_object_storage;
+mod recordings_reach_object_storage;
 // Killed, requeued and held tasks of Slurm lose no run.
 mod slurm_loses_no_run;
 // With `--analyze`, each task analyzes the recordings that it made.
-mod tasks_analyze_what_they_record;
+mod tasks_analyze_their_recordings;

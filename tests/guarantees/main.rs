@@ -15,20 +15,20 @@ mod uniformity;
 // Signals, full disks and failing system calls lose no run.
 mod faults_lose_no_run;
 // A larger sweep keeps keys and bytes of the runs that exist.
-mod growing_sweep_keeps_its_runs;
+mod extended_sweep_keeps_existing_runs;
 // Observation does not change the trajectory.
-mod observation_is_passive;
+mod observation_does_not_affect_the_trajectory;
 // Jobs, threads, folder, user, time zone and build do not change a recording.
 mod recording_is_byte_identical;
 // A run that was killed and resumed gives the bytes of an undisturbed run.
-mod resume_is_invisible;
+mod resumed_run_is_byte_identical;
 // The work budget does not change the trajectory.
-mod work_cut_is_invisible;
+mod step_budget_does_not_affect_results;
 
 // A rerun of every model and variant verifies its recording.
-mod verify_finds_every_model_equal;
+mod verification_confirms_every_model;
 // Verification names the first difference of a changed recording.
-mod verify_names_the_first_difference;
+mod verification_names_the_first_difference;
 
 // Random placement is uniform and free of overlaps.
 mod random_placement_never_overlaps;
@@ -36,11 +36,11 @@ mod random_placement_never_overlaps;
 mod random_streams_are_pinned;
 
 // The manifest accepts exactly the channels that each model records.
-mod channels_can_be_named;
+mod manifest_accepts_every_channel;
 // Viewer layouts name only topics and fields that the recording contains.
-mod layouts_name_what_is_recorded;
+mod layouts_name_only_recorded_topics;
 
 // A large recorded DEM bed stays within its bytes per disc.
-mod dem_memory_a_disc;
+mod dem_memory_per_disc_is_bounded;
 // Paths named in documents exist; packages, unsafe code and imports stay where they belong.
-mod tidy;
+mod repository_layout;

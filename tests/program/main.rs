@@ -9,22 +9,22 @@ mod forged_recording;
 mod live_viewer;
 
 // An attestation is valid for the verified bytes only.
-mod attestation_holds_for_one_file;
+mod attestation_is_valid_for_one_file;
 // `--compare` lists differing keys, versions and the first differing message.
-mod compare_lists_what_differs;
+mod comparison_lists_differences;
 // A live viewer receives what is recorded and never delays the run.
-mod live_viewers_see_what_is_recorded;
+mod live_viewers_receive_recorded_messages;
 // All errors of a manifest are reported at once, each with its line.
 mod manifest_errors_point_at_the_line;
 // The plan reports runs, steps, memory and size before a run starts.
-mod plan_says_what_it_takes;
+mod plan_reports_required_resources;
 // `--prune` removes recordings that the manifest no longer requests, and nothing else.
-mod pruning_removes_only_what_is_stale;
+mod pruning_removes_only_stale_recordings;
 // `start_from` continues from the last frame of a recording.
-mod start_from_goes_on;
+mod start_from_continues_a_recording;
 // `--time` prints one line per sweep point and writes no recording.
-mod timing_records_nothing;
+mod timing_writes_no_recording;
 // `--why` names the keys that changed since a recording.
 mod why_names_the_changed_key;
 // Messages name a next command that works.
-mod words_lead_on;
+mod messages_name_the_next_command;

@@ -6,23 +6,23 @@
 mod synthetic;
 
 // Metrics of gas and DEM equal the closed forms behind the frames.
-mod known_numbers_of_gas_and_dem;
+mod gas_and_dem_metrics_equal_closed_forms;
 // Metrics of orbit and packing equal the closed forms behind the frames.
-mod known_numbers_of_orbit_and_packing;
+mod orbit_and_packing_metrics_equal_closed_forms;
 // The stress by height equals the weight above.
-mod known_numbers_of_stress;
+mod stress_equals_weight_above;
 // Order, correlations, displacements and floor loads equal the values put in.
-mod known_numbers_of_structure_and_beds;
+mod structure_and_bed_metrics_equal_closed_forms;
 
 // Failed and missing checks exit with code 3.
-mod checks_decide_the_exit_code;
+mod checks_determine_the_exit_code;
 // Unreadable inputs are named; the rest is analyzed.
-mod inputs_that_are_not_whole;
+mod unreadable_inputs_are_reported;
 // JUnit, GitHub annotations, baselines and the analysis cache.
-mod verdicts_for_machines;
+mod check_results_are_machine_readable;
 
 // Exports contain the recorded bits in every format.
-mod exports_read_back;
+mod exports_contain_the_recorded_bits;
 // `docs/metrics.md` and the schema of `metrics.json` are current.
 mod metrics_reference_is_current;
 // The report opens in a browser without errors and on a phone.
@@ -30,4 +30,4 @@ mod report_opens_in_a_browser;
 // A thumbnail shows the recorded positions and colors.
 mod thumbnail_shows_the_recording;
 // A timing table is shown in the report and changes no metric.
-mod timing_is_shown;
+mod report_shows_the_timing_table;

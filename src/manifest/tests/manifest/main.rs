@@ -13,6 +13,6 @@ mod experiment_record_round_trips;
 // Every rule broken once: the message states the allowed values and the position.
 mod rules_are_enforced;
 // Parser, canonical form, schema and starters have the same keys.
-mod schema_follows_the_manifest;
+mod schema_matches_the_manifest;
 // A sweep is every combination of its axes, in a fixed order.
 mod sweeps_expand_in_order;

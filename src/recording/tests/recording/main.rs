@@ -1,7 +1,7 @@
 //! Recordings as files: bytes, channels, drawings, damage, and foreign readers.
 //!
 //! A test belongs here if it needs the public API of this package only. The test that counts the threads of its process is a
-//! binary of its own, `chunks_are_read_side_by_side`.
+//! binary of its own, `parallel_reading_is_deterministic`.
 
 // A small recording with every kind of message.
 #[path = "../shared/sample.rs"]
@@ -15,11 +15,11 @@ mod fields_are_read_by_name;
 mod recording_is_byte_identical;
 
 // Frames read from damaged files are bitwise equal, and the error states the loss.
-mod damaged_recordings;
+mod damage_is_reported;
 // Frames that wait for the disk take bounded memory.
-mod large_frames_wait_for_the_disk;
+mod frames_in_memory_are_bounded;
 // A recording gets its final name only when it is complete.
-mod recording_files;
+mod final_name_marks_complete_recordings;
 // Other MCAP readers open a recording.
 mod recordings_open_in_other_readers;
 
@@ -28,4 +28,4 @@ mod drawings_are_small;
 // Drawings show the state within their grid.
 mod drawings_are_to_scale;
 // Layouts name only topics and fields that exist.
-mod layouts_fit_the_channels;
+mod layouts_name_only_existing_channels;
