@@ -44,3 +44,5 @@ mod layouts_name_only_recorded_topics;
 mod dem_memory_per_disc_is_bounded;
 // Paths named in documents exist; packages, unsafe code and imports stay where they belong.
 mod repository_layout;
+// Texts for users contain no replaced term and no British spelling.
+mod vocabulary;

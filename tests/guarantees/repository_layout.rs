@@ -1,5 +1,9 @@
-//! The documents say what is there: every path that ARCHITECTURE.md and the README name exists, every experiment has its
-//! row in the README with a test that exists and its picture in docs/replay.md, given packages are used in their one home, and `unsafe` where it is said.
+//! Guarantee: the documents describe the repository as it is, and each package, each unsafe block and each import is where the
+//! architecture allows it.
+//!
+//! Setup: every path in ARCHITECTURE.md, README.md and CONTRIBUTING.md must exist; every experiment must have a row in the README
+//! with an existing test and a picture in docs/replay.md; the sources are searched for packages, `unsafe` and imports.
+//! Control: a path that does not exist and a rule that omits a file are found.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -15,7 +19,7 @@ fn read(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// The words in backquotes that look like paths of this repository.
+/// The paths of this repository that a document names in backquotes.
 fn paths_in(document: &str) -> Vec<String> {
     document
         .split('`')
@@ -46,11 +50,19 @@ fn paths_in(document: &str) -> Vec<String> {
         .collect()
 }
 
-fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
+/// All Rust sources below a folder.
+fn sources(folder: &str) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    collect_sources(&root().join(folder), &mut files);
+    assert!(!files.is_empty(), "{folder} contains no Rust source");
+    files
+}
+
+fn collect_sources(folder: &Path, into: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
-            sources(&path, into);
+            collect_sources(&path, into);
         } else if path.extension().is_some_and(|extension| extension == "rs") {
             into.push(path);
         }
@@ -58,17 +70,17 @@ fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn every_path_that_a_document_names_exists() {
+fn paths_named_in_documents_exist() {
     for document in ["ARCHITECTURE.md", "README.md", "CONTRIBUTING.md"] {
         let text = read(document);
         for path in paths_in(&text) {
-            assert!(root().join(&path).exists(), "{document} names {path}, which is not there");
+            assert!(root().join(&path).exists(), "{document} names {path}, which does not exist");
         }
     }
 }
 
 #[test]
-fn every_experiment_has_its_row_its_law_test_and_its_replay() {
+fn every_experiment_has_a_row_a_test_a_replay_and_a_check() {
     let readme = read("README.md");
     let replays = read("docs/replay.md");
     let mut shipped = BTreeSet::new();
@@ -83,71 +95,102 @@ fn every_experiment_has_its_row_its_law_test_and_its_replay() {
             .lines()
             .find(|line| line.starts_with(&format!("| `experiments/{experiment}`")))
             .unwrap_or_else(|| panic!("{experiment} has no row in the README's table"));
-        assert!(row.contains("`tests/"), "{experiment}: its row names no law test");
+        assert!(row.contains("`tests/"), "{experiment}: the row names no test");
         let first = read(&format!("experiments/{experiment}"));
         let question = first.lines().next().unwrap_or_default();
         assert!(
             question.starts_with("# ") && question.contains("? Expected:"),
-            "{experiment}: its first line asks a question and says the expected answer"
+            "{experiment}: the first line must state a question and the expected answer"
         );
         let name = experiment.trim_end_matches(".toml");
         let picture = format!("replay/{name}.png");
-        assert!(root().join("docs").join(&picture).exists(), "docs/{picture} is not there");
+        assert!(root().join("docs").join(&picture).exists(), "docs/{picture} does not exist");
         let replay = format!(
             "### {name}\n\n{}\n\n![{name}]({picture})\n",
             question.trim_start_matches("# ")
         );
         let shown = replays.matches(&replay).count();
-        assert_eq!(shown, 1, "{experiment}: docs/replay.md has its question and picture once");
+        assert_eq!(
+            shown, 1,
+            "{experiment}: docs/replay.md must contain the question and the picture once"
+        );
         assert!(first.contains("[[checks]]"), "{experiment} has no check");
     }
 }
 
 #[test]
-fn given_packages_have_one_home() {
+fn external_packages_are_used_in_one_folder() {
     let homes = [
         ("mcap::", "src/recording"),
-        ("rand_chacha::", "src/random.rs"),
-        ("indicatif::", "src/progress.rs"),
+        ("rand_chacha::", "src/physics/random.rs"),
+        ("indicatif::", "src/executor/progress.rs"),
         ("tungstenite::", "src/live"),
         ("object_store::", "src/object_storage"),
         ("tokio::", "src/object_storage"),
         ("csv::", "analysis"),
         ("png::", "analysis"),
     ];
-    let mut files = Vec::new();
-    sources(&root().join("src"), &mut files);
-    sources(&root().join("analysis"), &mut files);
-    for file in files {
+    for file in [sources("src"), sources("analysis")].concat() {
         let text = fs::read_to_string(&file).unwrap();
-        let place = file.strip_prefix(root()).unwrap();
+        let path = file.strip_prefix(root()).unwrap();
         for (package, home) in homes {
             let used = text.lines().any(|line| {
                 line.trim_start().starts_with(&format!("use {package}"))
                     || line.contains(&format!(" {package}"))
             });
-            assert!(!used || place.starts_with(home), "{} uses {package}", place.display());
+            assert!(!used || path.starts_with(home), "{} uses {package}", path.display());
         }
     }
 }
 
-#[test]
-fn unsafe_code_stands_where_the_architecture_says() {
-    let document = read("ARCHITECTURE.md");
-    let rule = document.split("6. `unsafe`").nth(1).unwrap().split("\n\n").next().unwrap();
-    let mut files = Vec::new();
-    sources(&root().join("src"), &mut files);
-    sources(&root().join("analysis"), &mut files);
-    for file in files {
-        let place = file.strip_prefix(root()).unwrap().to_string_lossy().into_owned();
-        let text = fs::read_to_string(&file).unwrap();
-        let has = text.contains("unsafe {") || text.contains("unsafe impl");
-        assert_eq!(has, rule.contains(&format!("`{place}`")), "{place}: unsafe code is {has}");
-    }
+/// The list item of ARCHITECTURE.md, section "Rules", that names the files with unsafe code.
+fn unsafe_rule(document: &str) -> Option<String> {
+    let (_, rules) = document.split_once("\n## Rules")?;
+    let rules = rules.split("\n## ").next()?;
+    let start = rules.find("\n2. `unsafe` is used in the files listed here only")? + 1;
+    let mut lines = rules[start..].lines();
+    let first = lines.next()?;
+    // The item ends at the next item, at an empty line or at the end of the section.
+    let rest = lines.take_while(|line| line.starts_with(' '));
+    Some([first].into_iter().chain(rest).collect::<Vec<_>>().join("\n"))
+}
+
+/// Whether a source contains an unsafe block or implementation.
+fn has_unsafe_code(source: &str) -> bool {
+    source.contains("unsafe {") || source.contains("unsafe impl")
 }
 
 #[test]
-fn models_know_nothing_of_the_world() {
+fn unsafe_code_is_only_in_the_listed_files() {
+    let rule = unsafe_rule(&read("ARCHITECTURE.md"))
+        .expect("ARCHITECTURE.md, section Rules, must list the files with unsafe code");
+    let listed: BTreeSet<String> = paths_in(&rule).into_iter().collect();
+    let found: BTreeSet<String> = [sources("src"), sources("analysis")]
+        .concat()
+        .into_iter()
+        .filter(|file| has_unsafe_code(&fs::read_to_string(file).unwrap()))
+        .map(|file| file.strip_prefix(root()).unwrap().to_string_lossy().into_owned())
+        .collect();
+    let unlisted: Vec<_> = found.difference(&listed).collect();
+    assert!(unlisted.is_empty(), "unsafe code in files that the rule does not list: {unlisted:?}");
+    let is_source = |path: &&String| path.starts_with("src/") || path.starts_with("analysis/");
+    let without: Vec<_> = listed.difference(&found).filter(is_source).collect();
+    assert!(without.is_empty(), "listed files without unsafe code: {without:?}");
+}
+
+#[test]
+fn control_missing_paths_and_incomplete_rules_are_found() {
+    let document = "a\n## Rules\n\n1. `src/none.rs`.\n2. `unsafe` is used in the files listed here only:\n   \
+                    `src/a/{one,two}.rs`,\n   `src/b.rs`.\n3. `src/c.rs`\n\n## Next\n";
+    let rule = unsafe_rule(document).unwrap();
+    assert_eq!(paths_in(&rule), ["src/a/one.rs", "src/a/two.rs", "src/b.rs"]);
+    assert_eq!(unsafe_rule(&document.replace("\n2. ", "\n5. ")), None);
+    assert!(!root().join("src/none.rs").exists());
+    assert!(has_unsafe_code("let x = unsafe { f() };") && !has_unsafe_code("// unsafe\n"));
+}
+
+#[test]
+fn physics_does_not_depend_on_its_environment() {
     let forbidden = [
         "std::fs",
         "std::io",
@@ -158,17 +201,16 @@ fn models_know_nothing_of_the_world() {
         "HashMap",
         "f32",
     ];
-    let mut files = Vec::new();
-    sources(&root().join("src/models"), &mut files);
-    for file in files {
+    let models = ["dem", "gas", "packing", "orbit"];
+    for file in sources("src/physics") {
         let text = fs::read_to_string(&file).unwrap();
-        let models = ["dem", "gas", "packing", "orbit"];
-        let own = models.iter().find(|model| file.parent().unwrap().ends_with(model));
         for word in forbidden {
-            assert!(!text.contains(word), "{} says {word}", file.display());
+            assert!(!text.contains(word), "{} contains {word}", file.display());
         }
+        let path = file.strip_prefix(root().join("src/physics")).unwrap();
+        let own = models.iter().find(|model| path.starts_with(model));
         for other in models.iter().filter(|model| own.is_some_and(|own| own != *model)) {
-            let import = format!("models::{other}");
+            let import = format!("crate::{other}");
             assert!(!text.contains(&import), "{} imports {import}", file.display());
         }
     }
