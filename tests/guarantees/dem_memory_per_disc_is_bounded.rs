@@ -1,11 +1,10 @@
-//! Promise: a large bed and its recorder take at most 400 bytes a disc, program included, from the start to the last byte of the
-//! recording; with friction, whose springs come on top, at most 450.
+//! Guarantee: recording a large DEM bed takes at most 400 bytes of memory per disc, and at most 450 with friction, which needs
+//! springs. The program itself is included, from its start to the last byte of the recording.
 //!
-//! Set-up: the bed of `src/allocation.rs` with fewer discs: a lattice with random velocities, some of whose discs touch at any
-//! time, recorded twice. Its frames of 56 MB are one at a time in memory, as those of 10^6 discs are. The lists are built anew several
-//! times: what is left of the old ones counts. The judge is the peak that the operating system keeps, as `STEM.host.json` tells it. It
-//! must be above what has to be there, 69 bytes of a disc's columns and 80 of its row in a frame: a peak that is none would be
-//! below.
+//! Setup: the bed of `src/cli/allocator.rs` with fewer discs: a lattice with random velocities, in which some discs touch at any
+//! time, recorded twice. As with 10^6 discs, one frame at a time is in memory (56 MB). The neighbor lists are rebuilt several times,
+//! so memory that an old list leaves allocated counts. The operating system measures the peak; `STEM.host.json` reports it.
+//! Control: the peak must exceed the memory that is certainly needed per disc: 69 bytes of columns and 80 of the row in a frame.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 #![cfg(target_os = "linux")]
@@ -17,8 +16,8 @@ use std::path::PathBuf;
 const DISCS: u64 = 700_000;
 const COLUMNS_AND_ROW: u64 = 69 + 80;
 
-/// Peak memory of a run of the bed, bytes a disc.
-fn bytes_a_disc(more: &str) -> u64 {
+/// Peak memory of a run of the bed in bytes per disc.
+fn bytes_per_disc(more: &str) -> u64 {
     // The box of 10^6 discs is 1.03 m wide.
     let side = 1.03 * (DISCS as f64 / 1e6).sqrt();
     let manifest = format!(
@@ -40,12 +39,12 @@ fn bytes_a_disc(more: &str) -> u64 {
 }
 
 #[test]
-fn a_large_recorded_bed_has_its_bytes_a_disc() {
+fn memory_per_disc_of_a_recorded_bed_is_bounded() {
     for (name, more, at_most) in
         [("frictionless", "", 400), ("with friction", "friction = 0.5", 450)]
     {
-        let bytes = bytes_a_disc(more);
-        println!("{name}: {bytes} bytes a disc");
-        assert!((COLUMNS_AND_ROW..=at_most).contains(&bytes), "{name}: {bytes} bytes a disc");
+        let bytes = bytes_per_disc(more);
+        println!("{name}: {bytes} bytes per disc");
+        assert!((COLUMNS_AND_ROW..=at_most).contains(&bytes), "{name}: {bytes} bytes per disc");
     }
 }

@@ -1,5 +1,6 @@
-//! Promise: one more replicate or value of a sweep changes neither keys nor bytes of the runs that were there. Control: another
-//! seed changes all.
+//! Guarantee: an additional replicate or value of a sweep changes neither the keys nor the bytes of the existing runs.
+//!
+//! Control: another seed changes all keys and bytes.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -7,7 +8,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::process::Command;
 
-/// Recordings by their name's key, which ends it.
+/// Recordings by run key, which is the end of the file name.
 fn recorded(seed: u32, replicates: u32, temperatures: &str) -> BTreeMap<String, Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();
     let manifest = folder.path().join("sweep.toml");
@@ -31,7 +32,7 @@ fn recorded(seed: u32, replicates: u32, temperatures: &str) -> BTreeMap<String, 
 }
 
 #[test]
-fn runs_keep_keys_and_bytes() {
+fn existing_runs_keep_their_keys_and_bytes() {
     let before = recorded(1, 2, "200.0, 300.0");
     assert_eq!(before.len(), 4);
     for (grown, runs) in
@@ -40,7 +41,7 @@ fn runs_keep_keys_and_bytes() {
         assert_eq!(grown.len(), runs);
         assert!(before.iter().all(|(key, bytes)| grown.get(key) == Some(bytes)));
         let distinct: std::collections::BTreeSet<&Vec<u8>> = grown.values().collect();
-        assert_eq!(distinct.len(), runs, "two runs with the same bytes");
+        assert_eq!(distinct.len(), runs, "two runs have the same bytes");
     }
     let other = recorded(2, 2, "200.0, 300.0");
     assert!(before.keys().all(|key| !other.contains_key(key)), "control");

@@ -1,5 +1,8 @@
-//! Promise: a layout shows only what is there. Each small experiment is run, and every topic and field that its `layout.json`
-//! names is looked up in its recording, frame by frame: the drawing, the plots, the log, the values.
+//! Guarantee: a viewer layout names only topics and fields that the recording contains.
+//!
+//! Setup: each small experiment is run. Every topic and field that its `layout.json` names (drawing, plots, log, values) is looked up
+//! in the recording, frame by frame.
+//! Control: a topic that the manifest omits is found missing.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -13,10 +16,10 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// Topics that are written once, at the start.
+/// Topics that are written only once, at the start.
 const ONCE: [&str; 3] = [channels::WALLS, channels::LEGEND, channels::LOG];
 
-/// Runs an experiment; its layout, and its recording's frames.
+/// Runs an experiment and returns its layout and the frames of its recording.
 fn replay(name: &str, manifest: &str, folder: &Path) -> (Value, Vec<RecordedFrame>) {
     let path = folder.join(format!("{name}.toml"));
     fs::write(&path, manifest).unwrap();
@@ -34,7 +37,7 @@ fn replay(name: &str, manifest: &str, folder: &Path) -> (Value, Vec<RecordedFram
     (serde_json::from_str(&layout).unwrap(), frames.map(Result::unwrap).collect())
 }
 
-/// What a panel names: topics and paths such as "/speeds.density[:]". Bare numbers are lines of reference.
+/// The topics and paths that a panel names, such as "/speeds.density[:]". A bare number is a reference line.
 fn named(panel: &Value) -> Vec<String> {
     let text = |value: &Value| value.as_str().unwrap().to_owned();
     let mut named: Vec<String> = Vec::new();
@@ -46,7 +49,7 @@ fn named(panel: &Value) -> Vec<String> {
     named
 }
 
-/// Whether a topic, or the field of a path, is in a frame.
+/// Whether a frame contains a topic or the field of a path.
 fn is_there(name: &str, frame: &RecordedFrame) -> bool {
     let (topic, field) = name.split_once('.').map_or((name, None), |(t, f)| (t, Some(f)));
     if topic == channels::STATE {
@@ -66,19 +69,19 @@ fn is_there(name: &str, frame: &RecordedFrame) -> bool {
 }
 
 #[test]
-fn every_topic_and_field_of_a_layout_is_in_the_recording() {
+fn every_topic_and_field_of_a_layout_is_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let mut checked = BTreeMap::new();
     for (name, manifest) in MANIFESTS {
         let (layout, frames) = replay(name, manifest, folder.path());
         for (id, panel) in layout["configById"].as_object().unwrap() {
             let names = named(panel);
-            assert!(!names.is_empty(), "{name}: {id} shows nothing");
+            assert!(!names.is_empty(), "{name}: {id} names no topic");
             for path in names {
                 let once = ONCE.contains(&path.as_str());
                 let frames = if once { &frames[..1] } else { &frames[..] };
                 let missing = frames.iter().position(|frame| !is_there(&path, frame));
-                assert_eq!(missing, None, "{name}, {id}: frame without {path}");
+                assert_eq!(missing, None, "{name}, {id}: a frame lacks {path}");
                 *checked.entry(path).or_insert(0) += frames.len();
             }
         }
@@ -87,7 +90,7 @@ fn every_topic_and_field_of_a_layout_is_in_the_recording() {
 }
 
 #[test]
-fn what_the_manifest_leaves_out_is_not_in_the_layout() {
+fn channels_omitted_by_the_manifest_are_not_in_the_layout() {
     let folder = tempfile::tempdir().unwrap();
     let manifest = "[model.gas]\nparticles = 9\nduration_s = 0.01\n[record]\nframes = 2\nchannels = [\"state\", \"pressure\"]\n";
     let (layout, frames) = replay("few_channels", manifest, folder.path());
@@ -103,16 +106,16 @@ fn what_the_manifest_leaves_out_is_not_in_the_layout() {
     ];
     assert_eq!(names, expected);
     assert!(names.iter().filter(|name| *name != "/log").all(|name| is_there(name, &frames[1])));
-    // The judge sees what is missing.
+    // Control: the check finds the missing topic.
     assert!(!is_there("/discs", &frames[1]));
     assert!(!is_there("/pressure.pressure_over_idol", &frames[1]));
     assert!(!is_there("/pressure.pressure_over_ideal[:]", &frames[1]));
 }
 
-/// 100 years in 36525 frames at 0.004 frames a second would play for 105 days, which viewers refuse; at 25 a second it plays for
+/// At 0.004 frames per second, 36525 frames play for 105 days, which viewers do not support; at 25 frames per second they play for
 /// 24 minutes.
 #[test]
-fn a_playback_that_viewers_refuse_is_refused_before_the_run() {
+fn playback_longer_than_viewers_support_is_rejected_before_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("century.toml");
     let plan = |rate: &str| {

@@ -1,5 +1,7 @@
-//! The manifest names the channels that a model has, no more and no less: the lists stand in two packages that do not know
-//! each other, and this holds them together.
+//! Guarantee: the manifest accepts exactly the channels that a model can record.
+//!
+//! Setup: the channel names of the manifest's package and of the models' package, which do not depend on each other, are compared
+//! for every model with its default values.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -10,8 +12,8 @@ use kinetoscope_physics::{kind_of, prepare};
 use kinetoscope_recording::channels;
 use std::collections::BTreeSet;
 
-/// The topics that a recording of a model can hold, without their slashes; `/frame` is in every recording.
-fn topics(config: &ModelConfig) -> BTreeSet<&'static str> {
+/// The topics that a recording of a model can contain, without their slashes; `/frame` is in every recording.
+fn recordable_topics(config: &ModelConfig) -> BTreeSet<&'static str> {
     let model = prepare(config, Seed { seed: 0, replicate: 0 }, false).unwrap();
     let scenery = model.scenery();
     let mut topics: BTreeSet<&str> =
@@ -24,9 +26,9 @@ fn topics(config: &ModelConfig) -> BTreeSet<&'static str> {
 }
 
 #[test]
-fn a_manifest_can_name_every_channel_of_its_model() {
+fn manifest_accepts_exactly_the_channels_of_its_model() {
     for (name, named) in CHANNELS {
         let config = ModelConfig::with_defaults(name).unwrap();
-        assert_eq!(topics(&config), named.iter().copied().collect(), "{name}");
+        assert_eq!(recordable_topics(&config), named.iter().copied().collect(), "{name}");
     }
 }

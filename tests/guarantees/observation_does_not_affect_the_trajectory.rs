@@ -1,12 +1,15 @@
-//! Promise: looking does not disturb. The state at the end of a run has the same bits whether every frame was looked at,
-//! a few, or the last alone, and whether per-collision series were collected.
+//! Guarantee: observation does not affect the trajectory.
+//!
+//! Setup: each small experiment is observed at every frame, at a few frames and at the last frame only, with and without
+//! per-collision series. The final states must be bitwise identical.
+//! Control: a change of one bit is found.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::small_experiments::{MANIFESTS, Taking, bits, run_of, trajectory};
 
 #[test]
-fn the_end_is_the_same_however_often_somebody_looks() {
+fn final_state_does_not_depend_on_observation() {
     for (name, manifest) in MANIFESTS {
         let run = run_of(name, manifest);
         let often = trajectory(&run, Taking::PLAIN);
@@ -19,13 +22,16 @@ fn the_end_is_the_same_however_often_somebody_looks() {
             Taking { per_collision: true, ..Taking::PLAIN },
         ] {
             let seldom = trajectory(&run, taking);
-            assert!(end == bits(seldom.last().unwrap()), "{name}: looking changes the end");
+            assert!(
+                end == bits(seldom.last().unwrap()),
+                "{name}: observation changes the final state"
+            );
         }
     }
 }
 
 #[test]
-fn the_judge_sees_a_change_of_one_bit() {
+fn control_a_change_of_one_bit_is_found() {
     let (name, manifest) = MANIFESTS[0];
     let run = run_of(name, manifest);
     let mut other = run.clone();

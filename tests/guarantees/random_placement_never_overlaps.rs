@@ -1,11 +1,11 @@
-//! Law: discs placed at random stand inside their rectangle and nowhere overlap, and a disc takes every free place with
-//! equal probability (random sequential addition). What does not fit is refused.
+//! Law: discs placed at random lie inside their rectangle and do not overlap, and each disc takes every free position with equal
+//! probability (random sequential addition). Discs that do not fit are rejected.
 //!
-//! Source: Feder, J. Theor. Biol. 87, 237 (1980); a lattice by construction.
+//! Source: Feder, J. Theor. Biol. 87, 237 (1980); the lattice follows from its construction.
 //! Setup: equal and mixed radii up to a packing fraction of 0.5, long and short rectangles away from the origin.
-//! Tolerance: none for overlap: every pair is looked at, by the comparison of squares that the definition is. Statistics:
+//! Tolerance: none for overlap: every pair is compared by the squares of distance and reach, as the definition states. Statistics:
 //! Kolmogorov–Smirnov at a probability of 1e-6 (sqrt(n) D < 2.69), means at 5 standard errors; the seeds are fixed.
-//! Control: a pair that overlaps by 1e-9, a disc that juts out by as much, and places that lean to one side by 10 %.
+//! Control: a pair that overlaps by 1e-9, a disc that protrudes by 1e-9, and positions biased to one side by 10 % are rejected.
 
 // Statistics in tests are not part of any recording.
 #![allow(clippy::disallowed_methods)]
@@ -26,14 +26,14 @@ fn positions(seed: u64) -> Generator {
 fn overlaps(centers: &[[f64; 2]], radii: &[f64]) -> bool {
     (0..centers.len()).any(|first| {
         (0..first).any(|second| {
-            let apart = [0, 1].map(|axis| centers[first][axis] - centers[second][axis]);
+            let distance = [0, 1].map(|axis| centers[first][axis] - centers[second][axis]);
             let reach = radii[first] + radii[second];
-            apart[0] * apart[0] + apart[1] * apart[1] < reach * reach
+            distance[0] * distance[0] + distance[1] * distance[1] < reach * reach
         })
     })
 }
 
-/// Inside, but for the rounding of `min + radius + (width - 2 radius) u` at coordinates of size 200.
+/// Inside, except for the rounding of `min + radius + (width - 2 radius) u` at coordinates of size 200.
 fn inside(rectangle: Rectangle, centers: &[[f64; 2]], radii: &[f64]) -> bool {
     centers.iter().zip(radii).all(|(center, radius)| {
         [0, 1].iter().all(|&axis| {
@@ -49,7 +49,7 @@ fn filled(rectangle: Rectangle, radii: &[f64]) -> f64 {
 }
 
 #[test]
-fn no_disc_overlaps_another_or_juts_out() {
+fn placed_discs_do_not_overlap_or_protrude() {
     let equal = vec![1.0; 250];
     let mut generator = Seed { seed: 5, replicate: 0 }.stream(Stream::Radii);
     let mixed: Vec<f64> = (0..550).map(|_| generator.uniform_in(0.1, 0.9)).collect();
@@ -63,7 +63,7 @@ fn no_disc_overlaps_another_or_juts_out() {
         (STRIP, &tight, 0.3),
     ];
     for (rectangle, radii, at_least) in runs {
-        assert!(filled(rectangle, radii) > at_least, "the test is to be crowded");
+        assert!(filled(rectangle, radii) > at_least, "the rectangle must be crowded");
         for seed in 0..3 {
             let centers =
                 random_sequential_addition(rectangle, radii, &mut positions(seed)).unwrap();
@@ -75,16 +75,16 @@ fn no_disc_overlaps_another_or_juts_out() {
 }
 
 #[test]
-fn control_the_judges_see_a_billionth() {
+fn control_an_overlap_of_a_billionth_is_found() {
     let radii = [1.0, 1.0];
-    assert!(!overlaps(&[[0.0, 0.0], [2.0, 0.0]], &radii), "touching is no overlap");
+    assert!(!overlaps(&[[0.0, 0.0], [2.0, 0.0]], &radii), "touching discs do not overlap");
     assert!(overlaps(&[[0.0, 0.0], [2.0 - 1e-9, 0.0]], &radii));
     assert!(!inside(SQUARE, &[[19.0 + 1e-9, 0.0]], &[1.0]));
     assert!(!inside(SQUARE, &[[0.0, -19.0 - 1e-9]], &[1.0]));
 }
 
 #[test]
-fn the_same_stream_gives_the_same_places_and_another_seed_others() {
+fn placement_is_determined_by_the_seed() {
     let radii = vec![1.0; 50];
     let place = |seed| random_sequential_addition(SQUARE, &radii, &mut positions(seed)).unwrap();
     assert_eq!(place(14), place(14));
@@ -92,22 +92,22 @@ fn the_same_stream_gives_the_same_places_and_another_seed_others() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn discs_that_do_not_fit_are_rejected() {
     let small = Rectangle { min: [0.0, 0.0], max: [3.0, 3.0] };
-    // Two unit discs need 2 between centers; the centers' square has a diagonal of 1.41.
+    // The centers of two unit discs need a distance of 2; the square of possible centers has a diagonal of 1.41.
     let jammed = random_sequential_addition(small, &[1.0, 1.0], &mut positions(1));
     assert_eq!(jammed, Err(Jammed { placed: 1 }));
     let too_large = random_sequential_addition(small, &[1.0, 1.6], &mut positions(1));
     assert_eq!(too_large, Err(Jammed { placed: 1 }));
-    // One that fits exactly stands in the middle.
+    // A disc that fits exactly is in the middle.
     let exact = random_sequential_addition(small, &[1.5], &mut positions(1));
     assert_eq!(exact, Ok(vec![[1.5, 1.5]]));
     assert_eq!(random_sequential_addition(small, &[], &mut positions(1)), Ok(vec![]));
 }
 
-/// The first disc's place, as shares of the room that its center has, for 20000 seeds.
+/// Position of the first disc for 20000 seeds, as fractions of the range of its center.
 #[allow(clippy::unwrap_used)] // a failed placement fails the test
-fn places_of_one_disc(radius: f64) -> Vec<[f64; 2]> {
+fn positions_of_one_disc(radius: f64) -> Vec<[f64; 2]> {
     (0..20_000)
         .map(|seed| {
             let center =
@@ -121,30 +121,30 @@ fn places_of_one_disc(radius: f64) -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn one_disc_alone_is_uniform() {
-    let places = places_of_one_disc(0.75);
+fn position_of_a_single_disc_is_uniform() {
+    let places = positions_of_one_disc(0.75);
     for axis in [0, 1] {
         let along: Vec<f64> = places.iter().map(|place| place[axis]).collect();
         let leaning = along.iter().map(|share| share.powf(1.1)).collect();
         assert!(kolmogorov_smirnov(along) < 2.69);
         assert!(kolmogorov_smirnov(leaning) > 2.69, "control");
     }
-    // x and y know nothing of each other: products about the middle have variance (1/12)^2.
+    // x and y are independent: products of deviations from the mean have variance (1/12)^2.
     let product: f64 = places.iter().map(|[x, y]| (x - 0.5) * (y - 0.5)).sum();
     assert!((product / 20_000.0).abs() < 5.0 / 12.0 / 20_000_f64.sqrt());
 }
 
-/// Two discs in a corridor of their own width: the first one's place closes a length of 4 to the second one's center, which
-/// is uniform over what is left on both sides.
+/// Two discs in a corridor of their own width: the first disc excludes a length of 4 for the center of the second, which
+/// is uniform over the remaining length on both sides.
 #[test]
-fn the_second_disc_is_uniform_over_the_free_room() {
+fn position_of_the_second_disc_is_uniform_over_the_free_length() {
     let corridor = Rectangle { min: [0.0, 0.0], max: [20.0, 2.0] };
     let shares = (0..20_000)
         .map(|seed| {
             let centers =
                 random_sequential_addition(corridor, &[1.0, 1.0], &mut positions(seed)).unwrap();
             let [first, second] = [centers[0][0], centers[1][0]];
-            // Centers have [1, 19]; the first one closes (first - 2, first + 2).
+            // Centers are in [1, 19]; the first disc excludes (first - 2, first + 2).
             let below = if first > 3.0 { first - 2.0 - 1.0 } else { 0.0 };
             let above = if first < 17.0 { 19.0 - (first + 2.0) } else { 0.0 };
             let place = if second < first { second - 1.0 } else { below + second - (first + 2.0) };
@@ -155,7 +155,7 @@ fn the_second_disc_is_uniform_over_the_free_room() {
 }
 
 #[test]
-fn a_lattice_fits_or_is_refused() {
+fn lattice_that_does_not_fit_is_rejected() {
     for (rectangle, radius, count) in [
         (SQUARE, 1.0, 400),
         (SQUARE, 1.0, 1),

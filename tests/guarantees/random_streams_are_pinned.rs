@@ -1,12 +1,12 @@
-//! Promise: a seed, a replicate and a purpose name one stream of random numbers, for ever and on every platform; streams
-//! share nothing; the numbers follow their laws.
+//! Guarantee: a seed, a replicate and a purpose identify one stream of random numbers, in every version and on every platform.
+//! Streams share no number, and the numbers follow their distributions.
 //!
-//! Source: the first numbers by `tests/interop/chacha12_streams.py` (ChaCha12 written apart from this program, which itself
-//! is held to published keystreams); normal numbers from these by Box and Muller in 40-digit arithmetic.
-//! Tolerance: none for uniform numbers; 4e-15 for normal ones, since the rounding of an angle of up to 2 pi, 1e-15 with
-//! that of the factor 2 pi, moves a point at a radius of up to 3; and then their bits. Statistics: 5 standard errors of
+//! Source: the first numbers from `tests/interop/chacha12_streams.py` (an independent implementation of ChaCha12, itself checked
+//! against published keystreams); normal numbers from these by Box and Muller in 40-digit arithmetic.
+//! Tolerance: none for uniform numbers. 4e-15 for normal numbers: rounding an angle of up to 2 pi (1e-15, with that of the factor
+//! 2 pi) moves a point at a radius of up to 3. In addition, the bits of normal numbers are pinned. Statistics: 5 standard errors of
 //! each estimator, derived at the test; the seeds are fixed, so a test that passes always passes.
-//! Controls: numbers that are pushed off their law by a few percent, and a stream beside itself, are rejected.
+//! Control: numbers whose distribution deviates by a few percent, and a stream compared with itself, are rejected.
 
 // Statistics in tests are not part of any recording; references keep all their digits.
 #![allow(clippy::disallowed_methods, clippy::excessive_precision)]
@@ -67,14 +67,14 @@ const PINNED: [(u64, u32, [[u64; 4]; 4]); 4] = [
     ),
 ];
 
-/// Box and Muller of the velocities' stream, seed 14, replicate 0: 40-digit arithmetic, rounded.
+/// Normal numbers by Box and Muller of the velocity stream, seed 14, replicate 0: 40-digit arithmetic, rounded.
 const NORMAL: [[f64; 2]; 3] = [
     [1.613_712_572_472_114_6, 0.061_152_857_622_635_93],
     [-2.783_953_048_232_267, 0.271_933_323_778_580_84],
     [0.715_102_739_523_482_8, 1.354_915_371_707_219_7],
 ];
 
-/// The same in f64, as Python's math module draws them, too: sqrt(-2 log(1 - u)) and 2 pi u, then cos and sin.
+/// The same in f64, as Python's math module gives them: sqrt(-2 log(1 - u)) and 2 pi u, then cos and sin.
 const NORMAL_BITS: [[u64; 2]; 3] = [
     [0x3ff9_d1c4_463e_9694, 0x3faf_4f6d_6717_a307],
     [0xc006_4589_2cfe_0e89, 0x3fd1_675b_0714_94e5],
@@ -107,7 +107,7 @@ fn uniform_numbers_equal_an_independent_chacha12() {
 
 #[test]
 #[ignore = "needs python3"]
-fn the_independent_chacha12_still_prints_these_numbers() {
+fn independent_chacha12_prints_the_pinned_numbers() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/interop/chacha12_streams.py");
     let output = Command::new("python3").arg(script).output().unwrap();
     let mut expected = String::new();
@@ -121,7 +121,7 @@ fn the_independent_chacha12_still_prints_these_numbers() {
 }
 
 #[test]
-fn normal_numbers_are_box_and_muller_of_the_uniform_ones() {
+fn normal_numbers_follow_box_and_muller() {
     let mut generator = stream(14, 0, Stream::Velocities);
     for expected in NORMAL {
         let pair = generator.normal_pair();
@@ -129,11 +129,11 @@ fn normal_numbers_are_box_and_muller_of_the_uniform_ones() {
             assert!((value - expected).abs() < 4e-15, "{value} {expected}");
         }
     }
-    // Two uniform numbers a pair, always: the next one is the seventh.
+    // A pair always takes two uniform numbers, so the next number is the seventh.
     assert_eq!(generator.uniform(), uniforms(&mut stream(14, 0, Stream::Velocities), 7)[6]);
 }
 
-/// libm rounds alike everywhere; a change of its last digit would change recordings.
+/// libm rounds identically on every platform; a change of its last digit would change recordings.
 #[test]
 fn normal_numbers_keep_their_bits() {
     let mut generator = stream(14, 0, Stream::Velocities);
@@ -141,7 +141,7 @@ fn normal_numbers_keep_their_bits() {
     assert_eq!(bits, NORMAL_BITS);
 }
 
-/// 96 streams of 2000 numbers: two equal ones of 53 bits by chance have a probability of 2e-6.
+/// 96 streams of 2000 numbers: the probability of two equal numbers of 53 bits is 2e-6.
 #[test]
 fn no_two_streams_share_a_number() {
     let mut seen = HashSet::new();
@@ -157,8 +157,8 @@ fn no_two_streams_share_a_number() {
 }
 
 #[test]
-fn a_stream_does_not_know_of_others() {
-    let alone = uniforms(&mut stream(14, 1, Stream::Positions), 100);
+fn streams_are_independent_of_each_other() {
+    let separate = uniforms(&mut stream(14, 1, Stream::Positions), 100);
     let mut among_others = Vec::new();
     let mut generator = stream(14, 1, Stream::Positions);
     for replicate in 0..100 {
@@ -166,13 +166,13 @@ fn a_stream_does_not_know_of_others() {
         stream(14, 1, Stream::Radii).normal_pair();
         among_others.push(generator.uniform());
     }
-    assert_eq!(alone, among_others);
+    assert_eq!(separate, among_others);
 }
 
 #[test]
-fn a_saved_generator_goes_on() {
+fn restored_generator_continues_its_stream() {
     let mut generator = stream(LONG_SEED, 7, Stream::WallNoise);
-    // Into the middle of a block.
+    // Advances into the middle of a block.
     uniforms(&mut generator, 1003);
     let text = serde_json::to_string(&generator).unwrap();
     let mut resumed: Generator = serde_json::from_str(&text).unwrap();
@@ -188,7 +188,7 @@ fn uniform_in_spans_its_interval() {
     assert!(kolmogorov_smirnov(scaled) < CRITICAL);
 }
 
-/// Kolmogorov's law: exceeded with probability 2 exp(-2 x^2) = 1e-6.
+/// Kolmogorov's distribution: exceeded with probability 2 exp(-2 x^2) = 1e-6.
 const CRITICAL: f64 = 2.69;
 
 /// Whether the mean of f lies within 5 standard errors of its value: variance of f over n.
@@ -197,8 +197,8 @@ fn within(values: impl Iterator<Item = f64>, expected: f64, variance: f64) -> bo
     (sum / count - expected).abs() < 5.0 * f64::sqrt(variance / count)
 }
 
-/// Mean, variance and fourth moment about the middle, m_k = (1/2)^k / (k + 1): 1/12, 1/80, and 1/2304 for the eighth.
-fn looks_uniform(numbers: &[f64]) -> bool {
+/// Checks mean, variance and fourth central moment, m_k = (1/2)^k / (k + 1): 1/12, 1/80, and 1/2304 for the eighth.
+fn is_uniform(numbers: &[f64]) -> bool {
     let power = |k: i32| numbers.iter().map(move |u| (u - 0.5).powi(k));
     let [second, fourth, eighth] = [1.0 / 12.0, 1.0 / 80.0, 1.0 / 2304.0];
     within(power(1), 0.0, second)
@@ -207,8 +207,8 @@ fn looks_uniform(numbers: &[f64]) -> bool {
         && kolmogorov_smirnov(numbers.to_vec()) < CRITICAL
 }
 
-/// Products of neighbors about the middle: mean 0, variance (1/12)^2.
-fn looks_independent(first: &[f64], second: &[f64]) -> bool {
+/// Checks products of deviations from the mean: mean 0, variance (1/12)^2.
+fn is_independent(first: &[f64], second: &[f64]) -> bool {
     let products = first.iter().zip(second).map(|(a, b)| (a - 0.5) * (b - 0.5));
     within(products, 0.0, 1.0 / 144.0)
 }
@@ -219,26 +219,26 @@ fn uniform_numbers_are_uniform_and_independent() {
         for replicate in 0..3 {
             let drawn = uniforms(&mut stream(14, replicate, purpose), 100_000);
             assert!(drawn.iter().all(|u| (0.0..1.0).contains(u)));
-            assert!(looks_uniform(&drawn), "{purpose:?} {replicate}");
-            assert!(looks_independent(&drawn[1..], &drawn), "one after the other");
+            assert!(is_uniform(&drawn), "{purpose:?} {replicate}");
+            assert!(is_independent(&drawn[1..], &drawn), "consecutive numbers");
             let next = uniforms(&mut stream(14, replicate + 1, purpose), 100_000);
-            assert!(looks_independent(&drawn, &next), "replicates");
-            let beside = uniforms(&mut stream(15, replicate, purpose), 100_000);
-            assert!(looks_independent(&drawn, &beside), "seeds");
+            assert!(is_independent(&drawn, &next), "replicates");
+            let other_seed = uniforms(&mut stream(15, replicate, purpose), 100_000);
+            assert!(is_independent(&drawn, &other_seed), "seeds");
             let other =
                 uniforms(&mut stream(14, replicate, PURPOSES[(purpose as usize) % 4]), 100_000);
-            assert!(looks_independent(&drawn, &other), "purposes");
+            assert!(is_independent(&drawn, &other), "purposes");
         }
     }
     let drawn = uniforms(&mut stream(14, 0, Stream::Positions), 100_000);
     let bent: Vec<f64> = drawn.iter().map(|u| u.powf(1.05)).collect();
-    assert!(!looks_uniform(&bent), "control: a density that is bent by 5 %");
-    assert!(!looks_independent(&drawn, &drawn), "control: a stream beside itself");
+    assert!(!is_uniform(&bent), "control: a density with a slope of 5 %");
+    assert!(!is_independent(&drawn, &drawn), "control: a stream compared with itself");
 }
 
-/// Moments of a normal number: 0, 1, 3, and 105 for the eighth; products within a pair: 0 with variance 1, and of the squares
-/// 1 with variance 3 * 3 - 1. The distribution by Kolmogorov and Smirnov.
-fn looks_normal(pairs: &[[f64; 2]]) -> bool {
+/// Checks the moments of normal numbers: 0, 1, 3, and 105 for the eighth; products within a pair: 0 with variance 1, and of squares
+/// 1 with variance 3 * 3 - 1. The distribution is checked by Kolmogorov and Smirnov.
+fn is_normal(pairs: &[[f64; 2]]) -> bool {
     let power = |k: i32| pairs.iter().flatten().map(move |x| x.powi(k));
     let probabilities =
         pairs.iter().flatten().map(|x| 0.5 * libm::erfc(-x / std::f64::consts::SQRT_2)).collect();
@@ -256,11 +256,11 @@ fn normal_numbers_are_normal_and_independent() {
     for replicate in 0..3 {
         let mut generator = stream(14, replicate, Stream::Velocities);
         let pairs: Vec<[f64; 2]> = (0..100_000).map(|_| generator.normal_pair()).collect();
-        assert!(looks_normal(&pairs), "{replicate}");
+        assert!(is_normal(&pairs), "{replicate}");
         let wide: Vec<[f64; 2]> = pairs.iter().map(|pair| pair.map(|x| 1.02 * x)).collect();
-        assert!(!looks_normal(&wide), "control: two percent too wide");
+        assert!(!is_normal(&wide), "control: a standard deviation that is 2 % too large");
         let tied: Vec<[f64; 2]> =
             pairs.iter().map(|&[x, y]| [x, 0.05 * x + 0.998_75 * y]).collect();
-        assert!(!looks_normal(&tied), "control: a pair that hangs together by 5 %");
+        assert!(!is_normal(&tied), "control: pairs with a correlation of 5 %");
     }
 }

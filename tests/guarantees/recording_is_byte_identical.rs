@@ -1,6 +1,7 @@
-//! Promise: the same manifest gives the same bytes. Each model's recording is made twice, with one and two runs side by
-//! side, with one to three threads, in two folders, two time zones, by another user, and by other builds of the program where they are named; all
-//! files are compared byte for byte.
+//! Guarantee: the same manifest gives the same bytes.
+//!
+//! Setup: the recording of each small experiment is made repeatedly: with one and two runs in parallel, with one to three threads, in
+//! two folders and two time zones, by another user, and by other builds of the program if they are named. All files are compared.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -10,7 +11,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// The recordings that a program makes of all small experiments in two replicates, by file name.
+/// The recordings that a program makes of two replicates of all small experiments, by file name.
 fn recordings(program: &Path, jobs: &str) -> BTreeMap<String, Vec<u8>> {
     recordings_by(&mut || Command::new(program), jobs)
 }
@@ -45,29 +46,29 @@ fn recordings_in(
             }
         }
     }
-    assert_eq!(files.len(), 2 * MANIFESTS.len(), "one recording a run");
+    assert_eq!(files.len(), 2 * MANIFESTS.len(), "one recording per run");
     files
 }
 
-fn assert_same(one: &BTreeMap<String, Vec<u8>>, other: &BTreeMap<String, Vec<u8>>, who: &str) {
-    assert!(one.keys().eq(other.keys()), "{who}: other files, hence other run keys");
+fn assert_same(one: &BTreeMap<String, Vec<u8>>, other: &BTreeMap<String, Vec<u8>>, case: &str) {
+    assert!(one.keys().eq(other.keys()), "{case}: other files, therefore other run keys");
     for (name, bytes) in one {
-        assert!(bytes == &other[name], "{who}: {name} differs");
+        assert!(bytes == &other[name], "{case}: {name} differs");
     }
 }
 
 #[test]
-fn two_runs_and_any_number_of_jobs_give_the_same_bytes() {
+fn recordings_do_not_depend_on_the_number_of_jobs() {
     let program = Path::new(env!("CARGO_BIN_EXE_run-experiment"));
     let first = recordings(program, "1");
-    assert_same(&first, &recordings(program, "1"), "a second run");
+    assert_same(&first, &recordings(program, "1"), "a repeated run");
     assert_same(&first, &recordings(program, "2"), "two jobs");
     let bodies: Vec<&Vec<u8>> = first.values().collect();
     assert!(bodies.windows(2).all(|pair| pair[0] != pair[1]), "replicates and models must differ");
 }
 
 #[test]
-fn any_number_of_threads_gives_the_same_bytes() {
+fn recordings_do_not_depend_on_the_number_of_threads() {
     let program = env!("CARGO_BIN_EXE_run-experiment");
     let with = |threads| {
         recordings_by(
@@ -85,7 +86,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 }
 
 #[test]
-fn another_time_zone_and_language_give_the_same_bytes() {
+fn recordings_do_not_depend_on_time_zone_and_language() {
     let program = env!("CARGO_BIN_EXE_run-experiment");
     let here = recordings(Path::new(program), "2");
     let mut elsewhere = || {
@@ -98,9 +99,9 @@ fn another_time_zone_and_language_give_the_same_bytes() {
 
 #[test]
 #[ignore = "needs root and setpriv, to become another user"]
-fn another_user_gives_the_same_bytes() {
-    // The copy is in a folder where every user may run it. Another process writes it: a child that another test starts meanwhile
-    // would inherit the open copy and keep it busy.
+fn recordings_do_not_depend_on_the_user() {
+    // The copy is in a folder where every user may run it. Another process copies it, because a child that another test starts
+    // at the same time would inherit the open file and keep it busy.
     let folder = tempfile::tempdir().unwrap();
     let program = folder.path().join("run-experiment");
     let copied =
@@ -110,12 +111,12 @@ fn another_user_gives_the_same_bytes() {
     let mine = recordings(&program, "2");
     let place = tempfile::tempdir().unwrap();
     open_to_all(place.path());
-    let mut nobody = || {
+    let mut as_other_user = || {
         let mut command = Command::new("setpriv");
         command.args(["--reuid=65534", "--regid=65534", "--clear-groups"]).arg(&program);
         command
     };
-    assert_same(&mine, &recordings_in(&mut nobody, "2", place.path()), "another user");
+    assert_same(&mine, &recordings_in(&mut as_other_user, "2", place.path()), "another user");
 }
 
 #[cfg(unix)]
@@ -128,10 +129,10 @@ fn open_to_all(path: &Path) {
 fn open_to_all(_: &Path) {}
 
 #[test]
-#[ignore = "needs other builds of run-experiment, their paths in OTHER_BUILDS, colons between"]
-fn builds_with_and_without_optimization_give_the_same_bytes() {
+#[ignore = "needs other builds of run-experiment; OTHER_BUILDS contains their paths, separated by colons"]
+fn recordings_do_not_depend_on_the_build() {
     let reference = recordings(Path::new(env!("CARGO_BIN_EXE_run-experiment")), "2");
-    let builds = std::env::var("OTHER_BUILDS").expect("OTHER_BUILDS names the other builds");
+    let builds = std::env::var("OTHER_BUILDS").expect("OTHER_BUILDS must name the other builds");
     for build in builds.split(':') {
         assert_same(&reference, &recordings(Path::new(build), "2"), build);
     }

@@ -1,6 +1,8 @@
-//! Promise: a run that was killed and gone on with gives the bytes of one that was not. First the models: each is saved,
-//! dropped and restored after every frame and whenever its budget is used up, and shows the same frames. Then the program: runs
-//! are killed (signal 9) at seeded instants, several times each, and their recordings compared with undisturbed ones.
+//! Guarantee: a run that was killed and resumed gives the same bytes as an undisturbed run.
+//!
+//! Setup: each model is saved, dropped and restored after every frame and whenever its step budget is used up; its frames must not
+//! change. The program is killed (signal 9) several times per run at seeded instants, and the recordings are compared.
+//! Control: the test fails if no run resumed from a checkpoint.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -12,7 +14,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Runs of about a second, one chunk after the other.
+/// Runs of about a second that write many chunks.
 const LONGER: &[(&str, &str)] = &[
     ("dem", "seed = 1\n[model.dem]\ndiscs = 300\nduration_s = 0.1\n[record]\nframes = 150\n"),
     ("gas", "seed = 2\n[model.gas]\nparticles = 1000\nduration_s = 0.05\n[record]\nframes = 150\n"),
@@ -28,7 +30,7 @@ const LONGER: &[(&str, &str)] = &[
 ];
 
 #[test]
-fn every_model_goes_on_from_its_checkpoint_as_if_nothing_had_happened() {
+fn restored_model_continues_bitwise_identically() {
     for (name, manifest) in MANIFESTS {
         let run = run_of(name, manifest);
         let whole = trajectory(&run, Taking::PLAIN);
@@ -46,7 +48,7 @@ fn every_model_goes_on_from_its_checkpoint_as_if_nothing_had_happened() {
     }
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014): instants that are the same in every run of this test.
+/// Reproducible instants from SplitMix64 (Steele, Lea and Flood 2014).
 struct Instants(u64);
 
 impl Instants {
@@ -59,12 +61,12 @@ impl Instants {
     }
 }
 
-struct Bench {
+struct Workspace {
     folder: tempfile::TempDir,
     name: &'static str,
 }
 
-impl Bench {
+impl Workspace {
     fn new(name: &'static str, manifest: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join(format!("{name}.toml")), manifest).unwrap();
@@ -82,7 +84,7 @@ impl Bench {
         command
     }
 
-    /// Runs to the end; what was said, and the only recording.
+    /// Runs to the end and returns the messages and the only recording.
     fn finish(&self, output: &str) -> (String, Vec<u8>) {
         let done = self.command(output).output().unwrap();
         let said = String::from_utf8_lossy(&done.stderr).into_owned();
@@ -94,7 +96,7 @@ impl Bench {
             .collect();
         assert_eq!(recordings.len(), 1, "{}: {left:?}", self.name);
         let side = |path: &&PathBuf| path.to_string_lossy().contains(".checkpoint");
-        assert_eq!(left.iter().find(side), None, "{}: a side file stays", self.name);
+        assert_eq!(left.iter().find(side), None, "{}: a temporary file remains", self.name);
         (said, fs::read(recordings[0]).unwrap())
     }
 
@@ -105,7 +107,7 @@ impl Bench {
         }
     }
 
-    /// Kills the run after a while, if it still runs.
+    /// Kills the run after a delay if it is still in progress.
     fn kill_after(&self, output: &str, wait: Duration) {
         let mut child = self.command(output).spawn().unwrap();
         sleep(wait);
@@ -113,7 +115,7 @@ impl Bench {
         child.wait().unwrap();
     }
 
-    /// Kills the run as soon as its partial file has so many bytes; the file.
+    /// Kills the run as soon as its partial file has the given size, and returns the file.
     fn kill_at_size(&self, output: &str, bytes: u64) -> PathBuf {
         let mut child = self.command(output).spawn().unwrap();
         let partial = loop {
@@ -132,8 +134,8 @@ impl Bench {
         partial
     }
 
-    /// What a power cut may do: bytes that were not brought to the disk are gone, or are others.
-    fn lose_what_was_not_synced(&self, output: &str, share: f64) {
+    /// Simulates a power failure: bytes that were not synced to the disk are lost or changed.
+    fn lose_unsynced_bytes(&self, output: &str, share: f64) {
         let Some(partial) = self
             .files(output)
             .into_iter()
@@ -151,12 +153,12 @@ impl Bench {
     }
 }
 
-/// The bytes that the checkpoint counts on: they were synced before it was written.
+/// The number of bytes that the checkpoint relies on; they were synced before it was written.
 fn synced_bytes(partial: &Path) -> Option<usize> {
     let stem = partial.file_name()?.to_str()?.strip_suffix(".partial.mcap")?;
     let bytes = fs::read(checkpoint::path(partial.parent()?, stem)).ok()?;
-    // Layout of a checkpoint: magic 8, version 4, identity with its length, length 8, then postcard's
-    // varints: next frame, frames, frames in closed chunks, bytes in closed chunks.
+    // Layout of a checkpoint: magic 8, version 4, identity with its length, length 8, then varints of postcard:
+    // next frame, frames, frames in closed chunks, bytes in closed chunks.
     let identity = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
     let mut rest = bytes[16 + identity + 8..].iter();
     let mut varint = || {
@@ -173,43 +175,43 @@ fn synced_bytes(partial: &Path) -> Option<usize> {
     Some(closed_bytes)
 }
 
-/// Kills each longer run so many times in all and compares; returns how many kills there were and how many runs went on.
-fn kill_and_compare(kills_a_model: u32, seed: u64) -> (u32, u32) {
+/// Kills each longer run the given number of times and compares the recordings; returns the numbers of kills and of resumed runs.
+fn kill_and_compare(kills_per_model: u32, seed: u64) -> (u32, u32) {
     let mut instants = Instants(seed);
-    let (mut killed, mut went_on) = (0, 0);
+    let (mut killed, mut resumed) = (0, 0);
     for (name, manifest) in LONGER {
-        let bench = Bench::new(name, manifest);
+        let bench = Workspace::new(name, manifest);
         let started = Instant::now();
         let (_, reference) = bench.finish("reference");
         let length = started.elapsed();
-        let mut left = kills_a_model;
+        let mut left = kills_per_model;
         let mut round = 0;
         while left > 0 {
             let output = format!("killed_{round}");
             for _ in 0..(1 + round % 4).min(left) {
                 bench.kill_after(&output, length.mul_f64(instants.next()));
                 if round % 2 == 1 {
-                    bench.lose_what_was_not_synced(&output, instants.next());
+                    bench.lose_unsynced_bytes(&output, instants.next());
                 }
                 left -= 1;
                 killed += 1;
             }
             let (said, bytes) = bench.finish(&output);
-            went_on += u32::from(said.contains("from frame"));
+            resumed += u32::from(said.contains("from frame"));
             assert!(!said.contains("began anew"), "{name}: {said}");
-            assert!(bytes == reference, "{name}: round {round} gives other bytes");
+            assert!(bytes == reference, "{name}: the bytes differ in round {round}");
             fs::remove_dir_all(bench.folder.path().join(&output)).unwrap();
             round += 1;
         }
     }
-    (killed, went_on)
+    (killed, resumed)
 }
 
 #[test]
 #[ignore = "needs Python 3 with the package mcap"]
-fn another_reader_gets_the_recorded_messages_of_what_a_kill_left() {
+fn other_reader_recovers_the_messages_of_a_killed_run() {
     for (name, manifest) in LONGER {
-        let bench = Bench::new(name, manifest);
+        let bench = Workspace::new(name, manifest);
         let (_, bytes) = bench.finish("whole");
         let whole = bench.folder.path().join("whole.mcap");
         fs::write(&whole, &bytes).unwrap();
@@ -225,16 +227,16 @@ fn another_reader_gets_the_recorded_messages_of_what_a_kill_left() {
 }
 
 #[test]
-fn killed_runs_go_on_to_the_same_bytes() {
-    let (killed, went_on) = kill_and_compare(6, 1);
-    println!("{killed} kills, {went_on} recordings went on from a checkpoint");
-    assert!(went_on > 0, "no run went on: nothing was tested");
+fn killed_runs_resume_to_the_same_bytes() {
+    let (killed, resumed) = kill_and_compare(6, 1);
+    println!("{killed} kills, {resumed} recordings resumed from a checkpoint");
+    assert!(resumed > 0, "no run resumed, so nothing was tested");
 }
 
 #[test]
-#[ignore = "the whole harness: 240 kills, some minutes"]
-fn full_harness_two_hundred_and_forty_kills_leave_no_trace() {
-    let (killed, went_on) = kill_and_compare(60, 2);
-    println!("{killed} kills, {went_on} recordings went on from a checkpoint");
-    assert!(killed >= 240 && went_on > 20);
+#[ignore = "240 kills, takes minutes"]
+fn full_harness_240_killed_runs_resume_to_the_same_bytes() {
+    let (killed, resumed) = kill_and_compare(60, 2);
+    println!("{killed} kills, {resumed} recordings resumed from a checkpoint");
+    assert!(killed >= 240 && resumed > 20);
 }

@@ -13,7 +13,7 @@ use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::frame::Frame;
 use std::num::NonZeroU64;
 
-/// Manifests that exercise every way of moving a particle, a fraction of a second each.
+/// Manifests that cover every method of moving particles; each takes a fraction of a second.
 pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     (
         "dem",
@@ -127,7 +127,7 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     ),
 ];
 
-/// The one run of a manifest.
+/// The only run of a manifest.
 pub(crate) fn run_of(name: &str, manifest: &str) -> RunManifest {
     let experiment = kinetoscope_manifest::parse(manifest, &format!("{name}.toml"), &[])
         .unwrap_or_else(|diagnostics| panic!("{diagnostics}"));
@@ -135,23 +135,23 @@ pub(crate) fn run_of(name: &str, manifest: &str) -> RunManifest {
     experiment.runs[0].manifest.clone()
 }
 
-/// How a trajectory is taken.
+/// How a trajectory is computed.
 #[derive(Clone, Copy)]
 pub(crate) struct Taking {
-    /// Steps or events a call.
+    /// Steps or events per call.
     pub(crate) budget: u64,
-    /// Frames; `None` as the manifest says.
+    /// Number of frames; `None` for that of the manifest.
     pub(crate) frames: Option<u64>,
-    /// Whether every frame is looked at, or the last alone.
+    /// Whether every frame is observed, or only the last one.
     pub(crate) look_at_all: bool,
     /// Whether the per-collision series is collected.
     pub(crate) per_collision: bool,
-    /// Whether the model is saved, dropped and restored whenever its budget is used up, and after each frame.
+    /// Whether the model is saved, dropped and restored whenever its budget is used up and after each frame.
     pub(crate) restore: bool,
 }
 
 impl Taking {
-    /// As a run does it.
+    /// The settings of a normal run.
     pub(crate) const PLAIN: Self = Self {
         budget: u64::MAX,
         frames: None,
@@ -161,7 +161,7 @@ impl Taking {
     };
 }
 
-/// The frames that were looked at, the last one last.
+/// The observed frames, in order.
 pub(crate) fn trajectory(manifest: &RunManifest, taking: Taking) -> Vec<Frame> {
     let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
     let mut model = prepare(&manifest.model, seed, taking.per_collision).unwrap();
@@ -185,7 +185,7 @@ pub(crate) fn trajectory(manifest: &RunManifest, taking: Taking) -> Vec<Frame> {
     frames
 }
 
-/// The model as restored from a checkpoint.
+/// The model after it was saved to a checkpoint and restored.
 fn restored(model: &dyn Model, config: &ModelConfig) -> Box<dyn Model> {
     let bytes = checkpoint::encode("a model", &[model]).unwrap();
     restore(config, checkpoint::content(&bytes, "a model").unwrap()).unwrap()

@@ -1,12 +1,14 @@
-//! Promise: how work is cut does not change a bit. A model that is given 1 step or event at a time, 7, or all at once
-//! shows the same states, messages, contacts and log at every frame.
+//! Guarantee: the step budget does not affect results.
+//!
+//! Setup: each small experiment is advanced by 1 step or event at a time, by 7, and without a limit. States, messages, contacts and
+//! log must be bitwise identical at every frame.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::small_experiments::{MANIFESTS, Taking, run_of, trajectory};
 
 #[test]
-fn budgets_of_one_of_seven_and_without_limit_give_the_same_frames() {
+fn frames_do_not_depend_on_the_step_budget() {
     for (name, manifest) in MANIFESTS {
         let run = run_of(name, manifest);
         let whole = trajectory(&run, Taking::PLAIN);

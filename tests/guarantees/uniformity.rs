@@ -1,7 +1,7 @@
-//! How far numbers are from uniform.
+//! Distance of a sample from the uniform distribution.
 #![allow(clippy::disallowed_methods, reason = "statistics in tests are not part of any recording")]
 
-/// sqrt(n) sup |F_n(x) - x| of numbers that should be uniform in [0, 1).
+/// Kolmogorov–Smirnov statistic sqrt(n) sup |F_n(x) - x| of numbers that should be uniform in [0, 1).
 pub(crate) fn kolmogorov_smirnov(mut numbers: Vec<f64>) -> f64 {
     numbers.sort_by(f64::total_cmp);
     let count = numbers.len() as f64;

@@ -1,5 +1,7 @@
-//! Promise: `--verify` does the run of a recording again and finds it equal in every byte: for each model, for a run that
-//! ended in a fault, and for every compression. A recording of another version of the program is equal in its messages.
+//! Guarantee: `--verify` reruns a recording and finds it byte-identical: for each model, for a run that ended in a fault, and for every
+//! compression. A recording of another version of the program is equal in its messages.
+//!
+//! Control: a recording with another fault in its outcome is rejected.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -10,7 +12,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// So strong a damping that explicit steps of the default length diverge, until the overlaps are no longer physics.
+/// Damping so strong that explicit steps of the default length diverge and the run ends in a fault.
 const FAULT: &str = "seed = 3\n[model.dem]\ndiscs = 30\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.04\n\
     damping_n_s_per_m = 1.5e3\nstability = \"warn\"\n[record]\nframes = 20\n";
 
@@ -19,7 +21,7 @@ fn verify(recording: &Path) -> std::process::Output {
 }
 
 #[test]
-fn every_model_is_equal_in_every_byte() {
+fn every_model_is_verified_byte_by_byte() {
     let folder = tempfile::tempdir().unwrap();
     for (name, manifest) in MANIFESTS {
         let recording = record(folder.path(), name, manifest);
@@ -31,7 +33,7 @@ fn every_model_is_equal_in_every_byte() {
 }
 
 #[test]
-fn every_compression_is_equal_in_every_byte() {
+fn every_compression_is_verified_byte_by_byte() {
     let folder = tempfile::tempdir().unwrap();
     let (_, manifest) = MANIFESTS[0];
     for compression in ["lz4", "none"] {
@@ -42,7 +44,7 @@ fn every_compression_is_equal_in_every_byte() {
 }
 
 #[test]
-fn a_fault_is_found_again() {
+fn rerun_ends_in_the_recorded_fault() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "fault", FAULT);
     let outcome = Recording::open(&recording).unwrap().provenance().outcome.clone();
@@ -65,7 +67,7 @@ fn a_fault_is_found_again() {
 }
 
 #[test]
-fn other_bytes_with_the_same_messages_are_said_to_be_so() {
+fn equal_messages_in_other_bytes_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "packing", MANIFESTS[5].1);
     let other = folder.path().join("other.mcap");
@@ -81,7 +83,7 @@ fn other_bytes_with_the_same_messages_are_said_to_be_so() {
 }
 
 #[test]
-fn other_versions_are_named_and_compared() {
+fn recordings_of_other_versions_are_compared() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "gas", MANIFESTS[3].1);
     let opened = Recording::open(&recording).unwrap();
@@ -107,7 +109,7 @@ fn other_versions_are_named_and_compared() {
 }
 
 #[test]
-fn a_manifest_of_another_version_is_read_as_far_as_it_is_understood() {
+fn differences_of_manifests_of_other_versions_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "gas", MANIFESTS[3].1);
     let opened = Recording::open(&recording).unwrap();
@@ -123,7 +125,7 @@ fn a_manifest_of_another_version_is_read_as_far_as_it_is_understood() {
         Forgery { manifest: Some(change), metadata, message: None }.write(&recording, &other);
         verify(&other)
     };
-    // An older version without a key that has its default here.
+    // An older version lacks a key, which has its default in this version.
     let older = forge(&|text| text.replace("propagation = \"exact\"\n", ""));
     assert_eq!(older.status.code(), Some(0), "{}", stderr(&older));
     let note =

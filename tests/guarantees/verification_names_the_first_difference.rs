@@ -1,6 +1,7 @@
-//! Promise: a recording that is not what its manifest makes is refused with exit code 4, and the first difference is named: topic,
-//! frame, simulated time, particle and field, both values. Each recording here is a good one with one thing changed behind
-//! right checksums, so that only a re-run can tell.
+//! Guarantee: a recording that its manifest does not reproduce is rejected with exit code 4, and the first difference is named with
+//! topic, frame, simulated time, particle, field and both values.
+//!
+//! Setup: each recording is a valid one with one change behind correct checksums, so that only a rerun can find the change.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -14,7 +15,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-/// The frame, particle and column that are changed.
+/// The changed frame, particle and column.
 const FRAME: u64 = 5;
 const PARTICLE: usize = 7;
 const COLUMN: usize = 3;
@@ -42,7 +43,7 @@ impl Packing {
         path
     }
 
-    /// What `--verify` says when messages are changed so.
+    /// The output of `--verify` for a recording with changed messages.
     fn changed(&self, change: MessageChange<'_>) -> Output {
         verify(&self.forged(&Forgery { message: Some(change), ..Forgery::default() }))
     }
@@ -56,24 +57,27 @@ fn assert_differs(verified: &Output, expected: &str) {
     assert_eq!(verified.status.code(), Some(4), "{}{}", stdout(verified), stderr(verified));
     let text = stderr(verified);
     assert!(text.contains(expected), "{text}\nlacks\n{expected}");
-    assert!(!stdout(verified).contains("Attested"), "a difference is not attested");
+    assert!(
+        !stdout(verified).contains("Attested"),
+        "a recording with a difference must not be attested"
+    );
 }
 
-/// Place of a value in the payload of `/state`, whose rows stand at its end.
-fn place_in_state(payload: &[u8], frame: &RecordedFrame) -> usize {
+/// Offset of a value in the payload of `/state`, whose rows are at its end.
+fn offset_in_state(payload: &[u8], frame: &RecordedFrame) -> usize {
     let table = frame.state().unwrap();
     let width = table.columns().len();
     payload.len() - 8 * width * table.rows() + 8 * (width * PARTICLE + COLUMN)
 }
 
 #[test]
-fn one_bit_of_the_state() {
+fn changed_bit_of_the_state_is_named() {
     let packing = Packing::new();
     let frame = packing.frame(FRAME);
     let verified = packing.changed(&|topic, index, payload| {
         if (topic, index) == ("/state", FRAME) {
-            let place = place_in_state(payload, &frame);
-            payload[place] ^= 1;
+            let offset = offset_in_state(payload, &frame);
+            payload[offset] ^= 1;
         }
         true
     });
@@ -89,7 +93,7 @@ fn one_bit_of_the_state() {
 }
 
 #[test]
-fn numbers_that_print_alike_are_told_apart_by_their_bits() {
+fn numbers_with_equal_text_are_distinguished_by_their_bits() {
     let packing = Packing::new();
     let frame = packing.frame(FRAME);
     let one = packing.folder.path().join("one.mcap");
@@ -98,8 +102,8 @@ fn numbers_that_print_alike_are_told_apart_by_their_bits() {
     {
         let change = |topic: &str, index: u64, payload: &mut Vec<u8>| {
             if (topic, index) == ("/state", FRAME) {
-                let place = place_in_state(payload, &frame);
-                payload[place..place + 8].copy_from_slice(&bits.to_le_bytes());
+                let offset = offset_in_state(payload, &frame);
+                payload[offset..offset + 8].copy_from_slice(&bits.to_le_bytes());
             }
             true
         };
@@ -115,7 +119,7 @@ fn numbers_that_print_alike_are_told_apart_by_their_bits() {
 }
 
 #[test]
-fn one_field_of_a_channel() {
+fn changed_field_of_a_channel_is_named() {
     let packing = Packing::new();
     let right = packing.frame(2).get::<PackingTemperature>().unwrap().unwrap();
     let wrong = PackingTemperature { a2: right.a2 + 1.0, ..right.clone() };
@@ -131,7 +135,7 @@ fn one_field_of_a_channel() {
 }
 
 #[test]
-fn a_drawing_a_text_and_a_missing_message() {
+fn changed_drawing_changed_text_and_missing_message_are_named() {
     let packing = Packing::new();
     let drawing = packing.changed(&|topic, index, payload| {
         if (topic, index) == ("/discs", 4) {
@@ -150,8 +154,8 @@ fn a_drawing_a_text_and_a_missing_message() {
     let line = packing.frame(0).log_lines()[0].text.clone();
     let text = packing.changed(&|topic, _, payload| {
         if topic == "/log" {
-            let place = payload.windows(line.len()).position(|part| part == line.as_bytes());
-            payload[place.unwrap()] = b'X';
+            let offset = payload.windows(line.len()).position(|part| part == line.as_bytes());
+            payload[offset.unwrap()] = b'X';
         }
         true
     });
@@ -160,7 +164,7 @@ fn a_drawing_a_text_and_a_missing_message() {
 }
 
 #[test]
-fn frames_cut_off_behind_a_whole_file() {
+fn missing_frames_of_a_complete_file_are_named() {
     let packing = Packing::new();
     let verified = packing.changed(&|_, index, _| index < 9);
     assert_differs(
@@ -170,14 +174,14 @@ fn frames_cut_off_behind_a_whole_file() {
 }
 
 #[test]
-fn a_manifest_with_another_seed() {
+fn changed_seed_of_the_manifest_is_named() {
     let packing = Packing::new();
     let reseed = |text: &str| text.replace("seed = 8\n", "seed = 9\n");
     let forged = packing.forged(&Forgery { manifest: Some(&reseed), ..Forgery::default() });
     let verified = verify(&forged);
     assert_differs(&verified, "The run key in the file is not that of its manifest");
     assert_differs(&verified, "First difference: /state, frame 0 (time 0.0), particle 0, x: ");
-    // A forger who makes the key fit is found by the messages alone.
+    // If the key is forged as well, the messages reveal the change.
     let opened = Recording::open(&forged).unwrap();
     let provenance = opened.provenance();
     let key = kinetoscope_manifest::run_key(
@@ -193,7 +197,7 @@ fn a_manifest_with_another_seed() {
 }
 
 #[test]
-fn of_a_torn_or_unfinished_file_the_intact_part_is_compared() {
+fn intact_part_of_a_torn_or_unfinished_file_is_compared() {
     let packing = Packing::new();
     let whole = packing.forged(&Forgery::default());
     let bytes = fs::read(&whole).unwrap();
@@ -203,7 +207,7 @@ fn of_a_torn_or_unfinished_file_the_intact_part_is_compared() {
     assert_eq!(verified.status.code(), Some(5), "{}", stderr(&verified));
     assert!(stderr(&verified).contains("are intact, the rest is lost"), "{}", stderr(&verified));
     assert!(stdout(&verified).contains("frames done again: equal in every message"));
-    assert!(!torn.with_extension("verified.json").exists(), "half a file is not attested");
+    assert!(!torn.with_extension("verified.json").exists(), "a torn file must not be attested");
 
     let interrupted = BTreeMap::from([("outcome".to_owned(), "interrupted".to_owned())]);
     let half = |_: &str, index: u64, _: &mut Vec<u8>| index < 9;
@@ -216,9 +220,12 @@ fn of_a_torn_or_unfinished_file_the_intact_part_is_compared() {
     assert_eq!(verified.status.code(), Some(5), "{}", stderr(&verified));
     assert!(stdout(&verified).contains("9 frames done again: equal in every message"));
     assert!(stderr(&verified).contains("was interrupted"), "{}", stderr(&verified));
-    assert!(!partial.with_extension("verified.json").exists(), "half a run is not attested");
+    assert!(
+        !partial.with_extension("verified.json").exists(),
+        "an unfinished run must not be attested"
+    );
 
-    // A change in the intact part weighs more than the loss.
+    // A change in the intact part takes precedence over the loss.
     let changed = packing.forged(&Forgery {
         message: Some(&|topic: &str, index: u64, payload: &mut Vec<u8>| {
             if (topic, index) == ("/state", 1) {
@@ -235,7 +242,7 @@ fn of_a_torn_or_unfinished_file_the_intact_part_is_compared() {
 }
 
 #[test]
-fn what_is_no_recording_is_unreadable() {
+fn other_files_are_reported_as_unreadable() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("text.mcap");
     fs::write(&path, "no recording").unwrap();

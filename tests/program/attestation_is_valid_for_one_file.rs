@@ -1,5 +1,7 @@
-//! Promise: an attestation is written by a successful `--verify` alone, names nothing of the host but its kind, and holds for the
-//! bytes that were verified and no others.
+//! Guarantee: only a successful `--verify` writes an attestation. It is valid for the verified bytes only, and it contains nothing of the
+//! host except its kind.
+//!
+//! Control: one changed byte invalidates the attestation.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -15,11 +17,11 @@ fn call(what: &str, recording: &Path) -> Output {
 }
 
 #[test]
-fn it_holds_until_the_file_changes() {
+fn attestation_is_valid_until_the_file_changes() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "orbit", ORBIT);
     let before = call("--attested", &recording);
-    assert_eq!(before.status.code(), Some(5), "nobody has verified it");
+    assert_eq!(before.status.code(), Some(5), "the recording has not been verified yet");
     assert!(stderr(&before).contains("run-experiment --verify"), "{}", stderr(&before));
 
     assert_eq!(call("--verify", &recording).status.code(), Some(0));
@@ -45,7 +47,7 @@ fn it_holds_until_the_file_changes() {
 }
 
 #[test]
-fn it_says_these_things_and_no_more() {
+fn attestation_contains_only_the_specified_fields() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "orbit", ORBIT);
     call("--verify", &recording);
@@ -67,7 +69,7 @@ fn it_says_these_things_and_no_more() {
 }
 
 #[test]
-fn a_verdict_on_messages_says_so() {
+fn attestation_states_that_only_messages_are_equal() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "orbit", ORBIT);
     let other = folder.path().join("other.mcap");
@@ -80,10 +82,10 @@ fn a_verdict_on_messages_says_so() {
 
 #[cfg(unix)]
 #[test]
-fn a_folder_that_cannot_be_written_is_no_failure() {
+fn verification_succeeds_if_the_attestation_cannot_be_written() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "orbit", ORBIT);
-    // A folder under the attestation's name refuses the file, for every user.
+    // A folder with the name of the attestation prevents the file from being written, for every user.
     fs::create_dir_all(recording.with_extension("verified.json").join("taken")).unwrap();
     let verified = call("--verify", &recording);
     assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));

@@ -1,5 +1,5 @@
-//! Promise: `--compare` names the keys of the two manifests that differ, then versions, then the first message that differs; equal
-//! messages are exit code 0, others 4.
+//! Guarantee: `--compare` lists the keys in which two manifests differ, then versions, then the first message that differs. The exit code
+//! is 0 for equal messages and 4 otherwise.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -17,7 +17,7 @@ fn compare(left: &Path, right: &Path) -> Output {
 }
 
 #[test]
-fn a_copy_is_equal_in_every_byte() {
+fn copy_is_byte_identical() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "gas", GAS);
     let copy = folder.path().join("copy.mcap");
@@ -28,7 +28,7 @@ fn a_copy_is_equal_in_every_byte() {
 }
 
 #[test]
-fn keys_come_before_messages() {
+fn keys_are_listed_before_messages() {
     let folder = tempfile::tempdir().unwrap();
     let one = record(folder.path(), "gas", GAS);
     let warmer = GAS.replace("particles = 50", "particles = 60\ntemperature_k = 373.15");
@@ -38,7 +38,7 @@ fn keys_come_before_messages() {
     let text = stdout(&compared);
     let keys: Vec<&str> = text.lines().filter(|line| line.starts_with("  ")).collect();
     let expected = ["  model.gas.particles: 50 → 60", "  model.gas.temperature_k: 300.0 → 373.15"];
-    assert_eq!(keys, expected, "the keys that differ, and no other");
+    assert_eq!(keys, expected, "exactly the differing keys must be listed");
     assert!(text.contains("\nrun key: "), "{text}");
     assert!(
         stderr(&compared).contains("First difference: /state, frame 0 (time 0.0 s), particle 0, ")
@@ -46,7 +46,7 @@ fn keys_come_before_messages() {
 }
 
 #[test]
-fn another_compression_has_the_same_messages() {
+fn compression_does_not_affect_messages() {
     let folder = tempfile::tempdir().unwrap();
     let one = record(folder.path(), "gas", GAS);
     let other = record(folder.path(), "gas", &format!("{GAS}compression = \"lz4\"\n"));
@@ -58,21 +58,21 @@ fn another_compression_has_the_same_messages() {
 }
 
 #[test]
-fn a_longer_run_is_equal_up_to_the_end_of_the_shorter() {
+fn longer_run_equals_the_shorter_up_to_its_end() {
     let folder = tempfile::tempdir().unwrap();
     let short = record(folder.path(), "gas", GAS);
     let twice = GAS.replace("duration_s = 0.02", "duration_s = 0.04");
     let long = record(folder.path(), "gas", &twice.replace("frames = 20", "frames = 40"));
     let compared = compare(&short, &long);
     assert_eq!(compared.status.code(), Some(4));
-    // Frame 0 says in its log what a second of playback stands for; it is the same here, as is all up to frame 20.
+    // The log of frame 0 states the simulated time per second of playback, which is equal here; so are all frames up to 20.
     let expected =
         format!("number of frames: {} has only 21 (complete), all of them equal", short.display());
     assert!(stderr(&compared).contains(&expected), "{}", stderr(&compared));
 }
 
 #[test]
-fn other_versions_and_other_units_are_named() {
+fn differing_versions_and_units_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "gas", GAS);
     let other = folder.path().join("other.mcap");
@@ -85,6 +85,6 @@ fn other_versions_and_other_units_are_named() {
     let metadata = BTreeMap::from([("time_unit".to_owned(), "min".to_owned())]);
     Forgery { metadata, ..Forgery::default() }.write(&recording, &other);
     let compared = compare(&recording, &other);
-    assert_eq!(compared.status.code(), Some(4), "numbers of another unit are other numbers");
+    assert_eq!(compared.status.code(), Some(4), "another time unit is a difference");
     assert!(stderr(&compared).contains("First difference: time unit: \"s\" in "));
 }

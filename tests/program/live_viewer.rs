@@ -1,4 +1,4 @@
-//! A viewer of a run under way, and the run: the program as a user starts it, and the protocol as a viewer speaks it.
+//! A viewer of a run in progress, and the run: the program as a user starts it, and the protocol as a viewer implements it.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -13,13 +13,13 @@ use tungstenite::client::IntoClientRequest;
 use tungstenite::http::HeaderValue;
 use tungstenite::{Error, Message, WebSocket};
 
-/// Between two frames at 25 a second, ns.
+/// Time between two frames at 25 frames per second, ns.
 pub(crate) const FRAME_NS: u64 = 40_000_000;
 
-/// A message as it is recorded: topic, log time in ns, payload.
+/// A message as recorded: topic, log time in ns, payload.
 pub(crate) type Recorded = (String, u64, Vec<u8>);
 
-/// A folder with a manifest, and what is made of it.
+/// A folder with a manifest and its recordings.
 pub(crate) struct Experiment {
     pub(crate) folder: tempfile::TempDir,
     manifest: PathBuf,
@@ -43,17 +43,17 @@ impl Experiment {
         command
     }
 
-    /// Starts the program and returns it with the address at which it can be watched.
+    /// Starts the program and returns it with the address of its live server.
     pub(crate) fn start(&self, output: &str, arguments: &[&str]) -> (Child, String) {
         let mut command = self.command(output, arguments);
         command.arg("--live=0").stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut program = command.spawn().unwrap();
         let mut lines = BufReader::new(program.stdout.take().unwrap()).lines();
         let invitation = lines.by_ref().map(Result::unwrap).find(|line| line.contains("ws://"));
-        let invitation = invitation.expect("the program says where it can be watched");
+        let invitation = invitation.expect("the program must print the address of its live server");
         let address = invitation.split("ws://").nth(1).unwrap();
         let address = address.split_whitespace().next().unwrap().to_owned();
-        // What is printed later must find a reader.
+        // The output must be read to its end, or the program would block.
         std::thread::spawn(move || lines.for_each(drop));
         (program, address)
     }
@@ -68,11 +68,12 @@ impl Experiment {
         files
     }
 
-    /// The bytes of all recordings that the same manifest gives unwatched.
-    pub(crate) fn unwatched(&self) -> Vec<Vec<u8>> {
-        let output = self.command("unwatched", &["--quiet", "--jobs", "1"]).output().unwrap();
+    /// The bytes of all recordings that the same manifest gives without a viewer.
+    pub(crate) fn recorded_without_viewer(&self) -> Vec<Vec<u8>> {
+        let output =
+            self.command("recorded_without_viewer", &["--quiet", "--jobs", "1"]).output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        bytes(&self.recordings("unwatched"))
+        bytes(&self.recordings("recorded_without_viewer"))
     }
 }
 
@@ -91,18 +92,18 @@ pub(crate) fn messages(recording: &Path) -> Vec<Recorded> {
         .collect()
 }
 
-/// What a viewer hears.
+/// What a viewer receives.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Heard {
+pub(crate) enum Received {
     /// A text message, such as `serverInfo`.
     Text(Value),
     /// A message of a topic: log time in ns, payload.
     Data(Recorded),
     /// The viewer's clock, ns.
     Time(u64),
-    /// Paused or not, log time in ns, and the request that it answers.
+    /// Whether the run is paused, log time in ns, and the id of the answered request.
     Playback(bool, u64, String),
-    /// The server has closed.
+    /// The server has closed the connection.
     Closed,
 }
 
@@ -110,12 +111,12 @@ pub(crate) struct Viewer {
     socket: WebSocket<TcpStream>,
     /// Topics by channel id, as announced.
     pub(crate) topics: BTreeMap<u64, String>,
-    /// Topics by subscription id: that of the channel.
+    /// Topics by subscription id, which equals the channel id.
     subscribed: BTreeMap<u32, String>,
 }
 
 impl Viewer {
-    /// Connects; the announcement is still to be heard.
+    /// Connects without reading the announcement.
     pub(crate) fn connect(address: &str) -> Self {
         let stream = TcpStream::connect(address).unwrap();
         let mut request = format!("ws://{address}").into_client_request().unwrap();
@@ -127,8 +128,8 @@ impl Viewer {
         Self { socket, topics: BTreeMap::new(), subscribed: BTreeMap::new() }
     }
 
-    /// Hears the next message.
-    pub(crate) fn hear(&mut self) -> Heard {
+    /// Receives the next message.
+    pub(crate) fn receive(&mut self) -> Received {
         match self.socket.read() {
             Ok(Message::Text(text)) => {
                 let said: Value = serde_json::from_str(&text).unwrap();
@@ -142,47 +143,49 @@ impl Viewer {
                         self.topics.remove(&id.as_u64().unwrap());
                     }
                 }
-                Heard::Text(said)
+                Received::Text(said)
             }
-            Ok(Message::Binary(bytes)) => self.hear_binary(&bytes),
-            Ok(Message::Close(_)) | Err(Error::ConnectionClosed) => Heard::Closed,
+            Ok(Message::Binary(bytes)) => self.receive_binary(&bytes),
+            Ok(Message::Close(_)) | Err(Error::ConnectionClosed) => Received::Closed,
             other => panic!("{other:?}"),
         }
     }
 
-    fn hear_binary(&self, bytes: &[u8]) -> Heard {
+    fn receive_binary(&self, bytes: &[u8]) -> Received {
         let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
         let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
         match bytes[0] {
             1 => {
                 let topic = self.subscribed[&u32_at(1)].clone();
-                Heard::Data((topic, u64_at(5), bytes[13..].to_vec()))
+                Received::Data((topic, u64_at(5), bytes[13..].to_vec()))
             }
-            2 => Heard::Time(u64_at(1)),
+            2 => Received::Time(u64_at(1)),
             5 => {
                 let id = str::from_utf8(&bytes[19..]).unwrap().to_owned();
                 assert_eq!(u32_at(15) as usize, id.len());
-                Heard::Playback(bytes[1] == 1, u64_at(2), id)
+                Received::Playback(bytes[1] == 1, u64_at(2), id)
             }
             other => panic!("operation {other}"),
         }
     }
 
-    /// Hears messages until one is as wanted, and returns all of them.
-    pub(crate) fn hear_until(&mut self, wanted: impl Fn(&Heard) -> bool) -> Vec<Heard> {
-        let mut heard = Vec::new();
+    /// Receives messages until one satisfies a condition, and returns all of them.
+    pub(crate) fn receive_until(&mut self, wanted: impl Fn(&Received) -> bool) -> Vec<Received> {
+        let mut events = Vec::new();
         loop {
-            heard.push(self.hear());
-            let last = &heard[heard.len() - 1];
+            events.push(self.receive());
+            let last = &events[events.len() - 1];
             if wanted(last) {
-                return heard;
+                return events;
             }
-            assert!(*last != Heard::Closed, "closed after {heard:?}");
+            assert!(*last != Received::Closed, "closed after {events:?}");
         }
     }
 
-    pub(crate) fn hear_the_announcement(&mut self) -> Vec<Heard> {
-        self.hear_until(|heard| matches!(heard, Heard::Text(said) if said["op"] == "advertise"))
+    pub(crate) fn receive_the_announcement(&mut self) -> Vec<Received> {
+        self.receive_until(
+            |event| matches!(event, Received::Text(said) if said["op"] == "advertise"),
+        )
     }
 
     pub(crate) fn subscribe_to_all(&mut self) {
@@ -194,7 +197,7 @@ impl Viewer {
         self.socket.send(Message::text(request.to_string())).unwrap();
     }
 
-    /// Asks to play or pause at a speed, and to go on to a log time if that is not 0.
+    /// Requests to play or pause at a speed, and to advance to a log time unless it is 0.
     pub(crate) fn ask(&mut self, pause: bool, speed: f32, to_ns: u64, id: &str) {
         let mut request = vec![3, u8::from(pause)];
         request.extend(speed.to_le_bytes());
@@ -206,12 +209,12 @@ impl Viewer {
     }
 }
 
-/// The data among what was heard.
-pub(crate) fn data(heard: &[Heard]) -> Vec<Recorded> {
-    heard
+/// The data messages among the received ones.
+pub(crate) fn data(events: &[Received]) -> Vec<Recorded> {
+    events
         .iter()
-        .filter_map(|heard| match heard {
-            Heard::Data(message) => Some(message.clone()),
+        .filter_map(|event| match event {
+            Received::Data(message) => Some(message.clone()),
             _ => None,
         })
         .collect()

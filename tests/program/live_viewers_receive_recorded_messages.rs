@@ -1,9 +1,11 @@
-//! Promise: viewers of a run under way receive the messages that are recorded, byte for byte and in whole frames, and nothing
-//! that they do, or fail to do, changes a byte of the recording.
+//! Guarantee: viewers of a run in progress receive the recorded messages, byte for byte and in whole frames, and no viewer can change a
+//! byte of the recording, whatever it sends or fails to read.
+//!
+//! Setup: viewers that step, pause, connect late, do not read, or disconnect, at runs of each model and at a sweep.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use crate::live_viewer::{Experiment, FRAME_NS, Heard, Recorded, Viewer, bytes, data, messages};
+use crate::live_viewer::{Experiment, FRAME_NS, Received, Recorded, Viewer, bytes, data, messages};
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::TcpListener;
 use std::process::Command;
@@ -18,38 +20,38 @@ const RUNS: [&str; 4] = [
     "[model.orbit]\nduration_days = 100.0\n[record]\nframes = 8\n",
 ];
 
-/// Steps a paused run from frame to frame and returns all that was heard of them.
-fn step_through(viewer: &mut Viewer) -> Vec<Heard> {
-    viewer.hear_the_announcement();
+/// Steps a paused run from frame to frame and returns all received messages.
+fn step_through(viewer: &mut Viewer) -> Vec<Received> {
+    viewer.receive_the_announcement();
     viewer.ask(true, 1.0, 0, "pause");
-    viewer.hear_until(|heard| matches!(heard, Heard::Playback(true, 0, id) if id == "pause"));
+    viewer.receive_until(|event| matches!(event, Received::Playback(true, 0, id) if id == "pause"));
     viewer.subscribe_to_all();
-    let mut heard = Vec::new();
+    let mut events = Vec::new();
     for frame in 0..=FRAMES {
         if frame > 0 {
             viewer.ask(true, 1.0, frame * FRAME_NS, "step");
         }
-        // The last channel that every frame has.
-        let is_last = |heard: &Heard| matches!(heard, Heard::Data((topic, time, _)) if topic == "/velocity" && *time == frame * FRAME_NS);
-        heard.extend(viewer.hear_until(is_last));
+        // The last channel of every frame.
+        let is_last = |event: &Received| matches!(event, Received::Data((topic, time, _)) if topic == "/velocity" && *time == frame * FRAME_NS);
+        events.extend(viewer.receive_until(is_last));
     }
     viewer.ask(false, 100.0, 0, "play");
-    heard.extend(viewer.hear_until(|heard| *heard == Heard::Closed));
-    heard
+    events.extend(viewer.receive_until(|event| *event == Received::Closed));
+    events
 }
 
 #[test]
-fn a_viewer_that_steps_receives_every_recorded_message() {
+fn stepping_viewer_receives_every_recorded_message() {
     for run in RUNS {
         let run =
             run.replace("[record]", "[record]\nchannels = [\"state\", \"discs\", \"velocity\"]");
         let experiment = Experiment::new(&run);
         let (mut program, address) = experiment.start("watched", &["--live-speed", "1"]);
-        let heard = step_through(&mut Viewer::connect(&address));
+        let events = step_through(&mut Viewer::connect(&address));
         assert!(program.wait().unwrap().success());
         let recordings = experiment.recordings("watched");
-        let mut received = data(&heard);
-        // What waits for a late viewer comes in the order of the channels: `/walls` after `/velocity`, as it is recorded.
+        let mut received = data(&events);
+        // A late viewer receives stored messages in the order of the channels: `/walls` after `/velocity`, as recorded.
         let recorded = messages(&recordings[0]);
         received.sort_by_key(|(_, time, _)| *time);
         assert!(received == recorded, "{run}: {} messages of {}", received.len(), recorded.len());
@@ -57,7 +59,10 @@ fn a_viewer_that_steps_receives_every_recorded_message() {
             recorded.iter().filter(|(topic, ..)| topic == "/frame").count() as u64,
             FRAMES + 1
         );
-        assert!(bytes(&recordings) == experiment.unwatched(), "{run}: other bytes");
+        assert!(
+            bytes(&recordings) == experiment.recorded_without_viewer(),
+            "{run}: the bytes differ"
+        );
     }
 }
 
@@ -71,54 +76,55 @@ fn frames(messages: &[Recorded]) -> BTreeMap<u64, BTreeSet<&str>> {
 }
 
 #[test]
-fn a_viewer_that_does_not_read_misses_whole_frames_and_stops_nobody() {
+fn viewer_that_does_not_read_misses_whole_frames_and_does_not_delay_the_run() {
     // 30 MB: more than the buffers of the connection hold.
     let run =
         "seed = 6\n[model.gas]\nparticles = 10000\nduration_s = 0.01\n[record]\nframes = 20\n";
     let experiment = Experiment::new(run);
     let (mut program, address) = experiment.start("watched", &["--live-speed", "100"]);
     let mut asleep = Viewer::connect(&address);
-    asleep.hear_the_announcement();
+    asleep.receive_the_announcement();
     asleep.subscribe_to_all();
     assert!(program.wait().unwrap().success());
     let recordings = experiment.recordings("watched");
-    assert!(bytes(&recordings) == experiment.unwatched());
-    // Whatever had come through by then are whole frames as recorded, but for the last, where the connection broke.
+    assert!(bytes(&recordings) == experiment.recorded_without_viewer());
+    // The frames received until then are complete and as recorded, except for the last one, where the connection broke.
     let recorded = messages(&recordings[0]);
-    let mut heard = Vec::new();
-    while let Ok(message) = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| asleep.hear()))
+    let mut events = Vec::new();
+    while let Ok(message) =
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| asleep.receive()))
     {
-        if message == Heard::Closed {
+        if message == Received::Closed {
             break;
         }
-        heard.push(message);
+        events.push(message);
     }
-    let heard = data(&heard);
-    assert!(heard.iter().all(|message| recorded.contains(message)));
-    let (heard, recorded) = (frames(&heard), frames(&recorded));
-    for (time, topics) in heard.iter().take(heard.len().saturating_sub(1)) {
+    let events = data(&events);
+    assert!(events.iter().all(|message| recorded.contains(message)));
+    let (events, recorded) = (frames(&events), frames(&recorded));
+    for (time, topics) in events.iter().take(events.len().saturating_sub(1)) {
         assert_eq!(recorded[time], *topics, "{time} ns");
     }
 }
 
 #[test]
-fn a_late_viewer_sees_what_was_drawn_once_and_the_last_frame() {
+fn late_viewer_receives_static_drawings_and_the_last_frame() {
     let experiment = Experiment::new(RUNS[0]);
     let (mut program, address) = experiment.start("watched", &["--live-speed", "1"]);
     let mut first = Viewer::connect(&address);
-    let announced = first.hear_the_announcement();
-    let Heard::Text(info) = &announced[announced.len() - 2] else { panic!("{announced:?}") };
+    let announced = first.receive_the_announcement();
+    let Received::Text(info) = &announced[announced.len() - 2] else { panic!("{announced:?}") };
     assert_eq!(info["capabilities"], serde_json::json!(["time", "playbackControl"]));
     assert_eq!(info["dataEndTime"], serde_json::json!({ "sec": 0, "nsec": FRAMES * FRAME_NS }));
     first.ask(true, 1.0, 5 * FRAME_NS, "step");
     first.subscribe_to_all();
-    let fifth = |heard: &Heard| matches!(heard, Heard::Data((topic, time, _)) if topic == "/contacts" && *time == 5 * FRAME_NS);
-    first.hear_until(fifth);
+    let fifth = |event: &Received| matches!(event, Received::Data((topic, time, _)) if topic == "/contacts" && *time == 5 * FRAME_NS);
+    first.receive_until(fifth);
     let mut late = Viewer::connect(&address);
-    late.hear_the_announcement();
+    late.receive_the_announcement();
     late.subscribe_to_all();
-    let seen =
-        late.hear_until(|heard| matches!(heard, Heard::Data((topic, ..)) if topic == "/legend"));
+    let seen = late
+        .receive_until(|event| matches!(event, Received::Data((topic, ..)) if topic == "/legend"));
     let seen: BTreeMap<String, u64> =
         data(&seen).into_iter().map(|(topic, time, _)| (topic, time)).collect();
     assert_eq!(seen["/walls"], 0);
@@ -126,51 +132,51 @@ fn a_late_viewer_sees_what_was_drawn_once_and_the_last_frame() {
     for topic in ["/frame", "/state", "/discs", "/energy", "/contacts"] {
         assert_eq!(seen[topic], 5 * FRAME_NS, "{topic}");
     }
-    // A viewer that goes while it holds the run lets it go, once no other one is there.
+    // The run continues when the last viewer that paused it disconnects.
     drop(first);
     late.ask(false, 100.0, 0, "play");
-    late.hear_until(|heard| *heard == Heard::Closed);
+    late.receive_until(|event| *event == Received::Closed);
     assert!(program.wait().unwrap().success());
-    assert!(bytes(&experiment.recordings("watched")) == experiment.unwatched());
+    assert!(bytes(&experiment.recordings("watched")) == experiment.recorded_without_viewer());
 }
 
 #[test]
-fn a_pause_ends_with_its_viewer() {
+fn pause_ends_when_its_viewer_disconnects() {
     let experiment = Experiment::new(RUNS[2]);
     let (mut program, address) = experiment.start("watched", &["--live-speed", "100"]);
     let mut viewer = Viewer::connect(&address);
-    viewer.hear_the_announcement();
+    viewer.receive_the_announcement();
     viewer.ask(true, 1.0, 0, "pause");
     viewer.subscribe_to_all();
-    viewer.hear_until(|heard| matches!(heard, Heard::Data(_)));
+    viewer.receive_until(|event| matches!(event, Received::Data(_)));
     drop(viewer);
     assert!(program.wait().unwrap().success());
-    assert!(bytes(&experiment.recordings("watched")) == experiment.unwatched());
+    assert!(bytes(&experiment.recordings("watched")) == experiment.recorded_without_viewer());
 }
 
 #[test]
-fn ctrl_c_ends_a_paused_run_and_the_same_command_goes_on() {
+fn paused_run_can_be_interrupted_and_resumed() {
     let experiment = Experiment::new(RUNS[3]);
     let (mut program, address) = experiment.start("watched", &["--live-speed", "1"]);
     let mut viewer = Viewer::connect(&address);
-    viewer.hear_the_announcement();
+    viewer.receive_the_announcement();
     viewer.ask(true, 1.0, 3 * FRAME_NS, "step");
     viewer.subscribe_to_all();
-    let third = |heard: &Heard| matches!(heard, Heard::Data((topic, time, _)) if topic == "/frame" && *time == 3 * FRAME_NS);
-    viewer.hear_until(third);
+    let third = |event: &Received| matches!(event, Received::Data((topic, time, _)) if topic == "/frame" && *time == 3 * FRAME_NS);
+    viewer.receive_until(third);
     let kill = Command::new("kill").args(["-INT", &program.id().to_string()]).status().unwrap();
     assert!(kill.success());
-    viewer.hear_until(|heard| *heard == Heard::Closed);
+    viewer.receive_until(|event| *event == Received::Closed);
     assert_eq!(program.wait().unwrap().code(), Some(130));
-    // Going on, the run still shows what was drawn at its start.
+    // After resuming, the run still sends the drawings of its start.
     let (mut program, address) = experiment.start("watched", &["--live-speed", "100"]);
     let mut viewer = Viewer::connect(&address);
-    viewer.hear_the_announcement();
+    viewer.receive_the_announcement();
     viewer.subscribe_to_all();
-    let seen = data(&viewer.hear_until(|heard| *heard == Heard::Closed));
+    let seen = data(&viewer.receive_until(|event| *event == Received::Closed));
     assert!(program.wait().unwrap().success());
     let recordings = experiment.recordings("watched");
-    assert!(bytes(&recordings) == experiment.unwatched());
+    assert!(bytes(&recordings) == experiment.recorded_without_viewer());
     let recorded = messages(&recordings[0]);
     assert!(seen.iter().all(|message| recorded.contains(message)));
     assert!(seen.iter().any(|(topic, time, _)| topic == "/walls" && *time == 0));
@@ -178,57 +184,62 @@ fn ctrl_c_ends_a_paused_run_and_the_same_command_goes_on() {
 }
 
 #[test]
-fn the_runs_of_a_sweep_are_shown_one_after_the_other() {
+fn runs_of_a_sweep_are_shown_in_order() {
     let sweep = format!("{}[sweep]\n\"model.packing.discs\" = [30, 40]\n", RUNS[2]);
     let experiment = Experiment::new(&sweep);
     let (mut program, address) =
         experiment.start("watched", &["--live-speed", "100", "--jobs", "1"]);
     let mut viewer = Viewer::connect(&address);
-    viewer.hear_the_announcement();
+    viewer.receive_the_announcement();
     let first: Vec<u64> = viewer.topics.keys().copied().collect();
     viewer.ask(true, 1.0, 0, "pause");
     viewer.subscribe_to_all();
-    viewer.hear_until(|heard| matches!(heard, Heard::Data(_)));
+    viewer.receive_until(|event| matches!(event, Received::Data(_)));
     viewer.ask(true, 1.0, FRAMES * FRAME_NS, "to the end");
     viewer.ask(false, 100.0, 0, "play");
-    let between = viewer.hear_the_announcement();
+    let between = viewer.receive_the_announcement();
     assert!(
         between
             .iter()
-            .any(|heard| matches!(heard, Heard::Text(said) if said["op"] == "unadvertise"))
+            .any(|event| matches!(event, Received::Text(said) if said["op"] == "unadvertise"))
     );
-    assert!(viewer.topics.keys().all(|id| !first.contains(id)), "a channel's id is used once");
+    assert!(
+        viewer.topics.keys().all(|id| !first.contains(id)),
+        "a channel id must be used only once"
+    );
     viewer.subscribe_to_all();
-    viewer.hear_until(|heard| *heard == Heard::Closed);
+    viewer.receive_until(|event| *event == Received::Closed);
     assert!(program.wait().unwrap().success());
-    assert!(bytes(&experiment.recordings("watched")) == experiment.unwatched());
+    assert!(bytes(&experiment.recordings("watched")) == experiment.recorded_without_viewer());
 }
 
 #[test]
-fn a_run_without_a_pace_cannot_be_held() {
-    // About a second.
+fn run_without_a_playback_speed_cannot_be_paused() {
+    // The run takes about a second.
     let run = "seed = 6\n[model.gas]\nparticles = 2000\nduration_s = 1.0\n[record]\nframes = 2000\nchannels = [\"state\"]\n";
     let experiment = Experiment::new(run);
     let (mut program, address) = experiment.start("watched", &[]);
     let mut viewer = Viewer::connect(&address);
-    let announced = viewer.hear_the_announcement();
-    let Heard::Text(info) = &announced[announced.len() - 2] else { panic!("{announced:?}") };
+    let announced = viewer.receive_the_announcement();
+    let Received::Text(info) = &announced[announced.len() - 2] else { panic!("{announced:?}") };
     assert_eq!(info["capabilities"], serde_json::json!(["time"]));
     viewer.subscribe_to_all();
     viewer.ask(true, 1.0, 0, "pause");
-    let heard = viewer.hear_until(|heard| *heard == Heard::Closed);
-    assert!(heard.iter().any(|heard| matches!(heard, Heard::Text(said) if said["op"] == "status")));
+    let events = viewer.receive_until(|event| *event == Received::Closed);
+    assert!(
+        events.iter().any(|event| matches!(event, Received::Text(said) if said["op"] == "status"))
+    );
     assert!(program.wait().unwrap().success());
     let recordings = experiment.recordings("watched");
     let recorded: BTreeSet<Recorded> = messages(&recordings[0]).into_iter().collect();
-    let received = data(&heard);
+    let received = data(&events);
     assert!(received.iter().all(|message| recorded.contains(message)));
     assert!(received.iter().any(|(topic, time, _)| topic == "/frame" && *time == 2000 * FRAME_NS));
-    assert!(bytes(&recordings) == experiment.unwatched());
+    assert!(bytes(&recordings) == experiment.recorded_without_viewer());
 }
 
 #[test]
-fn a_port_in_use_is_named_and_nothing_is_run() {
+fn port_in_use_is_named_and_no_run_starts() {
     let occupied = TcpListener::bind("127.0.0.1:0").unwrap();
     let live = format!("--live={}", occupied.local_addr().unwrap().port());
     let experiment = Experiment::new(RUNS[2]);
@@ -241,7 +252,7 @@ fn a_port_in_use_is_named_and_nothing_is_run() {
 
 #[test]
 #[ignore = "needs python3 with the packages of tests/interop/requirements.txt"]
-fn a_foreign_client_receives_the_recorded_frames() {
+fn other_client_receives_the_recorded_frames() {
     let run = "seed = 3\n[model.dem]\ndiscs = 200\nduration_s = 0.2\n[record]\nframes = 50\n";
     let experiment = Experiment::new(run);
     let (mut program, address) = experiment.start("watched", &["--live-speed", "1"]);
@@ -250,10 +261,10 @@ fn a_foreign_client_receives_the_recorded_frames() {
         .arg(address)
         .arg(experiment.folder.path().join("watched/watched"))
         .output()
-        .expect("python3 can be started");
+        .expect("python3 must be on the PATH");
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
     assert!(program.wait().unwrap().success());
-    assert!(bytes(&experiment.recordings("watched")) == experiment.unwatched());
+    assert!(bytes(&experiment.recordings("watched")) == experiment.recorded_without_viewer());
     println!("{said}");
 }

@@ -12,7 +12,7 @@ mod live_viewer;
 mod attestation_is_valid_for_one_file;
 // `--compare` lists differing keys, versions and the first differing message.
 mod comparison_lists_differences;
-// A live viewer receives what is recorded and never delays the run.
+// A live viewer receives the recorded messages and does not delay the run.
 mod live_viewers_receive_recorded_messages;
 // All errors of a manifest are reported at once, each with its line.
 mod manifest_errors_point_at_the_line;

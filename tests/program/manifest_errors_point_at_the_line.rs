@@ -1,9 +1,11 @@
-//! Promise: a bad manifest is answered with all its errors at once, each with its line, its column, the text in
-//! question underlined, and the allowed range or the nearest known name. serde would stop at the first.
+//! Guarantee: all errors of a manifest are reported at once. Each error has its line, its column, the underlined text, and the allowed
+//! range or the nearest known name.
+//!
+//! Setup: one manifest with twelve errors; serde alone would stop at the first one.
 
 use kinetoscope_manifest::{Override, parse};
 
-/// Twelve errors of different kinds: names, ranges, types, words, exclusive keys, rules between tables, a sweep, a check.
+/// Twelve errors of different kinds: names, ranges, types, values, exclusive keys, rules between tables, a sweep, a check.
 const PLANTED: &str = r#"nmae = "planted"
 seed = -1
 
@@ -104,14 +106,14 @@ error: a check has nothing to compare with
    | ^^^^^^^^^^ needs `tolerance`, `relative_tolerance`, `standard_errors`, or `minimum` and `maximum`"#;
 
 #[test]
-fn all_planted_errors_are_rendered() {
+fn all_planted_errors_are_reported() {
     let errors = parse(PLANTED, "planted.toml", &[]).unwrap_err();
     assert_eq!(errors.to_string(), RENDERED);
     assert_eq!(errors.len(), 12);
 }
 
 #[test]
-fn an_override_is_shown_beside_the_manifest() {
+fn error_in_an_override_is_shown_separately() {
     let manifest = "[model.dem]\ndamping_n_s_per_m = 0.1\n";
     let set = Override { key: "model.dem.restitution".to_owned(), value: "0.9".to_owned() };
     let errors = parse(manifest, "m.toml", &[set]).unwrap_err();
@@ -132,7 +134,7 @@ error: `model.dem.restitution` and `model.dem.damping_n_s_per_m` cannot be used 
 }
 
 #[test]
-fn color_is_asked_for() {
+fn color_is_used_only_on_request() {
     let errors = parse(PLANTED, "planted.toml", &[]).unwrap_err();
     assert!(!errors.to_string().contains('\u{1b}'));
     assert!(errors.render(true).contains('\u{1b}'));

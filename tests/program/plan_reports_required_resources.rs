@@ -1,5 +1,6 @@
-//! Promise: what the plan says of particles, frames and bytes holds for all its runs, for discs that fall in, too. Control: without
-//! them the plan would be less than what their run writes.
+//! Guarantee: the plan's particles, frames and bytes are upper bounds for all of its runs, including inserted discs.
+//!
+//! Control: without the inserted discs, the planned size is smaller than the recording.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -7,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// The plan of a manifest as it is printed, and the bytes of its recordings.
+/// The printed plan of a manifest, and the size of its recordings in bytes.
 fn planned_and_recorded(manifest: &str) -> (String, u64) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plan.toml");
@@ -24,7 +25,7 @@ fn planned_and_recorded(manifest: &str) -> (String, u64) {
     (String::from_utf8(output.stdout).unwrap(), bytes)
 }
 
-/// The bound of a plan in bytes.
+/// The size limit that a plan states, in bytes.
 fn bound(plan: &str) -> f64 {
     let (_, bound) = plan.split_once("at most ").unwrap();
     let mut words = bound.split_whitespace();
@@ -37,7 +38,7 @@ fn bound(plan: &str) -> f64 {
 }
 
 #[test]
-fn discs_that_fall_in_are_counted() {
+fn inserted_discs_are_counted() {
     let scene = "[model.dem]\ndiscs = 1\nduration_s = 0.5\n[record]\nframes = 100\n";
     let rain = "[model.dem.rain]\ndiscs = 200\ndiscs_per_s = 1e3\nfrom_m = [0.005, 0.035]\nto_m = [0.035, 0.035]\n\
         velocity_m_per_s = [0.0, -0.5]\n";
@@ -50,7 +51,7 @@ fn discs_that_fall_in_are_counted() {
 }
 
 #[test]
-fn a_sweep_is_told_from_the_fewest_to_the_most() {
+fn plan_of_a_sweep_states_minimum_and_maximum() {
     let (plan, bytes) = planned_and_recorded(
         "[model.packing]\nduration = 1.0\n[record]\nframes = 4\n[sweep]\n\"model.packing.discs\" = [10, 50, 5]\n",
     );
@@ -59,7 +60,7 @@ fn a_sweep_is_told_from_the_fewest_to_the_most() {
 }
 
 #[test]
-fn a_series_that_no_plan_can_count_is_told() {
+fn series_of_unknown_length_is_named() {
     let manifest = "[model.packing]\n[record]\nframes = 1\n";
     let (plan, _) = planned_and_recorded(manifest);
     let (series, bytes) =

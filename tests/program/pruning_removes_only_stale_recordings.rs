@@ -1,4 +1,6 @@
-//! Promise: `--prune` removes recordings that the manifest no longer asks for, with what stands beside them, and nothing else.
+//! Guarantee: `--prune` removes recordings that the manifest no longer requests, with the files that belong to them, and nothing else.
+//!
+//! Control: a dry run removes nothing; files that are not recordings of the experiment stay.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -31,7 +33,7 @@ fn pruning_removes_only_what_is_stale() {
     run(folder.path(), &[]);
     let wanted = files(folder.path());
     run(folder.path(), &["--set", "model.orbit.time_step_days=0.5"]);
-    // Not ours: one is no recording, the other's name does not end in its key.
+    // Foreign files: one is not a recording; the name of the other does not end in its key.
     let recordings = folder.path().join("recordings/orbit");
     let ours = wanted.iter().find(|name| name.ends_with(".mcap")).unwrap();
     fs::write(recordings.join("notes__00000000.mcap"), "a diary").unwrap();
@@ -40,9 +42,9 @@ fn pruning_removes_only_what_is_stale() {
     kept.extend(["notes__00000000.mcap".to_owned(), "the_best_one.mcap".to_owned()]);
 
     let before = files(folder.path());
-    assert!(before.len() > kept.len(), "nothing is stale");
+    assert!(before.len() > kept.len(), "some recordings must be stale");
     run(folder.path(), &["--prune", "--dry-run"]);
-    assert_eq!(files(folder.path()), before, "a dry run removes nothing");
+    assert_eq!(files(folder.path()), before, "a dry run must not remove a file");
     run(folder.path(), &["--prune"]);
     assert_eq!(files(folder.path()), kept);
 }

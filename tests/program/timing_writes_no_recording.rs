@@ -1,5 +1,7 @@
-//! Promise: `--time` prints one line a point of the sweep, the ratio of two velocity laws with its error, and the machine;
-//! it writes no file, but `timing.json` where a folder is named. A manifest that can't be run is refused as otherwise. Timings themselves are not judged.
+//! Guarantee: `--time` prints one line per sweep point, the ratio of two velocity distributions with its error, and the machine. It writes
+//! no file except `timing.json` if a folder is given, and it rejects a manifest that cannot be run.
+//!
+//! The times themselves are not checked.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -14,7 +16,7 @@ const MANIFEST: &str = "name = \"timed\"\nseed = 1\nreplicates = 3\n[model.packi
                         [[sweep.variants]]\nname = \"modified\"\n\"model.packing.initial_velocities\" = \"modified\"\n";
 
 #[test]
-fn a_table_is_printed_and_nothing_is_written() {
+fn timing_prints_a_table_and_writes_no_recording() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("timed.toml");
     fs::write(&path, MANIFEST).unwrap();
@@ -31,9 +33,13 @@ fn a_table_is_printed_and_nothing_is_written() {
         table.lines().any(|line| line.starts_with("all: ") && line.contains(" +- ")),
         "{table}"
     );
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "only the manifest is there");
+    assert_eq!(
+        fs::read_dir(folder.path()).unwrap().count(),
+        1,
+        "the folder must contain only the manifest"
+    );
 
-    // Where a folder is named, the table stands there as well, and nothing else.
+    // If a folder is given, it receives the table and nothing else.
     let output = folder.path().join("out");
     let named = [arguments.clone(), vec![PathBuf::from("--output"), output.clone()]].concat();
     let asked = run_experiment(&named);

@@ -1,5 +1,5 @@
-//! Promise: `--why` says of each run whether it is to be done and for which key, version or file, and does none. A description
-//! or a check decides nothing; the seed does.
+//! Guarantee: `--why` reports for each run whether it will be executed, and which key, version or file is the reason; it executes no run.
+//! A description or a check is not a reason; the seed is.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 const GAS: &str = "name = \"gas\"\nseed = 6\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes = 20\n";
 
-/// The answer for a manifest; `set` are values from the command line.
+/// The output for a manifest; `set` contains values from the command line.
 fn why(folder: &Path, manifest: &str, set: &[&str]) -> String {
     let path = folder.join("asked.toml");
     fs::write(&path, manifest).unwrap();
@@ -23,7 +23,7 @@ fn why(folder: &Path, manifest: &str, set: &[&str]) -> String {
     }
     let asked = run_experiment(&arguments);
     assert_eq!(asked.status.code(), Some(0), "{}", stderr(&asked));
-    assert_eq!(recordings(&output.join("gas")), before, "nothing is done");
+    assert_eq!(recordings(&output.join("gas")), before, "no run must be executed");
     stdout(&asked)
 }
 
@@ -32,7 +32,7 @@ fn file_name(path: &Path) -> String {
 }
 
 #[test]
-fn what_decides_nothing_is_no_reason() {
+fn descriptions_and_checks_are_not_a_reason() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(why(folder.path(), GAS, &[]), "gas: to do: never recorded\n");
     record(folder.path(), "gas", GAS);
@@ -45,7 +45,7 @@ fn what_decides_nothing_is_no_reason() {
 }
 
 #[test]
-fn changed_keys_are_named_against_the_nearest_recording() {
+fn changed_keys_are_named_relative_to_the_nearest_recording() {
     let folder = tempfile::tempdir().unwrap();
     let first = file_name(&record(folder.path(), "gas", GAS));
     let expected = format!("gas: to do: differs from {first}\n    seed: 6 → 7\n");
@@ -71,13 +71,13 @@ fn each_point_of_a_sweep_has_its_own_reason() {
          model.gas.particles = 60: to do: never recorded\n"
     );
     assert_eq!(asked, expected);
-    // Without the sweep the same run has another name.
+    // Without the sweep, the same run has another name.
     let expected = format!("gas: to do: recorded as {file}, which has another name\n");
     assert_eq!(why(folder.path(), GAS, &[]), expected);
 }
 
 #[test]
-fn versions_and_broken_files_are_reasons() {
+fn versions_and_damaged_files_are_reasons() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "gas", GAS);
     let provenance = Recording::open(&recording).unwrap().provenance().clone();
@@ -115,10 +115,10 @@ fn versions_and_broken_files_are_reasons() {
 }
 
 #[test]
-fn a_run_that_cannot_be_done_is_said_to_be_so() {
+fn impossible_run_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("unstable.toml");
-    // The model refuses steps at which so strong a damping diverges.
+    // The model rejects time steps at which such a strong damping diverges.
     fs::write(&path, "[model.dem]\ndamping_n_s_per_m = 1.5e3\n").unwrap();
     let asked = run_experiment(["--why".as_ref(), path.as_os_str()]);
     assert_eq!(asked.status.code(), Some(2), "{}", stderr(&asked));
