@@ -1,5 +1,5 @@
-//! Promise: the commands of `--export-commands` do the runs that the program itself does, to the same bytes, in any order,
-//! side by side and more than once; a key that no run has is an error.
+//! Guarantee: the commands of `--export-commands` give the same bytes as the program itself, in any order, in parallel, and if a command
+//! is executed more than once. A key that no run has is an error.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -16,20 +16,20 @@ fn program() -> Command {
 
 #[test]
 #[cfg(unix)]
-fn commands_do_the_sweep() {
+fn exported_commands_reproduce_the_sweep() {
     let folder = tempfile::tempdir().unwrap();
-    // A shell must not trip over it.
-    let place = folder.path().join("it's a $place");
-    fs::create_dir(&place).unwrap();
-    let (manifest, list) = (place.join("sweep.toml"), place.join("commands"));
+    // The name contains characters that a shell must not interpret.
+    let workspace = folder.path().join("it's a $place");
+    fs::create_dir(&workspace).unwrap();
+    let (manifest, list) = (workspace.join("sweep.toml"), workspace.join("commands"));
     fs::write(&manifest, SWEEP).unwrap();
     let set = ["--set", "model.gas.particles=25"];
-    let mut alone = program();
-    alone.arg(&manifest).args(set).arg("--output").arg(place.join("alone"));
-    assert!(alone.output().unwrap().status.success());
+    let mut local = program();
+    local.arg(&manifest).args(set).arg("--output").arg(workspace.join("local"));
+    assert!(local.output().unwrap().status.success());
 
     let mut export = program();
-    export.arg(&manifest).args(set).arg("--output").arg(place.join("listed"));
+    export.arg(&manifest).args(set).arg("--output").arg(workspace.join("listed"));
     assert!(export.arg("--export-commands").arg(&list).output().unwrap().status.success());
     let commands = fs::read_to_string(&list).unwrap();
     assert_eq!(commands.lines().count(), 6);
@@ -41,17 +41,19 @@ fn commands_do_the_sweep() {
         .arg(&list)
         .output()
         .unwrap();
-    // The same run twice at the same time: one of them is told to come back later (75), for xargs 123.
+    // If a run is executed twice at the same time, one of the two exits with 75 (retry later), and xargs with 123.
     assert!(matches!(parallel.status.code(), Some(0 | 123)), "{parallel:?}");
-    let (alone, listed) =
-        (recordings_in(&place.join("alone/sweep")), recordings_in(&place.join("listed/sweep")));
-    assert_eq!(alone.len(), 6);
-    assert!(alone == listed, "{:?}", listed.keys());
-    assert!(place.join("listed/sweep/experiment.toml").exists());
+    let (local, listed) = (
+        recordings_in(&workspace.join("local/sweep")),
+        recordings_in(&workspace.join("listed/sweep")),
+    );
+    assert_eq!(local.len(), 6);
+    assert!(local == listed, "{:?}", listed.keys());
+    assert!(workspace.join("listed/sweep/experiment.toml").exists());
 }
 
 #[test]
-fn an_unknown_key_is_an_error() {
+fn unknown_key_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let manifest = folder.path().join("sweep.toml");
     fs::write(&manifest, SWEEP).unwrap();

@@ -1,7 +1,7 @@
-//! Promise: a sweep on HyperQueue gives the recordings that this machine alone gives, byte for byte, whatever is killed: tasks
-//! and workers by signal 9, the server, and the program that waits.
+//! Guarantee: a sweep on HyperQueue gives the same recordings as the local machine, byte for byte, whichever process is killed: tasks and
+//! workers by signal 9, the server, or the waiting program.
 //!
-//! The HyperQueue is a real one, on loopback. Control: without `hq` the same command ends with exit code 75.
+//! Setup: a real HyperQueue on loopback. Control: without `hq`, the same command ends with exit code 75.
 
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -13,11 +13,11 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Runs of some tenths of a second.
+/// Runs of a few tenths of a second.
 const SWEEP: &str = "seed = 11\nreplicates = 60\n[model.dem]\ndiscs = 60\nwidth_m = 0.02\nheight_m = 0.02\n\
     duration_s = 0.9\n[record]\nframes = 40\n";
 
-/// A server and two workers in a temporary folder: started here and ended here, by process number.
+/// A server and two workers in a temporary folder, started and ended by process number.
 struct Queue {
     folder: tempfile::TempDir,
     server: Child,
@@ -41,7 +41,7 @@ impl Queue {
             .arg(folder.join("journal"))
             .stdout(Stdio::null())
             .spawn()
-            .expect("hq is on the PATH")
+            .expect("hq must be on the PATH")
     }
 
     fn wait_for_server(&self) {
@@ -59,7 +59,7 @@ impl Queue {
             .unwrap()
     }
 
-    /// Kills a worker, whose task lives on as nobody's child, and starts another one.
+    /// Kills a worker, whose task continues without a parent process, and starts another one.
     fn kill_a_worker(&mut self) {
         let mut worker = self.workers.remove(0);
         worker.kill().unwrap();
@@ -93,10 +93,10 @@ fn hq(folder: &Path) -> Command {
     command
 }
 
-fn wait(what: &str, mut is_so: impl FnMut() -> bool) {
+fn wait(condition: &str, mut holds: impl FnMut() -> bool) {
     let started = Instant::now();
-    while !is_so() {
-        assert!(started.elapsed() < Duration::from_secs(60), "waited a minute for {what}");
+    while !holds() {
+        assert!(started.elapsed() < Duration::from_secs(60), "waited a minute for {condition}");
         sleep(Duration::from_millis(50));
     }
 }
@@ -105,7 +105,7 @@ fn kill(process: u32) {
     let _ = Command::new("kill").args(["-9", &process.to_string()]).output();
 }
 
-/// Tasks: processes of this program whose command line names a folder of this test.
+/// The tasks: processes of this program whose command line names a folder of this test.
 fn programs_about(folder: &Path) -> Vec<u32> {
     let name = folder.display().to_string();
     let entries = fs::read_dir("/proc").unwrap();
@@ -136,14 +136,14 @@ fn on_hyperqueue(queue: &Queue, manifest: &Path, output: &Path) -> Child {
 }
 
 #[test]
-#[ignore = "needs HyperQueue's hq on the PATH, which no registry of packages has: CONTRIBUTING.md"]
-fn full_harness_of_hyperqueue() {
+#[ignore = "needs HyperQueue's hq on the PATH, which no package registry offers: CONTRIBUTING.md"]
+fn full_harness_killed_processes_of_hyperqueue_lose_no_run() {
     let mut queue = Queue::start();
     let manifest = queue.folder.path().join("sweep.toml");
     fs::write(&manifest, SWEEP).unwrap();
-    let alone = queue.folder.path().join("alone");
-    assert!(program(&manifest, &alone).arg("--quiet").status().unwrap().success());
-    let alone = recordings_in(&alone.join("sweep"));
+    let local = queue.folder.path().join("local");
+    assert!(program(&manifest, &local).arg("--quiet").status().unwrap().success());
+    let local = recordings_in(&local.join("sweep"));
 
     let output = queue.folder.path().join("queued");
     let tasks_folder = output.join("sweep/.tasks");
@@ -164,7 +164,7 @@ fn full_harness_of_hyperqueue() {
             }
         }
     }
-    // The one who waits leaves; what is submitted goes on.
+    // The waiting program is interrupted; the submitted tasks continue.
     Command::new("kill").args(["-INT", &waiting.id().to_string()]).status().unwrap();
     let left = waiting.wait_with_output().unwrap();
     assert_eq!(left.status.code(), Some(130));
@@ -176,17 +176,17 @@ fn full_harness_of_hyperqueue() {
     let ended = waiting.wait_with_output().unwrap();
     assert_eq!(ended.status.code(), Some(0), "{}", String::from_utf8_lossy(&ended.stdout));
     let queued = recordings_in(&output.join("sweep"));
-    assert_eq!(alone.len(), 60);
-    assert!(alone == queued, "other bytes, or other recordings");
+    assert_eq!(local.len(), 60);
+    assert!(local == queued, "the recordings or their bytes differ");
     println!(
-        "60 runs, {killed} tasks and 2 workers killed, the server restarted, one detachment: equal in every byte"
+        "60 runs, {killed} tasks and 2 workers killed, the server restarted, one detachment: byte-identical"
     );
     let again = on_hyperqueue(&queue, &manifest, &output).wait_with_output().unwrap();
     assert_eq!(again.status.code(), Some(0));
 }
 
 #[test]
-fn without_hyperqueue_the_command_says_so() {
+fn control_missing_hyperqueue_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let manifest = folder.path().join("sweep.toml");
     fs::write(&manifest, SWEEP).unwrap();

@@ -16,7 +16,7 @@ mod slurm_cluster;
 mod exported_commands_reproduce_the_sweep;
 // Killed tasks, workers and servers of HyperQueue lose no run.
 mod hyperqueue_loses_no_run;
-// Recordings on object storage equal those of a folder, whatever is killed.
+// Recordings on object storage equal those of a folder, whichever process is killed.
 mod recordings_reach_object_storage;
 // Killed, requeued and held tasks of Slurm lose no run.
 mod slurm_loses_no_run;

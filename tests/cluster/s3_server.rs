@@ -1,4 +1,4 @@
-//! A server that speaks S3, on loopback, with a wire before it that can be cut or held.
+//! An S3 server on loopback, behind a connection that can be cut or held.
 #![allow(clippy::unwrap_used, reason = "a test's helper may panic")]
 
 use std::io::{Read as _, Write as _};
@@ -9,16 +9,16 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
-/// What the wire does when as many bytes have passed toward the server as were allowed.
+/// What the connection does when the allowed number of bytes has passed toward the server.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Wire {
-    /// It is cut, and stays so.
+    /// The connection is cut permanently.
     Cut,
-    /// It holds what comes.
+    /// Further bytes are held back.
     Held,
 }
 
-/// moto's server, with a bucket named `bucket`, and the wire to it. Both end with this value.
+/// moto's server with a bucket named `bucket`, and the connection to it. Both end when this value is dropped.
 pub(crate) struct S3Server {
     child: Child,
     port: u16,
@@ -35,7 +35,7 @@ impl S3Server {
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
-            .expect("moto_server of the Python package moto is on the PATH");
+            .expect("moto_server of the Python package moto must be on the PATH");
         let allowed = Arc::new(AtomicI64::new(i64::MAX));
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let server = Self {
@@ -59,17 +59,17 @@ impl S3Server {
         server
     }
 
-    /// Lets so many more bytes pass toward the server.
+    /// Allows more bytes to pass toward the server.
     pub(crate) fn allow(&self, bytes: i64) {
         self.allowed.store(bytes, Ordering::SeqCst);
     }
 
-    /// Whether the wire is held or cut.
+    /// Whether the connection is held or cut.
     pub(crate) fn is_stopped(&self) -> bool {
         self.allowed.load(Ordering::SeqCst) < 0
     }
 
-    /// A program that finds the server at the wire's end.
+    /// A command whose environment names the server behind the connection.
     pub(crate) fn command(&self, program: &str) -> Command {
         let mut command = Command::new(program);
         command
@@ -81,13 +81,13 @@ impl S3Server {
         command
     }
 
-    /// The body of an object or a listing, past the wire; `None` where there is none.
+    /// The body of an object or a listing, requested without the connection; `None` if it does not exist.
     pub(crate) fn get(&self, path: &str) -> Option<Vec<u8>> {
         let (status, body) = self.request("GET", path, b"");
         (status == "200").then_some(body)
     }
 
-    /// The names of all objects of the bucket that end so.
+    /// The names of all objects of the bucket with the given end.
     pub(crate) fn names(&self, end: &str) -> Vec<String> {
         let listing = String::from_utf8(self.get("/bucket").unwrap()).unwrap();
         let names = listing.split("<Key>").skip(1).filter_map(|rest| rest.split('<').next());
@@ -98,7 +98,7 @@ impl S3Server {
         assert_eq!(self.request("PUT", path, body).0, "200");
     }
 
-    /// One request. This server asks for credentials, and takes any.
+    /// Sends one request. The server requires credentials and accepts any.
     fn request(&self, method: &str, path: &str, body: &[u8]) -> (String, Vec<u8>) {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         let head = format!(
@@ -123,7 +123,7 @@ impl Drop for S3Server {
     }
 }
 
-/// Passes bytes between a client and the server, both ways, as far as it is allowed.
+/// Passes bytes between a client and the server in both directions, up to the allowed number.
 fn pass(client: &TcpStream, port: u16, allowed: &AtomicI64, wire: Wire) {
     let end = |stream: &TcpStream| drop(stream.shutdown(Shutdown::Both));
     if wire == Wire::Cut && allowed.load(Ordering::SeqCst) < 0 {

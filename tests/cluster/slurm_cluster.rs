@@ -1,4 +1,4 @@
-//! A Slurm of one node on loopback, with munge, in a temporary folder: started here and ended here, by process number.
+//! A Slurm cluster of one node on loopback, with munge, in a temporary folder; started and ended by process number.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -37,7 +37,7 @@ fn daemon(program: &str, arguments: &[&str], folder: &Path) -> Child {
 impl Cluster {
     pub(crate) fn start() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        // munge wants a folder that others can pass through.
+        // munge requires a folder that other users can traverse.
         fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o755)).unwrap();
         let path = |name: &str| folder.path().join(name).display().to_string();
         fs::create_dir(path("state")).unwrap();
@@ -71,7 +71,7 @@ impl Cluster {
         cluster
     }
 
-    /// A command that talks to this cluster.
+    /// A command whose environment names this cluster.
     pub(crate) fn command(&self, program: &str) -> Command {
         let mut command = Command::new(program);
         command.env("SLURM_CONF", self.folder.path().join("slurm.conf"));
@@ -85,11 +85,11 @@ impl Cluster {
         self.controller = daemon("slurmctld", &["-D"], self.folder.path());
     }
 
-    /// What an operator does: a node that Slurm has drained, since a requeued task was not yet gone from it, is taken back, and
-    /// tasks that it holds back are released.
+    /// Does the work of an operator: resumes a node that Slurm has drained because a requeued task had not left it yet, and
+    /// releases tasks that Slurm holds.
     pub(crate) fn resume_node(&self) {
         self.set_node("RESUME");
-        // A task whose launch met its requeue is held back by Slurm until somebody releases it. Its priority is 0.
+        // Slurm holds a task that was requeued during its launch until it is released. Its priority is 0.
         let pending = self.command("squeue").args(["-h", "-t", "PD,RH", "-o", "%i|%Q"]).output();
         for job in words(&pending.unwrap()) {
             if let Some((job, "0")) = job.split_once('|') {
@@ -98,10 +98,10 @@ impl Cluster {
         }
     }
 
-    /// Drains the node or takes it back.
+    /// Drains or resumes the node.
     pub(crate) fn set_node(&self, state: &str) {
         let (node, state) = (format!("NodeName={}", host()), format!("State={state}"));
-        // A node that is in use can't be resumed, and Slurm says so.
+        // Slurm reports an error for a node that is in use, because it cannot be resumed.
         let _ = self.command("scontrol").args(["update", &node, &state, "Reason=test"]).output();
     }
 
@@ -111,19 +111,19 @@ impl Cluster {
         words(&output.unwrap()).into_iter().collect()
     }
 
-    /// What Slurm has of tasks, and why they wait.
+    /// The tasks in Slurm's queue, with the reasons why they are pending.
     pub(crate) fn queue(&self) -> String {
         let output = self.command("squeue").args(["--array", "--format=%i %T %Q %r"]).output();
-        output.map_or_else(|error| error.to_string(), |output| said(&output))
+        output.map_or_else(|error| error.to_string(), |output| output_text(&output))
     }
 
-    /// Waits for something that this cluster brings about, at most so long: then the test fails with what Slurm has in its queue.
-    pub(crate) fn wait(&self, what: &str, at_most: Duration, mut is_so: impl FnMut() -> bool) {
+    /// Waits until a condition holds; after the given time, the test fails and prints Slurm's queue.
+    pub(crate) fn wait(&self, condition: &str, at_most: Duration, mut holds: impl FnMut() -> bool) {
         let started = Instant::now();
-        while !is_so() {
+        while !holds() {
             assert!(
                 started.elapsed() < at_most,
-                "waited {} s for {what}\n{}",
+                "waited {} s for {condition}\n{}",
                 at_most.as_secs(),
                 self.queue()
             );
@@ -131,7 +131,7 @@ impl Cluster {
         }
     }
 
-    /// Waits for a process to end, and looks after the cluster meanwhile.
+    /// Waits for a process to end and calls `tend` regularly.
     pub(crate) fn end_of(
         &self,
         mut process: Child,
@@ -145,7 +145,7 @@ impl Cluster {
         process.wait_with_output().unwrap()
     }
 
-    /// Numbers of the jobs that run now.
+    /// Numbers of the running jobs.
     pub(crate) fn running(&self) -> Vec<String> {
         let mut squeue = self.command("squeue");
         let output =
@@ -160,7 +160,7 @@ impl Cluster {
 
 impl Drop for Cluster {
     fn drop(&mut self) {
-        // The daemons first, so that none starts what has just been ended.
+        // The daemons end first, so that they do not restart tasks that have just been ended.
         for child in [&mut self.controller, &mut self.node, &mut self.munge] {
             let _ = child.kill();
             let _ = child.wait();
@@ -175,7 +175,7 @@ pub(crate) fn kill(process: u32) {
     let _ = Command::new("kill").args(["-9", &process.to_string()]).output();
 }
 
-/// Processes whose command line or environment names a folder that is this test's own.
+/// Processes whose command line or environment names the folder of this test.
 pub(crate) fn processes_about(folder: &Path) -> Vec<u32> {
     let name = folder.display().to_string();
     let Ok(entries) = fs::read_dir("/proc") else { return Vec::new() };
@@ -195,21 +195,21 @@ pub(crate) fn words(output: &Output) -> Vec<String> {
     String::from_utf8_lossy(&output.stdout).split_whitespace().map(str::to_owned).collect()
 }
 
-/// All that a command printed.
-pub(crate) fn said(output: &Output) -> String {
+/// The complete output of a command.
+pub(crate) fn output_text(output: &Output) -> String {
     let both = [output.stdout.as_slice(), output.stderr.as_slice()].concat();
     String::from_utf8_lossy(&both).into_owned()
 }
 
-fn wait(what: &str, mut is_so: impl FnMut() -> bool) {
+fn wait(condition: &str, mut holds: impl FnMut() -> bool) {
     let started = Instant::now();
-    while !is_so() {
-        assert!(started.elapsed() < Duration::from_secs(60), "waited a minute for {what}");
+    while !holds() {
+        assert!(started.elapsed() < Duration::from_secs(60), "waited a minute for {condition}");
         sleep(Duration::from_millis(100));
     }
 }
 
-/// Job arrays are small on this site, so that a sweep needs several; a requeued task waits for `cred_expire` seconds.
+/// Job arrays are limited to a small size, so that a sweep needs several. A requeued task waits for `cred_expire` seconds.
 fn configuration(folder: &Path) -> String {
     let folder = folder.display();
     let host = host();

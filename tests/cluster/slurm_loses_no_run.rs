@@ -1,16 +1,14 @@
-//! Promise: a sweep on Slurm gives the recordings that this machine alone gives, byte for byte, whatever is killed: tasks by
-//! signal 9, a requeued task, the controller, and the program that waits.
+//! Guarantee: a sweep on Slurm gives the same recordings as the local machine, byte for byte, whichever process is killed: tasks by
+//! signal 9, a requeued task, the controller, or the waiting program. Tasks that Slurm holds are named while others run. When only held
+//! tasks remain, the command ends with exit code 75, loses no run, and resumes after the tasks are released.
 //!
-//! And it is not waited for ever and in silence for tasks that Slurm holds back: they are named while others go on, and when
-//! they are all that is left, the command ends with exit code 75, loses nothing, and goes on when they are released.
-//!
-//! The Slurm is a real one, on loopback. Control: without the cluster's daemons the same command ends with exit code 75.
+//! Setup: a real Slurm on loopback. Control: without the daemons of the cluster, the same command ends with exit code 75.
 
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::recordings_in::recordings_in;
-use crate::slurm_cluster::{Cluster, kill, processes_about, said};
+use crate::slurm_cluster::{Cluster, kill, output_text, processes_about};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::Path;
@@ -18,14 +16,14 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Runs of some tenths of a second.
+/// Runs of a few tenths of a second.
 const SWEEP: &str = "seed = 11\nreplicates = 24\n[model.dem]\ndiscs = 60\nwidth_m = 0.02\nheight_m = 0.02\n\
     duration_s = 0.9\n[record]\nframes = 40\n";
-/// For what takes seconds.
+/// Time limit for conditions that hold within seconds.
 const MINUTE: Duration = Duration::from_secs(60);
 
 fn on_slurm(cluster: &Cluster, manifest: &Path, output: &Path) -> Child {
-    let complaints = File::create(cluster.folder().join("complaints")).unwrap();
+    let warnings = File::create(cluster.folder().join("warnings")).unwrap();
     cluster
         .command(env!("CARGO_BIN_EXE_run-experiment"))
         .arg(manifest)
@@ -33,19 +31,19 @@ fn on_slurm(cluster: &Cluster, manifest: &Path, output: &Path) -> Child {
         .arg(output)
         .args(["--executor", "slurm", "--runs-per-task", "2", "--checkpoint-every", "0.1"])
         .stdout(Stdio::piped())
-        .stderr(complaints)
+        .stderr(warnings)
         .spawn()
         .unwrap()
 }
 
-/// What the last command on Slurm has said on its standard error so far.
-fn complaints(cluster: &Cluster) -> String {
-    fs::read_to_string(cluster.folder().join("complaints")).unwrap()
+/// The standard error of the last command on Slurm so far.
+fn warnings(cluster: &Cluster) -> String {
+    fs::read_to_string(cluster.folder().join("warnings")).unwrap()
 }
 
-/// Runs the sweep on this machine alone, and returns its recordings and the seconds that it took.
-fn alone(cluster: &Cluster, manifest: &Path) -> (BTreeMap<String, Vec<u8>>, f64) {
-    let output = cluster.folder().join("alone");
+/// Executes the sweep on this machine only; returns the recordings and the time in seconds.
+fn local(cluster: &Cluster, manifest: &Path) -> (BTreeMap<String, Vec<u8>>, f64) {
+    let output = cluster.folder().join("local");
     let started = Instant::now();
     let status = Command::new(env!("CARGO_BIN_EXE_run-experiment"))
         .arg(manifest)
@@ -58,12 +56,12 @@ fn alone(cluster: &Cluster, manifest: &Path) -> (BTreeMap<String, Vec<u8>>, f64)
     (recordings_in(&output.join("sweep")), seconds)
 }
 
-/// So many replicates on Slurm, disturbed at so many moments: tasks are killed and, at every other moment, requeued.
+/// Executes replicates on Slurm with disturbances: in turn, tasks are killed and requeued.
 fn disturbed(replicates: usize, moments: u64) {
     let mut cluster = Cluster::start();
     let manifest = cluster.folder().join("sweep.toml");
     fs::write(&manifest, SWEEP.replace("24", &replicates.to_string())).unwrap();
-    let (alone, _) = alone(&cluster, &manifest);
+    let (local, _) = local(&cluster, &manifest);
 
     let output = cluster.folder().join("clustered");
     let waiting = on_slurm(&cluster, &manifest, &output);
@@ -95,11 +93,11 @@ fn disturbed(replicates: usize, moments: u64) {
     }
     assert!(killed >= moments / 2 && requeued > 0, "{killed} {requeued}");
 
-    // The one who waits leaves; what is submitted goes on.
+    // The waiting program is interrupted; the submitted tasks continue.
     interrupt(&waiting);
     let left = cluster.end_of(waiting, MINUTE, |_| {});
-    assert_eq!(left.status.code(), Some(130), "{}", complaints(&cluster));
-    assert!(said(&left).contains("are left to the cluster"), "{}", said(&left));
+    assert_eq!(left.status.code(), Some(130), "{}", warnings(&cluster));
+    assert!(output_text(&left).contains("are left to the cluster"), "{}", output_text(&left));
 
     let waiting = on_slurm(&cluster, &manifest, &output);
     cluster.wait("a running task", MINUTE, || {
@@ -110,19 +108,19 @@ fn disturbed(replicates: usize, moments: u64) {
     let longest = MINUTE * 10;
     let mut ended = cluster.end_of(waiting, longest, Cluster::resume_node);
     if ended.status.code() == Some(75) {
-        // Tasks that Slurm held back since their launch met a requeue were all that was left: by now they are released.
+        // Only tasks remained that Slurm held because they were requeued during their launch; they are released by now.
         let again = on_slurm(&cluster, &manifest, &output);
         ended = cluster.end_of(again, longest, Cluster::resume_node);
     }
-    assert_eq!(ended.status.code(), Some(0), "{}{}", said(&ended), complaints(&cluster));
+    assert_eq!(ended.status.code(), Some(0), "{}{}", output_text(&ended), warnings(&cluster));
 
     let clustered = recordings_in(&output.join("sweep"));
-    assert_eq!(alone.len(), replicates);
-    assert_eq!(alone.keys().collect::<Vec<_>>(), clustered.keys().collect::<Vec<_>>());
-    assert!(alone == clustered, "other bytes");
+    assert_eq!(local.len(), replicates);
+    assert_eq!(local.keys().collect::<Vec<_>>(), clustered.keys().collect::<Vec<_>>());
+    assert!(local == clustered, "the bytes differ");
     println!(
         "{replicates} runs, {killed} tasks killed, {requeued} requeued, the controller restarted, \
-         one detachment: equal in every byte"
+         one detachment: byte-identical"
     );
     let nothing_left = cluster.end_of(on_slurm(&cluster, &manifest, &output), MINUTE, |_| {});
     assert_eq!(nothing_left.status.code(), Some(0));
@@ -130,27 +128,27 @@ fn disturbed(replicates: usize, moments: u64) {
 
 #[test]
 #[ignore = "needs root, munge and Slurm, which .ci/run installs"]
-fn killed_tasks_requeues_and_a_restarted_controller_lose_no_run() {
+fn killed_and_requeued_tasks_and_a_restarted_controller_lose_no_run() {
     disturbed(24, 4);
 }
 
 #[test]
 #[ignore = "as above"]
-fn held_tasks_are_named_and_go_on_when_released() {
+fn held_tasks_are_named_and_resume_when_released() {
     let cluster = Cluster::start();
     let manifest = cluster.folder().join("sweep.toml");
     fs::write(&manifest, SWEEP).unwrap();
-    let (alone, _) = alone(&cluster, &manifest);
+    let (local, _) = local(&cluster, &manifest);
     let output = cluster.folder().join("clustered");
     let hold = |how: &str, task: &str| {
         let held = cluster.command("scontrol").args([how, task]).status();
         assert!(held.unwrap().success());
     };
 
-    // Nothing starts on a drained node: that passes, and is no reason to complain.
+    // No task starts on a drained node. This state is temporary and must not cause a warning.
     cluster.set_node("DRAIN");
     let waiting = on_slurm(&cluster, &manifest, &output);
-    // Twelve tasks in job arrays of nine at most.
+    // Twelve tasks in job arrays of at most nine.
     cluster.wait("two job arrays", MINUTE, || cluster.job_arrays().len() == 2);
     let arrays: Vec<String> = cluster.job_arrays().into_iter().collect();
     let (first, second) = (&arrays[0], &arrays[1]);
@@ -159,47 +157,51 @@ fn held_tasks_are_named_and_go_on_when_released() {
     let both = format!(
         "Slurm holds back 2 tasks (JobHeldAdmin, JobHeldUser). `scontrol release {first} {second}`"
     );
-    cluster.wait("a word on both", MINUTE, || complaints(&cluster).contains(&both));
+    cluster.wait("a warning that names both", MINUTE, || warnings(&cluster).contains(&both));
 
-    // Released while the command waits, a task goes on. The other one is then all that is left.
+    // A task that is released while the command waits resumes. Then only the other one remains.
     hold("release", &format!("{second}_0"));
     cluster.set_node("RESUME");
     let ended = cluster.end_of(waiting, MINUTE * 2, |_| {});
-    assert_eq!(ended.status.code(), Some(75), "{}{}", said(&ended), complaints(&cluster));
-    assert!(said(&ended).contains("22 new recordings"), "{}", said(&ended));
-    assert!(said(&ended).contains("2 runs are left to the cluster"), "{}", said(&ended));
+    assert_eq!(ended.status.code(), Some(75), "{}{}", output_text(&ended), warnings(&cluster));
+    assert!(output_text(&ended).contains("22 new recordings"), "{}", output_text(&ended));
+    assert!(
+        output_text(&ended).contains("2 runs are left to the cluster"),
+        "{}",
+        output_text(&ended)
+    );
 
-    // The same command submits nothing beside the held task, and says what to type.
+    // The same command submits no task in addition to the held one, and it prints the command that releases it.
     let again = cluster.end_of(on_slurm(&cluster, &manifest, &output), MINUTE, |_| {});
-    assert_eq!(again.status.code(), Some(75), "{}{}", said(&again), complaints(&cluster));
+    assert_eq!(again.status.code(), Some(75), "{}{}", output_text(&again), warnings(&cluster));
     assert_eq!(cluster.job_arrays().into_iter().collect::<Vec<_>>(), [first.as_str()]);
-    let complaint = complaints(&cluster);
-    assert!(complaint.contains("holds back 1 task (JobHeldAdmin)"), "{complaint}");
-    let typed = complaint.split('`').nth(1).unwrap();
-    let mut words = typed.split(' ');
-    // Slurm minds that other tasks of the array have ended, and releases the held one.
+    let warning = warnings(&cluster);
+    assert!(warning.contains("holds back 1 task (JobHeldAdmin)"), "{warning}");
+    let release_command = warning.split('`').nth(1).unwrap();
+    let mut words = release_command.split(' ');
+    // Slurm reports an error because other tasks of the array have ended, but it releases the held one.
     cluster.command(words.next().unwrap()).args(words).output().unwrap();
 
     let done = cluster.end_of(on_slurm(&cluster, &manifest, &output), MINUTE, |_| {});
-    assert_eq!(done.status.code(), Some(0), "{}{}", said(&done), complaints(&cluster));
-    assert!(alone == recordings_in(&output.join("sweep")), "other bytes");
-    println!("24 runs, two tasks held and released: equal in every byte");
+    assert_eq!(done.status.code(), Some(0), "{}{}", output_text(&done), warnings(&cluster));
+    assert!(local == recordings_in(&output.join("sweep")), "the bytes differ");
+    println!("24 runs, two tasks held and released: byte-identical");
 }
 
 #[test]
 #[ignore = "as above, and takes minutes: CONTRIBUTING.md"]
-fn full_harness_of_two_hundred_runs() {
+fn full_harness_two_hundred_disturbed_runs_are_complete() {
     disturbed(200, 10);
 }
 
 #[test]
-#[ignore = "as above: a measurement, which asserts no time"]
-fn full_harness_measures_what_slurm_costs() {
+#[ignore = "as above; a measurement without a limit"]
+fn full_harness_measures_the_overhead_of_slurm() {
     let cluster = Cluster::start();
     let manifest = cluster.folder().join("sweep.toml");
     // Runs of about two seconds in a release build, in four tasks on two processors.
     fs::write(&manifest, SWEEP.replace("24", "32").replace("0.9\n", "40.0\n")).unwrap();
-    let (alone, alone_s) = alone(&cluster, &manifest);
+    let (local, local_s) = local(&cluster, &manifest);
     let output = cluster.folder().join("clustered");
     let started = Instant::now();
     let mut slurm = cluster.command(env!("CARGO_BIN_EXE_run-experiment"));
@@ -207,15 +209,15 @@ fn full_harness_measures_what_slurm_costs() {
     slurm.args(["--executor", "slurm", "--runs-per-task", "8", "--quiet"]);
     assert!(slurm.status().unwrap().success());
     let slurm_s = started.elapsed().as_secs_f64();
-    assert!(alone == recordings_in(&output.join("sweep")));
+    assert!(local == recordings_in(&output.join("sweep")));
     println!(
-        "32 runs: alone {alone_s:.1} s, through Slurm {slurm_s:.1} s, {:.3}",
-        slurm_s / alone_s
+        "32 runs: local {local_s:.1} s, through Slurm {slurm_s:.1} s, {:.3}",
+        slurm_s / local_s
     );
 }
 
 #[test]
-fn without_a_cluster_the_command_says_so() {
+fn control_missing_cluster_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let manifest = folder.path().join("sweep.toml");
     fs::write(&manifest, SWEEP).unwrap();

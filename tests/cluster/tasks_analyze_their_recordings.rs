@@ -1,5 +1,7 @@
-//! Promise: with `--analyze` a task has its recordings analyzed where they are made, by the program beside its own; an analysis
-//! that fails loses no run. The analysis here is a script that writes down what it is asked.
+//! Guarantee: with `--analyze`, each task lets the analysis program next to its own analyze the recordings that it made. A failed
+//! analysis loses no run.
+//!
+//! Setup: a script that records its arguments replaces the analysis program.
 
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -12,11 +14,11 @@ const SWEEP: &str =
     "replicates = 3\n[model.gas]\nparticles = 20\nduration_s = 0.001\n[record]\nframes = 4\n";
 
 #[test]
-fn each_task_hands_its_recordings_to_the_analysis() {
+fn each_task_analyzes_its_recordings() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let program = path("run-experiment");
-    // Copied by another process: a child that another test starts meanwhile would inherit the open copy and keep it busy.
+    // Another process copies the file, because a child that another test starts would inherit the open file and keep it busy.
     let copied =
         Command::new("cp").arg(env!("CARGO_BIN_EXE_run-experiment")).arg(&program).status();
     assert!(copied.unwrap().success());
@@ -36,7 +38,7 @@ fn each_task_hands_its_recordings_to_the_analysis() {
     let list = path("commands");
     let exported = run(&["--runs-per-task", "2", "--export-commands", list.to_str().unwrap()]);
     assert!(exported.status.success());
-    assert!(!log.exists(), "who gives tasks analyzes nothing");
+    assert!(!log.exists(), "the program that exports tasks must not analyze");
     for command in fs::read_to_string(&list).unwrap().lines() {
         assert!(Command::new("sh").args(["-c", command]).status().unwrap().success());
     }

@@ -1,4 +1,4 @@
-//! Recordings written again by the container's own library, with right checksums, after a change that their maker hides.
+//! Recordings rewritten by the container's own library with one change and correct checksums.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -9,22 +9,22 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// Changes a message's payload, by topic and frame; false leaves the message out.
+/// Changes the payload of a message, given its topic and frame; `false` omits the message.
 pub(crate) type MessageChange<'a> = &'a dyn Fn(&str, u64, &mut Vec<u8>) -> bool;
 
-/// What is changed in a recording.
+/// The changes of a recording.
 #[derive(Default)]
 pub(crate) struct Forgery<'a> {
     /// Changes the text of the manifest.
     pub(crate) manifest: Option<&'a dyn Fn(&str) -> String>,
-    /// Values of the two metadata records, by key.
+    /// New values of the two metadata records, by key.
     pub(crate) metadata: BTreeMap<String, String>,
-    /// Changes messages or leaves them out.
+    /// Changes or omits messages.
     pub(crate) message: Option<MessageChange<'a>>,
 }
 
 impl Forgery<'_> {
-    /// Writes the recording `original` with the change to `forged`, a chunk a frame.
+    /// Writes the recording `original` with the changes to `forged`, with one chunk per frame.
     pub(crate) fn write(&self, original: &Path, forged: &Path) {
         let bytes = fs::read(original).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
@@ -82,14 +82,14 @@ impl Forgery<'_> {
     }
 }
 
-/// Calls `run-experiment`.
+/// Executes `run-experiment`.
 pub(crate) fn run_experiment<A: AsRef<std::ffi::OsStr>>(
     arguments: impl IntoIterator<Item = A>,
 ) -> Output {
     Command::new(env!("CARGO_BIN_EXE_run-experiment")).args(arguments).output().unwrap()
 }
 
-/// Records the one run of a manifest below `folder`, and returns its file.
+/// Records the only run of a manifest below `folder` and returns its file.
 pub(crate) fn record(folder: &Path, name: &str, manifest: &str) -> PathBuf {
     let path = folder.join(format!("{name}.toml"));
     fs::write(&path, manifest).unwrap();
@@ -101,11 +101,11 @@ pub(crate) fn record(folder: &Path, name: &str, manifest: &str) -> PathBuf {
         output.as_os_str(),
         path.as_os_str(),
     ]);
-    // A run that ends in a fault leaves its recording and the exit code 1.
+    // A run that ends in a fault completes its recording and has exit code 1.
     assert!(matches!(ran.status.code(), Some(0 | 1)), "{name}: {}", stderr(&ran));
     let mut new = recordings(&output.join(name));
     new.retain(|file| !before.contains(file));
-    assert_eq!(new.len(), 1, "{name}: one new recording");
+    assert_eq!(new.len(), 1, "{name}: exactly one recording must be new");
     new.remove(0)
 }
 
@@ -118,12 +118,12 @@ pub(crate) fn recordings(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// What a program printed.
+/// The standard output of a program.
 pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
-/// What a program complained of.
+/// The standard error of a program.
 pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }

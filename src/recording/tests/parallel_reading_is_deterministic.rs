@@ -1,5 +1,5 @@
-//! Promise: threads that unpack chunks change nothing but the time: the same frames in the same order, and no thread outlives
-//! the iterator. (That damage is reported alike is held by `damaged_recordings.rs`.)
+//! Guarantee: the number of threads that unpack chunks does not affect the frames or their order, and no thread outlives the iterator.
+//! (`damage_is_reported` tests that damage is reported identically.)
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -11,7 +11,7 @@ use kinetoscope_recording::recorder::{Compression, Selection};
 use sample::{header, read, read_on, record};
 use std::num::NonZeroUsize;
 
-/// One test, so that no other's threads are counted.
+/// This binary has only one test, so that threads of other tests are not counted.
 #[test]
 fn frames_do_not_depend_on_threads_and_threads_end_with_the_iterator() {
     let folder = tempfile::tempdir().unwrap();
@@ -19,7 +19,7 @@ fn frames_do_not_depend_on_threads_and_threads_end_with_the_iterator() {
     for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
         let mut header = header(compression);
         header.selection = Selection::Named(vec!["state".to_owned(), "temperature".to_owned()]);
-        // 120 kB a frame, nine frames a chunk: 14 chunks.
+        // 120 kB per frame and nine frames per chunk give 14 chunks.
         let bytes = record(&header, 120, 3000);
         let chunks = mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes.len();
         assert_eq!(chunks, 14);
@@ -40,7 +40,7 @@ fn frames_do_not_depend_on_threads_and_threads_end_with_the_iterator() {
         assert!(during <= before + 4, "{during} threads, {before} before");
         assert!(delivered == 0 || before == 0 || during == before + 4);
         drop(frames);
-        // A thread that was waited for leaves the system's list a moment later.
+        // A joined thread disappears from the system's list with a short delay.
         let listed = (0..1000).map(|_| {
             std::thread::sleep(std::time::Duration::from_millis(1));
             threads()
@@ -49,7 +49,7 @@ fn frames_do_not_depend_on_threads_and_threads_end_with_the_iterator() {
     }
 }
 
-/// Threads of this process; 0 where the system does not say.
+/// Number of threads of this process; 0 if the system does not report it.
 fn threads() -> usize {
     std::fs::read_dir("/proc/self/task").map_or(0, Iterator::count)
 }

@@ -1,7 +1,8 @@
-//! The canonical manifest of a run is what its recording embeds and what its run key is made of. So:
-//! equal runs have equal texts, the text gives the run back, it is a manifest itself, and its form never changes by accident.
+//! Guarantee: the canonical manifest, from which the run key is computed, is stable.
+//!
+//! Setup: equal runs have equal texts; the text parses to the same run and is itself a manifest; its form is pinned.
 
-// A failed unwrap is a failed test.
+// A test may panic.
 #![allow(clippy::unwrap_used)]
 
 use kinetoscope_manifest::model::*;
@@ -12,7 +13,7 @@ use kinetoscope_manifest::record::{Compression, RecordConfig, RecordInterval};
 use kinetoscope_manifest::{RunManifest, parse, parse_run, run_key};
 use std::num::{NonZeroU32, NonZeroU64};
 
-/// A change here changes every run key: all recordings would be made again.
+/// A change of this text changes every run key, so all recordings would be rerun.
 const GOLDEN_DEM: &str = r#"seed = 14
 replicate = 2
 
@@ -70,7 +71,7 @@ compression = "zstd"
 "#;
 
 #[test]
-fn the_form_is_pinned() {
+fn canonical_form_is_pinned() {
     let dem = RunManifest {
         seed: 14,
         replicate: 2,
@@ -107,7 +108,7 @@ fn the_form_is_pinned() {
 }
 
 #[test]
-fn the_text_gives_the_run_back() {
+fn canonical_text_parses_to_the_same_run() {
     let mut numbers = Numbers(7);
     for _ in 0..2000 {
         let manifest = numbers.run();
@@ -119,9 +120,9 @@ fn the_text_gives_the_run_back() {
     }
 }
 
-/// Keys that are tables read back as they were written, and what is left out stays out.
+/// Keys with table values are read back as written, and omitted keys stay omitted.
 #[test]
-fn a_dem_scene_reads_back() {
+fn dem_scene_is_read_back() {
     let scene = "[model.dem]\nmaterials = [{ name = \"a \\\"b\\\"\", share = 2, friction = 0.5 }, { name = \"c\", density_ratio = 3 }]\n\
         contact_pairs = [{ between = [\"c\", \"wall\"], restitution = 0.9, rolling_friction = 0.1 }]\n\
         walls = [{ from_m = [0, 0.01], to_m = [0.01, 0.01], velocity_m_per_s = [1, 0], moves_s = [0.1, 0.2] }]\n\
@@ -144,7 +145,7 @@ fn a_dem_scene_reads_back() {
 }
 
 #[test]
-fn ways_of_writing_do_not_matter() {
+fn notation_does_not_affect_the_canonical_form() {
     let written = "seed = 0x10\nname = \"a\"\ndescription = \"b\"\n[record]\nchannels = [\"pressure\", \"state\"]\n\
         [model]\ngas.particles = 1e3\ngas.mass_kg = 0.01e-24\ngas.center_m = [-0.0, 0]\n\
         [[checks]]\nmetric = \"pressure.measured\"\nstandard_errors = 3\n";
@@ -154,10 +155,10 @@ fn ways_of_writing_do_not_matter() {
 }
 
 #[test]
-fn the_key_follows_content_and_versions_alone() {
+fn run_key_depends_only_on_content_and_versions() {
     let text = GOLDEN_GAS;
     let key = run_key(text, 1, 1);
-    // Python's hashlib: sha256 of the two versions, four bytes each, little-endian, and of the text.
+    // Computed with Python's hashlib: sha256 of the two versions (four bytes each, little-endian) and of the text.
     assert_eq!(key.to_string(), "ce7abcc90bba241e1214a6d03ea0445d500fdacf7aaa9ef69da0d0e48d424808");
     assert_eq!(key.short(), &key.to_string()[..8]);
     assert_eq!(key, run_key(text, 1, 1));
@@ -182,7 +183,7 @@ fn given(count: usize, mut state: impl FnMut(usize) -> [[f64; 2]; 2]) -> GivenSt
     }
 }
 
-/// Runs with values from everywhere in their ranges, the same at every call: a linear congruential generator (Knuth's MMIX).
+/// Reproducible runs with values from their whole ranges, from a linear congruential generator (Knuth's MMIX).
 struct Numbers(u64);
 
 impl Numbers {
@@ -196,7 +197,7 @@ impl Numbers {
         (self.next() >> 8) % bound
     }
 
-    /// Any finite number, subnormal ones included.
+    /// Any finite number, including subnormal ones.
     fn finite(&mut self) -> Finite {
         loop {
             if let Some(finite) = Finite::new(f64::from_bits(self.next() << 11 ^ self.next())) {

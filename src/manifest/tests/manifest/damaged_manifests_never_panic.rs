@@ -1,6 +1,8 @@
-//! Whatever stands in the file: the answer is an experiment or a list of errors that can be shown.
+//! Guarantee: any text gives an experiment or a list of errors that can be formatted.
+//!
+//! Setup: prefixes, flipped bytes, lines in wrong places, and unusual texts.
 
-// A failed unwrap is a failed test.
+// A test may panic.
 #![allow(clippy::unwrap_used)]
 
 use kinetoscope_manifest::{ExperimentRecord, parse, parse_checks, parse_run, starter};
@@ -36,11 +38,11 @@ tolerance = 1e-3
 where = { "model.dem.restitution" = 0.5 }
 "#;
 
-/// Reads a text in every way and shows what is wrong with it.
+/// Parses a text with every entry point, formats the errors and returns their number.
 fn read(text: &str) -> usize {
     let mut length = 0;
     if let Err(errors) = parse(text, "m.toml", &[]) {
-        assert!(!errors.is_empty(), "an error without a word\n{text}");
+        assert!(!errors.is_empty(), "an error list is empty\n{text}");
         length += errors.to_string().len() + errors.render(true).len();
     }
     for errors in [
@@ -54,8 +56,8 @@ fn read(text: &str) -> usize {
 }
 
 #[test]
-fn the_whole_manifest_is_good() {
-    // The given placement takes `discs` of the table, which is another number: a true error, and the only one.
+fn control_undamaged_manifest_has_one_known_error() {
+    // `discs` of the table contradicts the given placement: a true error, and the only one.
     let errors = parse(MANIFEST, "m.toml", &[]).unwrap_err();
     assert!(errors.to_string().contains("`discs` is 10, but 1 are placed"), "{errors}");
     assert_eq!(errors.len(), 1, "{errors}");
@@ -63,7 +65,7 @@ fn the_whole_manifest_is_good() {
 }
 
 #[test]
-fn every_prefix_is_answered() {
+fn every_prefix_is_parsed_without_panic() {
     for (end, _) in MANIFEST.char_indices() {
         read(&MANIFEST[..end]);
     }
@@ -76,7 +78,7 @@ fn every_prefix_is_answered() {
 }
 
 #[test]
-fn every_flipped_byte_is_answered() {
+fn every_flipped_byte_is_parsed_without_panic() {
     for position in 0..MANIFEST.len() {
         for flip in [0x01, 0x10, 0x20, 0x80] {
             let mut bytes = MANIFEST.as_bytes().to_vec();
@@ -87,7 +89,7 @@ fn every_flipped_byte_is_answered() {
 }
 
 #[test]
-fn lines_in_any_place_are_answered() {
+fn misplaced_lines_are_parsed_without_panic() {
     let lines: Vec<&str> = MANIFEST.lines().collect();
     for moved in 0..lines.len() {
         for to in 0..lines.len() {
@@ -100,7 +102,7 @@ fn lines_in_any_place_are_answered() {
 }
 
 #[test]
-fn odd_texts_are_answered() {
+fn unusual_texts_are_parsed_without_panic() {
     let deep = format!("model = {}1{}", "[".repeat(5000), "]".repeat(5000));
     let dotted = format!("{}x = 1", "a.".repeat(5000));
     let odd = [

@@ -1,4 +1,4 @@
-//! Rule: two canonical manifests differ in the keys that are listed, with their tables' names, and in no others.
+//! Guarantee: the comparison of two canonical manifests lists exactly the differing keys, with the names of their tables.
 
 use kinetoscope_manifest::{differing_keys, parse_run};
 
@@ -7,8 +7,8 @@ fn canonical(manifest: &str) -> String {
 }
 
 #[test]
-fn equal_runs_differ_in_nothing() {
-    // Defaults written out are the same run.
+fn equal_runs_have_no_differing_key() {
+    // A manifest with explicit default values describes the same run.
     let one = canonical("[model.orbit]\n");
     let other =
         canonical("seed = 0\nname = \"other\"\n[model.orbit]\nintegrator = \"explicit-euler\"\n");
@@ -16,7 +16,7 @@ fn equal_runs_differ_in_nothing() {
 }
 
 #[test]
-fn keys_carry_their_tables_and_both_values() {
+fn differing_keys_have_their_table_and_both_values() {
     let one = canonical("seed = 1\n[model.gas]\nradius_m = 2.0\n[record]\nframes = 10\n");
     let other = canonical("seed = 2\n[model.gas]\n[record]\nevery_s = 0.01\n");
     let differing: Vec<String> =
@@ -31,7 +31,7 @@ fn keys_carry_their_tables_and_both_values() {
 }
 
 #[test]
-fn long_values_are_cut_for_the_eye_only() {
+fn long_values_are_shortened_only_in_the_message() {
     let positions: Vec<String> = (0..40).map(|index| format!("[0.0{index}, 0.0]")).collect();
     let place = |positions: &str| {
         canonical(&format!(

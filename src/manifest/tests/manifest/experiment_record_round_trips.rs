@@ -1,6 +1,6 @@
-//! `experiment.toml` beside the recordings says the same to analysis as the manifest said to the run.
+//! Guarantee: `experiment.toml`, written next to the recordings, gives the analysis the same experiment as the manifest gave the run.
 
-// A failed unwrap is a failed test.
+// A test may panic.
 #![allow(clippy::unwrap_used)]
 
 use kinetoscope_manifest::{Bound, Coordinate, ExperimentRecord, parse, parse_checks, run_key};
@@ -36,7 +36,7 @@ fn record() -> ExperimentRecord {
 }
 
 #[test]
-fn the_record_comes_back() {
+fn record_is_read_back() {
     let record = record();
     assert_eq!(record.runs.len(), 8);
     assert_eq!(record.model, "gas");
@@ -47,7 +47,7 @@ fn the_record_comes_back() {
 }
 
 #[test]
-fn checks_have_a_file_of_their_own_too() {
+fn checks_are_read_from_a_separate_file() {
     let checks = parse_checks(CHECKS, "checks.toml").unwrap();
     assert_eq!(checks, record().checks);
     assert_eq!(checks[0].bound, Bound::Near { expected: Some(-4.395e-21), tolerance: 1e-22 });
@@ -74,7 +74,7 @@ fn checks_select_by_coordinates() {
 }
 
 #[test]
-fn a_damaged_record_says_so() {
+fn damaged_record_is_reported() {
     let text = record().to_toml();
     let short = text.replacen("run_key = \"", "run_key = \"0", 1);
     let errors = ExperimentRecord::from_toml(&short, "experiment.toml").unwrap_err().to_string();

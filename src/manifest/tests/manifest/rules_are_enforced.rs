@@ -1,13 +1,15 @@
-//! Every rule of a manifest, broken once: the message says what is allowed, and where.
+//! Guarantee: every rule of a manifest is enforced, and the message states the allowed values and the position.
+//!
+//! Setup: each rule is violated once.
 
-// A failed unwrap is a failed test.
+// A test may panic.
 #![allow(clippy::unwrap_used)]
 
 use kinetoscope_manifest::model::{ModelConfig, PackingPlacement, SpeedScale};
 use kinetoscope_manifest::{Override, parse, parse_run};
 
-/// Breaks one rule and expects exactly one error, which holds the message, at the line of `<-`.
-fn refused(text: &str, message: &str) {
+/// Expects exactly one error, which contains the message, at the line of `<-`.
+fn rejected(text: &str, message: &str) {
     let line = 1 + text.lines().position(|line| line.contains("# <-")).unwrap_or(0);
     let errors = match parse(text, "m.toml", &[]) {
         Ok(_) => panic!("accepted:\n{text}"),
@@ -19,7 +21,7 @@ fn refused(text: &str, message: &str) {
     if text.contains("# <-") {
         assert!(
             rendered.contains(&format!("--> m.toml:{line}:")),
-            "wanted line {line}\n{rendered}"
+            "expected line {line}\n{rendered}"
         );
     }
 }
@@ -32,130 +34,136 @@ fn accepted(text: &str) -> ModelConfig {
 }
 
 #[test]
-fn numbers_keep_to_their_ranges() {
+fn numbers_outside_their_ranges_are_rejected() {
     let positive = "must be a number > 0";
     for bad in ["0", "-1.0", "nan", "inf", "-inf", "1e400", "-0.0"] {
-        refused(&format!("[model.gas]\nradius_m = {bad} # <-"), positive);
+        rejected(&format!("[model.gas]\nradius_m = {bad} # <-"), positive);
     }
     for bad in ["0", "-1e-5"] {
         let stepped = format!("[model.gas]\npropagation = \"stepped\"\ntime_step_s = {bad} # <-");
-        refused(&stepped, positive);
+        rejected(&stepped, positive);
     }
-    refused(
+    rejected(
         "[model.gas]\nradius_m = \"1.0\" # <-",
         "`model.gas.radius_m` is a string; must be a number > 0",
     );
-    refused(
+    rejected(
         "[model.gas]\nradius_m = true # <-",
         "`model.gas.radius_m` is a boolean; must be a number > 0",
     );
-    refused(
+    rejected(
         "[model.gas]\nradius_m = 1979-05-27 # <-",
         "`model.gas.radius_m` is a date; must be a number > 0",
     );
-    refused("[model.gas]\ncenter_m = [nan, 0] # <-", "must be a finite number");
-    refused("[model.gas]\ntemperature_k = -1 # <-", "must be a number >= 0");
-    refused("[model.dem]\nrestitution = 0 # <-", "must be a number in (0, 1]");
-    refused("[model.dem]\nrestitution = 1.0000000000000002 # <-", "must be a number in (0, 1]");
-    refused("[model.packing]\nwidth = 9.999 # <-", "must be a number in [10, 100000]");
-    refused("[model.orbit]\ntime_step_days = 1 # <-", "must be a number in (0, 1)");
-    refused("[model.gas]\n[record]\nplayback_rate = 50.1 # <-", "must be a number in (0, 50]");
+    rejected("[model.gas]\ncenter_m = [nan, 0] # <-", "must be a finite number");
+    rejected("[model.gas]\ntemperature_k = -1 # <-", "must be a number >= 0");
+    rejected("[model.dem]\nrestitution = 0 # <-", "must be a number in (0, 1]");
+    rejected("[model.dem]\nrestitution = 1.0000000000000002 # <-", "must be a number in (0, 1]");
+    rejected("[model.packing]\nwidth = 9.999 # <-", "must be a number in [10, 100000]");
+    rejected("[model.orbit]\ntime_step_days = 1 # <-", "must be a number in (0, 1)");
+    rejected("[model.gas]\n[record]\nplayback_rate = 50.1 # <-", "must be a number in (0, 50]");
     let whole = "must be a whole number from 1 to 4294967295";
     for bad in ["0", "-3", "1.5", "4294967296", "1e10", "1e40"] {
-        refused(&format!("[model.gas]\nparticles = {bad} # <-"), whole);
+        rejected(&format!("[model.gas]\nparticles = {bad} # <-"), whole);
     }
-    refused("replicates = 0 # <-\n[model.gas]", "must be a whole number from 1 to 1000000");
-    refused("replicates = 1000001 # <-\n[model.gas]", "must be a whole number from 1 to 1000000");
-    refused("seed = 18446744073709551616 # <-\n[model.gas]", "from 0 to 18446744073709551615");
-    refused(
+    rejected("replicates = 0 # <-\n[model.gas]", "must be a whole number from 1 to 1000000");
+    rejected("replicates = 1000001 # <-\n[model.gas]", "must be a whole number from 1 to 1000000");
+    rejected("seed = 18446744073709551616 # <-\n[model.gas]", "from 0 to 18446744073709551615");
+    rejected(
         "seed = 99999999999999999999999999999999999999999999 # <-\n[model.gas]",
         "`seed` is 1e44; must be",
     );
-    // Above 2^53 a float may stand for several integers.
-    refused("seed = 1e16 # <-\n[model.gas]", "`seed` is 1e16; must be a whole number");
+    // Above 2^53, a float may represent several integers.
+    rejected("seed = 1e16 # <-\n[model.gas]", "`seed` is 1e16; must be a whole number");
 }
 
 #[test]
-fn unknown_names_are_refused_with_the_nearest() {
-    refused("[model.gas]\nparticle = 3 # <-", "did you mean `particles`?");
-    refused("[model.orbit]\nintegrator = \"verlet\" # <-", "did you mean \"velocity-verlet\"?");
-    refused("[model.gas]\n[recrod] # <-", "did you mean `record`?");
-    refused(
+fn unknown_names_are_rejected_with_the_nearest_known_name() {
+    rejected("[model.gas]\nparticle = 3 # <-", "did you mean `particles`?");
+    rejected("[model.orbit]\nintegrator = \"verlet\" # <-", "did you mean \"velocity-verlet\"?");
+    rejected("[model.gas]\n[recrod] # <-", "did you mean `record`?");
+    rejected(
         "[model.orbit]\nintegrator = \"leapfrog\" # <-",
         "must be one of \"explicit-euler\", \"semi-implicit-euler\"",
     );
-    refused(
+    rejected(
         "[model.orbit]\nintegrator = \"velocity_verlet\" # <-",
         "did you mean \"velocity-verlet\"?",
     );
-    refused(
+    rejected(
         "[model.gas]\nplacement = \"lattice\" # <-",
         "must be one of \"random\" or { positions_m",
     );
-    refused("[model.gsa] # <-", "did you mean `gas`?");
-    refused(
+    rejected("[model.gsa] # <-", "did you mean `gas`?");
+    rejected(
         "seed = 1",
         "no model: add one of [model.dem], [model.gas], [model.packing], [model.orbit]",
     );
-    refused("[model]", "no model");
-    refused(
+    rejected("[model]", "no model");
+    rejected(
         "[model.gas]\n[record]\nchannels = [\"state\", \"trail\"] # <-",
         "the gas model has no channel \"trail\"",
     );
-    refused(
+    rejected(
         "[model.gas]\n[record]\nchannels = [\"log\", \"log\"] # <-",
         "channel \"log\" is listed twice",
     );
 }
 
 #[test]
-fn exclusive_keys_are_both_named() {
+fn exclusive_keys_are_named_together() {
     let exclude = |a: &str, b: &str| format!("`{a}` and `{b}` cannot be used together");
     let dem = |a: &str, b: &str| exclude(&format!("model.dem.{a}"), &format!("model.dem.{b}"));
-    refused(
+    rejected(
         "[model.dem]\nrestitution = 0.5\ndamping_n_s_per_m = 1 # <-",
         &dem("restitution", "damping_n_s_per_m"),
     );
-    refused(
+    rejected(
         "[model.dem]\ntime_step_s = 1e-6\nsteps_per_contact = 20 # <-",
         &dem("steps_per_contact", "time_step_s"),
     );
-    refused(
+    rejected(
         "[model.gas]\nmax_speed_m_per_s = 1\ntemperature_k = 1 # <-",
         &exclude("model.gas.temperature_k", "model.gas.max_speed_m_per_s"),
     );
-    refused(
+    rejected(
         "[model.packing]\nevents_per_disc = 1\nduration = 1 # <-",
         &exclude("model.packing.events_per_disc", "model.packing.duration"),
     );
-    refused(
+    rejected(
         "[model.gas]\n[record]\nframes = 1\nevery_s = 1 # <-",
         &exclude("record.frames", "record.every_s"),
     );
-    refused("replicates = 3\nreplicate = 2 # <-\n[model.gas]", &exclude("replicates", "replicate"));
-    refused("[model.gas]\n[model.dem] # <-", "[model.gas] and [model.dem] cannot be used together");
+    rejected(
+        "replicates = 3\nreplicate = 2 # <-\n[model.gas]",
+        &exclude("replicates", "replicate"),
+    );
+    rejected(
+        "[model.gas]\n[model.dem] # <-",
+        "[model.gas] and [model.dem] cannot be used together",
+    );
 }
 
 #[test]
-fn intervals_fit_the_model() {
-    refused("[model.gas]\n[record]\nevery_steps = 2 # <-", "must be one of frames, every_s");
-    refused(
+fn recording_intervals_must_fit_the_model() {
+    rejected("[model.gas]\n[record]\nevery_steps = 2 # <-", "must be one of frames, every_s");
+    rejected(
         "[model.dem]\n[record]\nevery_days = 2 # <-",
         "must be one of frames, every_s, every_steps",
     );
-    refused(
+    rejected(
         "[model.orbit]\n[record]\nevery_s = 2 # <-",
         "must be one of frames, every_days, every_steps",
     );
-    refused(
+    rejected(
         "[model.packing]\n[record]\nevery_time = 2 # <-",
         "must be one of frames, every_collisions",
     );
-    refused(
+    rejected(
         "[model.packing]\n[record]\nevery_steps = 2 # <-",
         "must be one of frames, every_collisions",
     );
-    refused(
+    rejected(
         "[model.gas]\n[record]\nframes = 20\ndecades = 2 # <-",
         "`record.decades` needs `frames_per_decade`",
     );
@@ -171,152 +179,155 @@ fn intervals_fit_the_model() {
 }
 
 #[test]
-fn dem_scenes_make_sense() {
-    refused("[model.dem]\nradius_m = { min = 1e-4, max = 1.1e-3 } # <-", "at most 10 times");
-    refused("[model.dem]\nradius_m = { mean = 1e-4, deviation = 4e-5 } # <-", "below a third");
-    refused(
+fn inconsistent_dem_scenes_are_rejected() {
+    rejected("[model.dem]\nradius_m = { min = 1e-4, max = 1.1e-3 } # <-", "at most 10 times");
+    rejected("[model.dem]\nradius_m = { mean = 1e-4, deviation = 4e-5 } # <-", "below a third");
+    rejected(
         "[model.dem]\nradius_m = { small = 2e-4, large = 1e-4, small_share = 0.5 } # <-",
         "<= large",
     );
-    refused("[model.dem]\nstiffness_n_per_m = 0 # <-", "must be a number > 0");
-    refused("[model.dem]\nrestitution = 1.1 # <-", "must be a number in (0, 1]");
-    refused(
+    rejected("[model.dem]\nstiffness_n_per_m = 0 # <-", "must be a number > 0");
+    rejected("[model.dem]\nrestitution = 1.1 # <-", "must be a number in (0, 1]");
+    rejected(
         "[model.dem]\nwalls = [{ from_m = [0.0, 0.01], to_m = [0.05, 0.01] }] # <-",
         "an outlet cannot be wider than its hopper",
     );
-    refused(
+    rejected(
         "[model.dem]\nperiodic = \"x\"\nwidth_m = 0.005 # <-",
         "at least 12 of the largest radii",
     );
-    refused(
+    rejected(
         "[model.dem]\nfriction = 0.1\nintegrator = \"implicit-dashpot\" # <-",
         "neither friction nor moving walls",
     );
-    refused("[model.dem]\nregion_m = [[0, 0], [1, 1]] # <-", "must lie within the box");
+    rejected("[model.dem]\nregion_m = [[0, 0], [1, 1]] # <-", "must lie within the box");
     accepted("[model.dem]\ntime_step_s = \"automatic\"");
-    refused("[model.dem]\ntime_step_s = \"auto\" # <-", "a number > 0 or \"automatic\"");
+    rejected("[model.dem]\ntime_step_s = \"auto\" # <-", "a number > 0 or \"automatic\"");
 }
 
 #[test]
-fn dem_materials_have_names_and_pairs_know_them() {
+fn contact_pairs_must_name_known_materials() {
     const TWO: &str = "materials = [{ name = \"glass\" }, { name = \"cork\", friction = 0.5 }]";
     let dem = |rest: &str| format!("[model.dem]\n{TWO}\n{rest}");
     accepted(&dem("contact_pairs = [{ between = [\"glass\", \"wall\"], restitution = 0.9 }]"));
     accepted("[model.dem]\ncontact_pairs = [{ between = [\"disc\", \"wall\"], friction = 0.1 }]");
-    refused(
+    rejected(
         &dem("contact_pairs = [{ between = [\"glass\", \"steel\"] }] # <-"),
         "known: glass, cork, wall",
     );
-    refused(
+    rejected(
         &dem("contact_pairs = [{ between = [\"wall\", \"wall\"] }] # <-"),
         "walls do not touch each other",
     );
-    refused(
+    rejected(
         &dem(
             "contact_pairs = [{ between = [\"glass\", \"cork\"] }, { between = [\"cork\", \"glass\"] }] # <-",
         ),
         "is listed twice",
     );
-    refused("[model.dem]\nmaterials = [{ name = \"wall\" }] # <-", "must not be empty or \"wall\"");
-    refused(
+    rejected(
+        "[model.dem]\nmaterials = [{ name = \"wall\" }] # <-",
+        "must not be empty or \"wall\"",
+    );
+    rejected(
         "[model.dem]\nmaterials = [{ name = \"a\" }, { name = \"a\" }] # <-",
         "material \"a\" is listed twice",
     );
-    refused("[model.dem]\nmaterials = [{ share = 0.5 }] # <-", "needs `name`");
-    refused(
+    rejected("[model.dem]\nmaterials = [{ share = 0.5 }] # <-", "needs `name`");
+    rejected(
         "[model.dem]\nmaterials = [{ name = \"a\", restitution = 0 }] # <-",
         "must be a number in (0, 1]",
     );
-    refused(
+    rejected(
         "[model.dem]\nmaterials = [{ name = \"a\", density_ratio = 0 }] # <-",
         "must be a number > 0",
     );
-    refused(
+    rejected(
         "[model.dem]\ndamping_n_s_per_m = 0.1\nmaterials = [{ name = \"a\", restitution = 0.5 }] # <-",
         "replace damping_n_s_per_m with restitution",
     );
-    refused(&dem("integrator = \"implicit-dashpot\" # <-"), "neither friction nor moving walls");
+    rejected(&dem("integrator = \"implicit-dashpot\" # <-"), "neither friction nor moving walls");
 }
 
 #[test]
-fn dem_rain_falls_into_the_box() {
+fn inserted_discs_must_start_inside_the_box() {
     let rain = |rest: &str| {
         format!(
             "[model.dem]\nrain = {{ discs = 5, discs_per_s = 10, from_m = [0.01, 0.03], to_m = [0.03, 0.03], {rest} }} # <-"
         )
     };
     accepted(&rain("velocity_m_per_s = [0, -1]"));
-    refused(&rain("velocity_m_per_s = [0, 0]"), "must not be [0, 0]");
-    refused(&rain("velocity_m_per_s = [0, -1], starts_s = -1"), "must be a number >= 0");
-    refused(&rain("starts_s = 1"), "needs `velocity_m_per_s`");
-    refused(
+    rejected(&rain("velocity_m_per_s = [0, 0]"), "must not be [0, 0]");
+    rejected(&rain("velocity_m_per_s = [0, -1], starts_s = -1"), "must be a number >= 0");
+    rejected(&rain("starts_s = 1"), "needs `velocity_m_per_s`");
+    rejected(
         "[model.dem]\nrain = { discs = 5, discs_per_s = 10, from_m = [0, 0.03], to_m = [0.03, 0.03], velocity_m_per_s = [0, -1] } # <-",
         "keep the largest radius off",
     );
-    refused("[model.dem]\nrain = 5 # <-", "a table { discs, discs_per_s");
-    refused(
+    rejected("[model.dem]\nrain = 5 # <-", "a table { discs, discs_per_s");
+    rejected(
         "[model.dem]\nvelocity_deviation_m_per_s = 1\nplacement = { positions_m = [[0.01, 0.01]], velocities_m_per_s = [[0, 0]] } # <-",
         "`velocity_deviation_m_per_s` cannot be used with a given or recorded start",
     );
-    refused(
+    rejected(
         "[model.dem]\nwalls = [{ from_m = [0, 0], to_m = [0.01, 0], moves_s = [2, 1] }] # <-",
         "must be [begin, end]",
     );
 }
 
 #[test]
-fn dem_discs_fit_their_box() {
-    refused("[model.dem]\nradius_m = 0.02 # <-", "does not fit into a box of 0.04 m x 0.04 m");
-    refused("[model.dem]\nradius_m = 0.02\nheight_m = 0.03 # <-", "does not fit");
+fn dem_discs_must_fit_their_box() {
+    rejected("[model.dem]\nradius_m = 0.02 # <-", "does not fit into a box of 0.04 m x 0.04 m");
+    rejected("[model.dem]\nradius_m = 0.02\nheight_m = 0.03 # <-", "does not fit");
     accepted("[model.dem]\nradius_m = 0.0199");
-    refused("[model.dem]\nradius_m = { min = 2e-4, max = 1e-4 } # <-", "min must be <= max");
-    refused("[model.dem]\nradius_m = { min = 2e-4 } # <-", "needs `max`");
-    refused(
+    rejected("[model.dem]\nradius_m = { min = 2e-4, max = 1e-4 } # <-", "min must be <= max");
+    rejected("[model.dem]\nradius_m = { min = 2e-4 } # <-", "needs `max`");
+    rejected(
         "[model.dem]\nradius_m = { min = 1e-4, max = 2e-4, mean = 1.5e-4 } # <-",
         "unknown key `mean`",
     );
-    refused(
+    rejected(
         "[model.dem]\nradius_m = \"big\" # <-",
         "must be a number > 0 or { min = ..., max = ... }",
     );
-    refused("[model.dem]\ntime_step_s = 2.0 # <-", "the time step must be <= the duration");
+    rejected("[model.dem]\ntime_step_s = 2.0 # <-", "the time step must be <= the duration");
 }
 
 #[test]
-fn packing_limits_are_the_documents() {
-    refused(
+fn packing_limits_equal_those_of_the_exercise() {
+    rejected(
         "[model.packing]\nradius = 20.0 # <-",
         "the radius must be below half of the shorter side, 20.0",
     );
     // n pi r^2 / (lx ly) = 0.5 lies between 254 and 255 discs of radius 1 in 40 x 40: 800/pi = 254.6.
     accepted("[model.packing]\ndiscs = 254");
-    refused("[model.packing]\ndiscs = 255 # <-", "n pi r^2 / (lx ly) is 0.501");
+    rejected("[model.packing]\ndiscs = 255 # <-", "n pi r^2 / (lx ly) is 0.501");
     accepted("[model.packing]\ndiscs = 255\nplacement = \"lattice\"");
-    refused("[model.packing]\nradius = nope # <-", "this is not TOML");
+    rejected("[model.packing]\nradius = nope # <-", "this is not TOML");
 }
 
 #[test]
-fn gas_speeds_and_steps_are_consistent() {
-    refused(
+fn gas_speeds_and_steps_must_be_consistent() {
+    rejected(
         "[model.gas]\nspeed_distribution = \"maxwell\"\nmax_speed_m_per_s = 3 # <-",
         "cannot be used with Maxwell's distribution",
     );
-    refused(
+    rejected(
         "[model.gas]\ntime_step_s = 1e-5 # <-",
         "`time_step_s` cannot be used with exact propagation",
     );
-    refused(
+    rejected(
         "[model.gas]\npropagation = \"literal\" # <-",
         "propagation \"literal\" needs a time step",
     );
-    refused(
+    rejected(
         "[model.gas]\npropagation = \"stepped\"\ntime_step_s = 1.0 # <-",
         "shorter than one time step",
     );
 }
 
 #[test]
-fn gas_discs_and_listed_speeds_have_their_rules() {
+fn gas_discs_and_listed_speeds_must_be_consistent() {
     for (key, value) in [
         ("propagation", "\"stepped\""),
         ("wall_speed_m_per_s", "1"),
@@ -325,152 +336,152 @@ fn gas_discs_and_listed_speeds_have_their_rules() {
         ("place_distribution", "\"radius\""),
     ] {
         let more = if key == "propagation" { "time_step_s = 1e-6\n" } else { "" };
-        refused(
+        rejected(
             &format!("[model.gas]\n{more}disc_radius_m = 0.001\n{key} = {value} # <-"),
             &format!("`disc_radius_m` cannot be used with this `{key}`"),
         );
     }
-    refused(
+    rejected(
         "[model.gas]\nparticles = 10\ndisc_radius_m = 0.3 # <-",
         "would cover 0.900 of the container",
     );
-    refused("[model.gas]\nspeeds_m_per_s = [] # <-", "`speeds_m_per_s` is empty");
-    refused("[model.gas]\nspeeds_m_per_s = [-1] # <-", "must be a number >= 0");
-    refused(
+    rejected("[model.gas]\nspeeds_m_per_s = [] # <-", "`speeds_m_per_s` is empty");
+    rejected("[model.gas]\nspeeds_m_per_s = [-1] # <-", "must be a number >= 0");
+    rejected(
         "[model.gas]\nspeeds_m_per_s = [1]\nmax_speed_m_per_s = 1 # <-",
         "`speeds_m_per_s` and `max_speed_m_per_s` cannot be used together",
     );
     let ModelConfig::Gas(gas) = accepted("[model.gas]\nspeeds_m_per_s = [1, 2]") else {
-        panic!("no gas")
+        panic!("expected the gas model")
     };
     assert_eq!(gas.speed_scale, SpeedScale::Given);
 }
 
 #[test]
-fn given_states_set_the_number_of_particles() {
+fn given_states_determine_the_number_of_particles() {
     let start =
         "placement = { positions_m = [[0, 0.5], [0.1, 0]], velocities_m_per_s = [[1, 2], [3, 4]] }";
     let ModelConfig::Gas(gas) = accepted(&format!("[model.gas]\n{start}")) else {
-        panic!("no gas")
+        panic!("expected the gas model")
     };
     assert_eq!(gas.particles.get(), 2);
     assert_eq!(gas.speed_scale, SpeedScale::Given);
     let ModelConfig::Gas(gas) = accepted(&format!("[model.gas]\ntemperature_k = 9\n{start}"))
     else {
-        panic!("no gas")
+        panic!("expected the gas model")
     };
     assert!(matches!(gas.speed_scale, SpeedScale::Temperature(_)));
     accepted(&format!("[model.gas]\nparticles = 2\n{start}"));
-    refused(
+    rejected(
         &format!("[model.gas]\nparticles = 3\n{start} # <-"),
         "`particles` is 3, but 2 are placed",
     );
-    refused(
+    rejected(
         &format!("[model.gas]\nmax_speed_m_per_s = 3\n{start} # <-"),
         "`max_speed_m_per_s` cannot be used with a given start",
     );
-    refused(
+    rejected(
         "[model.dem]\nplacement = { positions_m = [[1, 1]], velocities_m_per_s = [] } # <-",
         "1 positions but 0 velocities",
     );
-    refused(
+    rejected(
         "[model.dem]\nplacement = { positions_m = [], velocities_m_per_s = [] } # <-",
         "needs at least one particle",
     );
-    refused(
+    rejected(
         "[model.dem]\nplacement = { positions_m = [[1, 1]] } # <-",
         "needs `velocities_m_per_s`",
     );
-    refused(
+    rejected(
         "[model.dem]\nplacement = { positions_m = [[1]], velocities_m_per_s = [[0, 0]] } # <-",
         "must be an array of 2 numbers",
     );
-    refused(
+    rejected(
         "[model.packing]\nplacement = { positions_m = [[1, 1]], velocities = [[0, 0]], positions = [[1, 1]] } # <-",
         "did you mean `positions`?",
     );
     let ModelConfig::Packing(packing) =
         accepted("[model.packing]\nplacement = { positions = [[1, 1]], velocities = [[0, 0]] }")
     else {
-        panic!("no packing")
+        panic!("expected the packing model")
     };
     assert!(matches!(packing.placement, PackingPlacement::Given(_)) && packing.discs.get() == 1);
 }
 
 #[test]
-fn orbits_start_outside_the_sun() {
-    refused(
+fn orbits_must_start_outside_the_sun() {
+    rejected(
         "[model.orbit]\nstart = { position_au = [0, 0, -0.0], velocity_au_per_day = [1, 0, 0] } # <-",
         "must not be [0, 0, 0]",
     );
-    refused(
+    rejected(
         "[model.orbit]\nstart = { position_au = [1, 0], velocity_au_per_day = [1, 0, 0] } # <-",
         "must be an array of 3 numbers",
     );
-    refused(
+    rejected(
         "[model.orbit]\nstart = \"barycentric\" # <-",
         "\"document\", \"heliocentric\" or { position_au",
     );
-    refused("[model.orbit]\nduration_days = 0.1 # <-", "shorter than one time step");
-    refused("[model.orbit]\ntime_step_days = 0 # <-", "must be a number in (0, 1)");
-    refused("[model.orbit]\ntime_step_days = -0.25 # <-", "must be a number in (0, 1)");
-    refused("[model.orbit]\nduration_days = 0 # <-", "must be a number > 0");
-    refused("[model.orbit]\ntolerance = 1e-16 # <-", "must be a number in [1e-15, 0.01]");
+    rejected("[model.orbit]\nduration_days = 0.1 # <-", "shorter than one time step");
+    rejected("[model.orbit]\ntime_step_days = 0 # <-", "must be a number in (0, 1)");
+    rejected("[model.orbit]\ntime_step_days = -0.25 # <-", "must be a number in (0, 1)");
+    rejected("[model.orbit]\nduration_days = 0 # <-", "must be a number > 0");
+    rejected("[model.orbit]\ntolerance = 1e-16 # <-", "must be a number in [1e-15, 0.01]");
 }
 
 #[test]
-fn several_bodies_attract_each_other() {
+fn several_bodies_must_include_a_mass() {
     const SUN: &str =
         "{ gm_au3_per_day2 = 1, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }";
     const EARTH: &str =
         "{ gm_au3_per_day2 = 0, position_au = [1, 0, 0], velocity_au_per_day = [0, 1, 0] }";
     let orbit = |rest: &str| format!("[model.orbit]\n{rest}");
     accepted(&orbit(&format!("bodies = [{SUN}, {EARTH}]")));
-    refused(&orbit(&format!("bodies = [{SUN}] # <-")), "needs at least two bodies");
-    refused(&orbit(&format!("bodies = [{EARTH}, {EARTH}] # <-")), "one of them with mass");
-    refused(
+    rejected(&orbit(&format!("bodies = [{SUN}] # <-")), "needs at least two bodies");
+    rejected(&orbit(&format!("bodies = [{EARTH}, {EARTH}] # <-")), "one of them with mass");
+    rejected(
         &orbit(&format!("bodies = [{SUN}, {EARTH}]\nintegrator = \"kepler\" # <-")),
         "moves one body about the Sun",
     );
-    refused(
+    rejected(
         &orbit(&format!("bodies = [{SUN}, {EARTH}]\nstart = \"heliocentric\" # <-")),
         "keep one of them",
     );
     let massless = SUN.replace("= 1,", "= -1,");
-    refused(&orbit(&format!("bodies = [{EARTH}, {massless}] # <-")), "must be a number >= 0");
-    refused(&orbit("bodies = [1] # <-"), "a table { gm_au3_per_day2");
+    rejected(&orbit(&format!("bodies = [{EARTH}, {massless}] # <-")), "must be a number >= 0");
+    rejected(&orbit("bodies = [1] # <-"), "a table { gm_au3_per_day2");
 }
 
 #[test]
-fn names_fit_a_folder() {
-    refused("name = \"a b\" # <-\n[model.gas]", "it names a folder");
-    refused("name = \"\" # <-\n[model.gas]", "it names a folder");
-    refused("name = \"../up\" # <-\n[model.gas]", "it names a folder");
+fn experiment_names_must_be_valid_folder_names() {
+    rejected("name = \"a b\" # <-\n[model.gas]", "it names a folder");
+    rejected("name = \"\" # <-\n[model.gas]", "it names a folder");
+    rejected("name = \"../up\" # <-\n[model.gas]", "it names a folder");
     let errors = parse("[model.gas]", "my experiment.toml", &[]).unwrap_err().to_string();
     assert!(errors.contains("cannot name the experiment; add name ="), "{errors}");
     assert_eq!(parse("[model.gas]", "a/b-c_1.toml", &[]).unwrap().name, "b-c_1");
 }
 
 #[test]
-fn checks_say_one_thing() {
+fn checks_must_have_exactly_one_criterion() {
     let check = |check: &str| {
         format!("[model.gas]\n[sweep]\nmodel.gas.radius_m = [1.0, 2.5]\n[[checks]] {check}")
     };
-    refused(&check("# <-\nexpected = 1\ntolerance = 1"), "needs `metric`");
-    refused(&check("# <-\nmetric = \"a\"\nexpected = 1"), "needs `tolerance`");
-    refused(
+    rejected(&check("# <-\nexpected = 1\ntolerance = 1"), "needs `metric`");
+    rejected(&check("# <-\nmetric = \"a\"\nexpected = 1"), "needs `tolerance`");
+    rejected(
         &check("\nmetric = \"a\"\ntolerance = 1\nrelative_tolerance = 1 # <-"),
         "cannot be used together",
     );
-    refused(&check("\nmetric = \"a\"\ntolerance = -1 # <-"), "must be a number >= 0");
-    refused(&check("\nmetric = \"a\"\nminimum = 3\nmaximum = 1 # <-"), "minimum <= maximum");
-    refused(&check("\nmetric = \"a\"\nminimum = 3\ntolerance = 1 # <-"), "write two checks");
-    refused(&check("\nmetric = \"a\"\ntolerence = 3\nminimum = 1"), "did you mean `tolerance`?");
-    refused(
+    rejected(&check("\nmetric = \"a\"\ntolerance = -1 # <-"), "must be a number >= 0");
+    rejected(&check("\nmetric = \"a\"\nminimum = 3\nmaximum = 1 # <-"), "minimum <= maximum");
+    rejected(&check("\nmetric = \"a\"\nminimum = 3\ntolerance = 1 # <-"), "write two checks");
+    rejected(&check("\nmetric = \"a\"\ntolerence = 3\nminimum = 1"), "did you mean `tolerance`?");
+    rejected(
         &check("\nmetric = \"a\"\nminimum = 1\nwhere = { radius_m = 3 } # <-"),
         "values: 1, 2.5",
     );
-    refused(
+    rejected(
         &check("\nmetric = \"a\"\nminimum = 1\nwhere = { mass_kg = 3 } # <-"),
         "`mass_kg` is not swept",
     );
@@ -479,7 +490,7 @@ fn checks_say_one_thing() {
 }
 
 #[test]
-fn values_from_the_command_line_replace_those_of_the_file() {
+fn values_from_the_command_line_override_the_file() {
     let set = |key: &str, value: &str| Override { key: key.to_owned(), value: value.to_owned() };
     let text = "[model.gas]\nparticles = 5\n[sweep]\nmodel.gas.radius_m = [1, 2]\n";
     let experiment = parse(
@@ -504,30 +515,30 @@ fn values_from_the_command_line_replace_those_of_the_file() {
     ] {
         assert!(canonical.contains(line), "{canonical}");
     }
-    let refused = |key: &str, value: &str, message: &str| {
+    let rejected = |key: &str, value: &str, message: &str| {
         let errors = parse(text, "m.toml", &[set(key, value)]).unwrap_err().to_string();
         assert!(errors.contains(message) && errors.contains("--> --set:1:"), "{message}\n{errors}");
     };
-    refused("model.gas.radius_m", "3", "`model.gas.radius_m` is swept and cannot be set");
-    refused("model.gas", "3", "is swept and cannot be set");
-    refused("model.gas.particels", "3", "did you mean `particles`?");
-    refused("model.gas.particles", "0", "must be a whole number from 1");
-    refused("model.gas.particles", "1 2", "is not TOML");
-    refused("model.gas.particles", "", "is not TOML");
-    refused("sweep.model.gas.mass_kg", "[1]", "`sweep.model.gas.mass_kg` cannot be set");
-    refused("model.dem.discs", "3", "[model.gas] and [model.dem] cannot be used together");
-    refused("model.gas.particles.x", "3", "`model.gas.particles` is not a table");
+    rejected("model.gas.radius_m", "3", "`model.gas.radius_m` is swept and cannot be set");
+    rejected("model.gas", "3", "is swept and cannot be set");
+    rejected("model.gas.particels", "3", "did you mean `particles`?");
+    rejected("model.gas.particles", "0", "must be a whole number from 1");
+    rejected("model.gas.particles", "1 2", "is not TOML");
+    rejected("model.gas.particles", "", "is not TOML");
+    rejected("sweep.model.gas.mass_kg", "[1]", "`sweep.model.gas.mass_kg` cannot be set");
+    rejected("model.dem.discs", "3", "[model.gas] and [model.dem] cannot be used together");
+    rejected("model.gas.particles.x", "3", "`model.gas.particles` is not a table");
 }
 
 #[test]
-fn a_run_manifest_is_one_run() {
+fn run_manifest_must_describe_one_run() {
     let errors = parse_run("replicates = 3\n[model.gas]").unwrap_err().to_string();
     assert!(errors.contains("expected one run, found an experiment of 3"), "{errors}");
     assert_eq!(parse_run("replicate = 3\n[model.gas]").unwrap().replicate, 3);
 }
 
 #[test]
-fn a_line_that_is_no_toml_hides_only_itself() {
+fn invalid_toml_line_hides_only_itself() {
     let errors = parse(
         "[model.gas]\nparticles = \nradius_m = -1\nmass_kg = -1\nmass_kg = 3\n",
         "m.toml",
@@ -543,13 +554,13 @@ fn a_line_that_is_no_toml_hides_only_itself() {
     );
     assert!(text.contains("duplicate key"), "{text}");
     assert_eq!(errors.len(), 4, "{text}");
-    // Below a broken header nobody can say which table the keys belong to.
+    // After an invalid header, the table of the following keys is unknown.
     let errors = parse("[model.gas\nparticles = 0\n", "m.toml", &[]).unwrap_err();
     assert_eq!(errors.len(), 1, "{errors}");
 }
 
 #[test]
-fn a_long_list_of_errors_ends() {
+fn long_error_list_is_truncated() {
     let wrong = vec!["[nan, 0]"; 1000].join(", ");
     let text =
         format!("[model.packing]\nplacement = {{ positions = [{wrong}], velocities = [{wrong}] }}");

@@ -1,7 +1,6 @@
-//! What the manifest reads, what the canonical form writes, what the schema describes and what the starters show are the
-//! same keys, with the same units, ranges and defaults.
+//! Guarantee: parser, canonical form, schema and starter manifests have the same keys, with the same units, ranges and defaults.
 
-// A failed unwrap is a failed test.
+// A test may panic.
 #![allow(clippy::unwrap_used)]
 
 use kinetoscope_manifest::model::ModelConfig;
@@ -14,7 +13,7 @@ fn schema() -> Json {
     serde_json::from_str(&json_schema()).unwrap()
 }
 
-/// Every table of the schema that has a unit for its keys, by its dotted path.
+/// All tables of the schema whose keys have units, by dotted path.
 fn tables(schema: &Json) -> Vec<(String, &Json)> {
     let mut tables: Vec<(String, &Json)> = ModelConfig::NAMES
         .iter()
@@ -28,21 +27,21 @@ fn keys(table: &Json) -> BTreeSet<String> {
     table["properties"].as_object().unwrap().keys().cloned().collect()
 }
 
-/// A manifest with one line in a table; `[record]` needs a model beside it.
+/// A manifest with one line in a table; `[record]` requires a model in addition.
 fn with_line(table: &str, line: &str) -> String {
     let model = if table == "record" { "[model.dem]\n" } else { "" };
     format!("{model}[{table}]\n{line}\n")
 }
 
-/// The keys that the reader names when it meets one that it does not know.
+/// The known keys that the parser lists for an unknown key.
 fn known_keys(manifest: &str) -> BTreeSet<String> {
     let errors = parse(manifest, "m.toml", &[]).unwrap_err().to_string();
-    let (_, known) = errors.split_once("known keys: ").expect("a list of known keys");
+    let (_, known) = errors.split_once("known keys: ").expect("the error must list the known keys");
     known.lines().next().unwrap().split(", ").map(str::to_owned).collect()
 }
 
 #[test]
-fn reader_and_schema_know_the_same_keys() {
+fn parser_and_schema_have_the_same_keys() {
     let schema = schema();
     for (path, table) in tables(&schema) {
         assert_eq!(known_keys(&with_line(&path, "qqqqqqqqqqqqqqqq = 1")), keys(table), "{path}");
@@ -54,8 +53,8 @@ fn reader_and_schema_know_the_same_keys() {
 }
 
 #[test]
-fn every_key_has_its_meaning_unit_range_and_default() {
-    /// Keys without a default of their own: the other way to say what another key says, or nothing at all.
+fn every_key_has_a_description_unit_range_and_default() {
+    /// Keys without a default: alternatives to another key, or optional settings.
     const NO_DEFAULT: &[&str] = &[
         "bodies",
         "start_from",
@@ -93,7 +92,7 @@ fn every_key_has_its_meaning_unit_range_and_default() {
         "description",
         "replicates",
     ];
-    /// The unit that the end of a key promises.
+    /// The unit that the suffix of a key states.
     const ENDS: [(&str, &str); 14] = [
         ("_m_per_s2", "m/s^2"),
         ("_m_per_s", "m/s"),
@@ -114,7 +113,7 @@ fn every_key_has_its_meaning_unit_range_and_default() {
     for (path, table) in tables(&schema) {
         for (key, about) in table["properties"].as_object().unwrap() {
             let description = about["description"].as_str().unwrap_or_default();
-            assert!(description.len() > 12, "{path}.{key} is not explained");
+            assert!(description.len() > 12, "{path}.{key} has no description");
             if let Some((_, unit)) = ENDS.iter().find(|(end, _)| key.ends_with(end)) {
                 assert!(
                     description.ends_with(&format!(" Unit: {unit}.")),
@@ -130,8 +129,8 @@ fn every_key_has_its_meaning_unit_range_and_default() {
 }
 
 #[test]
-fn the_readers_ranges_are_the_schemas() {
-    /// Above it a float is no whole number for sure; the rules of `seed` test the largest integers.
+fn parser_and_schema_have_the_same_ranges() {
+    /// Above this limit, a float may not represent every integer; the rules of `seed` test the largest integers.
     const EXACT: f64 = 9_007_199_254_740_992.0;
     let schema = schema();
     let mut tried = 0;
@@ -162,7 +161,7 @@ fn the_readers_ranges_are_the_schemas() {
 }
 
 #[test]
-fn the_schemas_words_are_the_readers() {
+fn parser_accepts_every_enumerated_value_of_the_schema() {
     let schema = schema();
     for (path, table) in tables(&schema) {
         for (key, about) in table["properties"].as_object().unwrap() {
@@ -170,7 +169,7 @@ fn the_schemas_words_are_the_readers() {
             for word in words.and_then(Json::as_array).into_iter().flatten() {
                 let manifest = with_line(&path, &format!("{key} = {word}"));
                 let errors = parse(&manifest, "m.toml", &[]).err().map(|errors| errors.to_string());
-                // A time step may be missing, but the word is known.
+                // A time step may be missing, but the value must be known.
                 assert!(!errors.unwrap_or_default().contains("unknown value"), "{manifest}");
             }
         }
@@ -178,7 +177,7 @@ fn the_schemas_words_are_the_readers() {
 }
 
 #[test]
-fn the_canonical_form_writes_every_key_of_the_schema() {
+fn canonical_form_contains_every_key_of_the_schema() {
     let more = [
         "[model.dem]\ndamping_n_s_per_m = 1\ntime_step_s = 1e-6\noutlet_below_m = 0\nregion_m = [[0, 0], [0.01, 0.01]]\n[record]\nevery_s = 1",
         "[model.dem]\nmaterials = [{ name = \"a\" }]\ncontact_pairs = [{ between = [\"a\", \"wall\"] }]\n\
@@ -221,7 +220,7 @@ fn the_canonical_form_writes_every_key_of_the_schema() {
 }
 
 #[test]
-fn starters_are_the_defaults_with_every_key() {
+fn starters_contain_every_key_with_its_default() {
     let schema = schema();
     for name in ModelConfig::NAMES {
         let text = starter(name).unwrap();
@@ -231,16 +230,16 @@ fn starters_are_the_defaults_with_every_key() {
         let manifest = &experiment.runs[0].manifest;
         assert_eq!(Some(&manifest.model), ModelConfig::with_defaults(name).as_ref());
         assert_eq!(manifest.record, RecordConfig::default());
-        let stands = |key: &str| {
+        let is_shown = |key: &str| {
             text.lines().any(|line| line.trim_start_matches("# ").starts_with(&format!("{key} = ")))
         };
         for key in keys(&schema["properties"]["model"]["properties"][name]) {
-            assert!(stands(&key), "{name}: {key}");
+            assert!(is_shown(&key), "{name}: {key}");
         }
         for channel in CHANNELS.iter().find(|(model, _)| *model == name).unwrap().1 {
             assert!(text.contains(channel), "{name}: {channel}");
         }
-        // The sweep and the checks in the comments are good ones.
+        // The sweep and the checks in the comments must be valid.
         let (_, examples) = text.split_once("# [").unwrap();
         let uncomment = |line: &str| line.strip_prefix("# ").unwrap_or(line).to_owned();
         let lines = format!("# [{examples}");

@@ -1,6 +1,6 @@
-//! A sweep is every combination of its axes: the first axis in the file varies slowest, replicates fastest.
+//! Guarantee: a sweep expands to every combination of its axes; the first axis in the file varies slowest, replicates vary fastest.
 
-// A failed unwrap is a failed test.
+// A test may panic.
 #![allow(clippy::unwrap_used)]
 
 use kinetoscope_manifest::model::{ModelConfig, OrbitIntegrator};
@@ -15,7 +15,7 @@ fn errors(text: &str) -> String {
 }
 
 /// The values of all coordinates of each run, with the replicate.
-fn places(experiment: &Experiment) -> Vec<String> {
+fn points(experiment: &Experiment) -> Vec<String> {
     let place = |run: &kinetoscope_manifest::Run| {
         let values: Vec<&str> = run.coordinates.iter().map(|c| c.value.as_str()).collect();
         format!("{} r{}", values.join(" "), run.replicate)
@@ -28,14 +28,14 @@ fn temperatures(experiment: &Experiment) -> Vec<String> {
 }
 
 #[test]
-fn axes_multiply_and_the_first_is_slowest() {
+fn axes_are_combined_and_the_first_varies_slowest() {
     let experiment = experiment(
         "replicates = 2\nseed = 5\n[model.gas]\ntemperature_k = 1.0\n[sweep]\n\
          \"model.gas.temperature_k\" = [300.0, 3.7315e2]\nmodel.gas.particles = [10, 1e3]\n",
     );
     assert_eq!(experiment.name, "my_sweep");
     assert_eq!(
-        places(&experiment),
+        points(&experiment),
         [
             "300 10 r0",
             "300 10 r1",
@@ -47,7 +47,7 @@ fn axes_multiply_and_the_first_is_slowest() {
             "373.15 1000 r1",
         ]
     );
-    // Sweep points share the seed; replicates differ by their number alone.
+    // Sweep points share the seed; replicates differ only by their number.
     assert!(experiment.runs.iter().all(|run| run.manifest.seed == 5));
     let last = experiment.runs.last().unwrap();
     assert_eq!(last.manifest.replicate, 1);
@@ -80,7 +80,7 @@ fn dotted_keys_need_no_quotes() {
 }
 
 #[test]
-fn ranges_hit_their_ends_and_decades_exactly() {
+fn ranges_contain_their_ends_and_decades_exactly() {
     let range = |range: &str| {
         temperatures(&experiment(&format!(
             "[model.gas]\n[sweep]\n\"model.gas.temperature_k\" = {range}\n"
@@ -100,7 +100,7 @@ fn ranges_hit_their_ends_and_decades_exactly() {
 }
 
 #[test]
-fn ranges_of_counts_are_whole() {
+fn ranges_of_counts_are_rounded_to_integers() {
     let packing = experiment(
         "[model.packing]\n[sweep]\nmodel.packing.discs = { from = 5, to = 50, count = 10 }\n",
     );
@@ -112,12 +112,12 @@ fn ranges_of_counts_are_whole() {
 }
 
 #[test]
-fn zip_pairs_axes() {
+fn zipped_axes_vary_together() {
     let experiment = experiment(
         "[model.gas]\n[sweep]\nzip = [[\"model.gas.mass_kg\", \"model.gas.temperature_k\"]]\n\
          model.gas.temperature_k = [1, 2]\nmodel.gas.radius_m = [3, 4]\nmodel.gas.mass_kg = [5, 6]\n",
     );
-    assert_eq!(places(&experiment), ["5 1 3 r0", "5 1 4 r0", "6 2 3 r0", "6 2 4 r0"]);
+    assert_eq!(points(&experiment), ["5 1 3 r0", "5 1 4 r0", "6 2 3 r0", "6 2 4 r0"]);
     assert_eq!(
         experiment.axes[0],
         Axis {
@@ -131,14 +131,14 @@ fn zip_pairs_axes() {
 }
 
 #[test]
-fn variants_are_one_axis() {
+fn variants_form_one_axis() {
     let experiment = experiment(
         "[model.orbit]\ntime_step_days = 0.5\n[sweep]\nmodel.orbit.duration_days = [10, 20]\n\
          [[sweep.variants]]\nname = \"explicit Euler\"\n[[sweep.variants]]\nname = \"RK4\"\n\
          \"model.orbit.integrator\" = \"rk4\"\nmodel.orbit.time_step_days = 0.25\n",
     );
     assert_eq!(
-        places(&experiment),
+        points(&experiment),
         ["10 explicit Euler r0", "10 RK4 r0", "20 explicit Euler r0", "20 RK4 r0"]
     );
     assert_eq!(experiment.runs[3].coordinates[1].key, "variant");
@@ -159,24 +159,24 @@ fn variants_may_choose_between_exclusive_keys() {
         "[model.dem]\n[[sweep.variants]]\nname = \"e\"\nmodel.dem.restitution = 0.9\n\
          [[sweep.variants]]\nname = \"eta\"\nmodel.dem.damping_n_s_per_m = 0.1\n",
     );
-    assert_eq!(places(&experiment), ["e r0", "eta r0"]);
+    assert_eq!(points(&experiment), ["e r0", "eta r0"]);
 }
 
 #[test]
-fn tables_and_long_lists_are_numbered() {
+fn tables_and_long_lists_are_numbered_in_names() {
     let experiment = experiment(
         "[model.dem]\n[sweep]\nmodel.dem.gravity_m_per_s2 = [[0, -9.81], [0, 0]]\n\
          model.dem.radius_m = [5e-4, { min = 4e-4, max = 6e-4 }]\n\
          model.dem.placement = [\"random\", { positions_m = [[0.01, 0.01], [0.02, 0.02], [0.03, 0.03], [0.01, 0.03]], \
          velocities_m_per_s = [[0, 0], [0, 0], [0, 0], [0, 0]] }]\n",
     );
-    let places = places(&experiment);
-    assert_eq!(places[0], "0_-9.81 0.0005 random r0");
-    assert_eq!(places[7], "0_0 min_0.0004_max_0.0006 value-2 r0");
+    let points = points(&experiment);
+    assert_eq!(points[0], "0_-9.81 0.0005 random r0");
+    assert_eq!(points[7], "0_0 min_0.0004_max_0.0006 value-2 r0");
 }
 
 #[test]
-fn errors_point_into_the_sweep() {
+fn errors_name_the_position_in_the_sweep() {
     let text = errors(
         "[model.gas]\n[sweep]\nmodel.gas.temperature_k = [1, -2, 3]\nmodel.gas.tmp = [1]\nseed = [1, 2]\n",
     );
@@ -204,8 +204,8 @@ error: `seed` cannot be swept
 }
 
 #[test]
-fn what_is_no_sweep_is_refused() {
-    let refused = [
+fn invalid_sweeps_are_rejected() {
+    let rejected = [
         ("[sweep]\nmodel.gas.radius_m = []", "the axis `model.gas.radius_m` is empty"),
         ("[sweep]\nmodel.gas.radius_m = 3", "must be a list [...] or a range"),
         ("[sweep]\nmodel.gas.radius_m = [1, 2, 1.0]", "1 is listed twice on the axis"),
@@ -247,7 +247,7 @@ fn what_is_no_sweep_is_refused() {
         ("[sweep]\nmodel.dem.discs = [1]", "[model.gas] and [model.dem] cannot be used together"),
         ("[sweep]\nmodel.gas.radius_m.inner = [1]", "`model.gas.radius_m` is not a table"),
     ];
-    for (sweep, message) in refused {
+    for (sweep, message) in rejected {
         let text = errors(&format!("[model.gas]\nradius_m = 1.0\n{sweep}\n"));
         assert!(text.contains(message), "{sweep}\n{text}");
     }

@@ -1,5 +1,5 @@
-//! Promise: topics, schemas, field names, types and tags stay as they are. Recordings outlive programs: a channel may get a
-//! new field with a new tag at its end; any other change needs a new `SCHEMA_VERSION`.
+//! Guarantee: topics, schemas, field names, types and tags do not change. Recordings outlive programs: a channel may get a new field with
+//! a new tag at its end; any other change requires a new `SCHEMA_VERSION`.
 
 use kinetoscope_recording::channels::{self, ALL, SCHEMA_VERSION};
 use std::fmt::Write as _;
@@ -26,17 +26,17 @@ fn channels_are_frozen() {
         }
     }
     let golden = include_str!("golden/channels.txt");
-    assert_eq!(text, golden, "\n--- what the code says:\n{text}");
+    assert_eq!(text, golden, "\n--- found:\n{text}");
 }
 
-/// The descriptor and the encoding follow the same table: a message with all fields set decodes by tag.
+/// The descriptor and the encoding use the same table: a message with all fields set decodes by tag.
 #[test]
-fn tags_and_types_are_those_on_the_wire() {
+fn encoded_tags_and_types_match_the_descriptor() {
     use kinetoscope_recording::channels::FrameClock;
     use prost::Message as _;
     let clock =
         FrameClock { frame: 1, step_or_event_count: 2, time: 0.5, time_unit: "s".to_owned() };
-    // Protobuf's wire format by hand: key = tag << 3 | wire type (0 varint, 1 64-bit, 2 bytes).
+    // Protobuf's wire format, written by hand: key = tag << 3 | wire type (0 varint, 1 64-bit, 2 bytes).
     let expected =
         [&[0x08, 1, 0x10, 2, 0x19][..], &0.5_f64.to_le_bytes(), &[0x22, 1, b's']].concat();
     assert_eq!(clock.encode_to_vec(), expected);

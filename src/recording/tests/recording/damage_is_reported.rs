@@ -1,5 +1,8 @@
-//! Promise: of a torn or damaged recording every frame that is delivered is bit-equal to what was recorded, and an error
-//! follows that says what is lost. Frames and error do not depend on the number of threads. No input makes the reader panic or take memory that the file's size does not justify.
+//! Guarantee: every frame delivered from a torn or damaged recording is bitwise identical to the recorded one, and an error states what is
+//! lost. Frames and error do not depend on the number of threads. No input makes the reader panic or allocate memory that the size of
+//! the file does not justify.
+//!
+//! Setup: every cut, a flipped bit in every byte, random damage, hostile lengths, and files of other programs.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -10,21 +13,21 @@ use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// Three frames in one chunk.
+/// A recording of three frames in one chunk.
 fn small(compression: Compression) -> Vec<u8> {
     let mut header = header(compression);
     header.selection = Selection::Named(vec!["state".to_owned(), "temperature".to_owned()]);
     record(&header, 3, 2)
 }
 
-/// Thirty frames of 120 kB, nine in a chunk.
+/// A recording of thirty frames of 120 kB, nine per chunk.
 fn large() -> Vec<u8> {
     let mut header = header(Compression::Zstd);
     header.selection = Selection::Named(vec!["state".to_owned(), "temperature".to_owned()]);
     record(&header, 30, 3000)
 }
 
-/// Equal but for the place of the frame in the file.
+/// Whether two frames are equal, except for their positions in the file.
 fn same(one: &RecordedFrame, other: &RecordedFrame) -> bool {
     one.clock == other.clock
         && one.state() == other.state()
@@ -32,25 +35,25 @@ fn same(one: &RecordedFrame, other: &RecordedFrame) -> bool {
         && one.messages() == other.messages()
 }
 
-fn check(bytes: &[u8], original: &[RecordedFrame], path: &Path, what: &str) {
+fn check(bytes: &[u8], original: &[RecordedFrame], path: &Path, case: &str) {
     std::fs::write(path, bytes).unwrap();
-    check_file(path, original, &[2, 4], what);
+    check_file(path, original, &[2, 4], case);
 }
 
-fn check_file(path: &Path, original: &[RecordedFrame], side_by_side: &[usize], what: &str) {
+fn check_file(path: &Path, original: &[RecordedFrame], thread_counts: &[usize], case: &str) {
     let (frames, error) = read_on(path, 1);
-    for &threads in side_by_side {
+    for &threads in thread_counts {
         let on_threads = read_on(path, threads);
-        assert!(on_threads.0 == frames, "{what}: other frames on {threads} threads");
-        assert_eq!(on_threads.1, error, "{what}: {threads} threads");
+        assert!(on_threads.0 == frames, "{case}: the frames differ on {threads} threads");
+        assert_eq!(on_threads.1, error, "{case}: {threads} threads");
     }
-    assert!(error.is_some(), "{what}: no error");
-    assert!(frames.len() <= original.len(), "{what}");
-    assert!(frames.iter().zip(original).all(|(one, other)| same(one, other)), "{what}");
+    assert!(error.is_some(), "{case}: no error");
+    assert!(frames.len() <= original.len(), "{case}");
+    assert!(frames.iter().zip(original).all(|(one, other)| same(one, other)), "{case}");
 }
 
 #[test]
-fn a_cut_at_any_byte_is_reported_and_leaves_whole_frames() {
+fn cut_at_any_byte_is_reported_and_leaves_whole_frames() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cut.mcap");
     for compression in [Compression::Zstd, Compression::Lz4, Compression::None] {
@@ -66,34 +69,34 @@ fn a_cut_at_any_byte_is_reported_and_leaves_whole_frames() {
 }
 
 #[test]
-fn a_flipped_bit_in_any_byte_is_reported_and_changes_no_frame() {
+fn flipped_bit_in_any_byte_is_reported_and_changes_no_frame() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flip.mcap");
     for compression in [Compression::Zstd, Compression::Lz4, Compression::None] {
         let bytes = small(compression);
         let (original, _) = read(&bytes, &path);
         let mut file = File::options().write(true).open(&path).unwrap();
-        let mut put = |place: usize, byte: u8| {
-            file.seek(SeekFrom::Start(place as u64)).unwrap();
+        let mut put = |offset: usize, byte: u8| {
+            file.seek(SeekFrom::Start(offset as u64)).unwrap();
             file.write_all(&[byte]).unwrap();
         };
-        for (place, &byte) in bytes.iter().enumerate() {
-            let mask = 1 << (place % 8);
-            put(place, byte ^ mask);
+        for (offset, &byte) in bytes.iter().enumerate() {
+            let mask = 1 << (offset % 8);
+            put(offset, byte ^ mask);
             check_file(
                 &path,
                 &original,
                 &[2],
-                &format!("{compression:?}, byte {place} ^ {mask:#x}"),
+                &format!("{compression:?}, byte {offset} ^ {mask:#x}"),
             );
-            put(place, byte);
+            put(offset, byte);
         }
     }
 }
 
-/// The chunks before the damage are read, those behind it are not.
+/// The chunks before the damage are read; those after it are not.
 #[test]
-fn the_frames_before_the_damage_are_delivered() {
+fn frames_before_the_damage_are_delivered() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("large.mcap");
     let mut bytes = large();
@@ -120,12 +123,12 @@ fn bytes_after_the_end_are_reported() {
     let mut bytes = small(Compression::Zstd);
     let (original, _) = read(&bytes, &path);
     bytes.push(0);
-    check(&bytes, &original, &path, "a byte more");
+    check(&bytes, &original, &path, "an additional byte");
 }
 
-/// The frames of the chunks that were closed before a kill are all there.
+/// All frames of the chunks that were closed before a kill are delivered.
 #[test]
-fn a_killed_run_leaves_the_frames_of_its_closed_chunks() {
+fn killed_run_leaves_the_frames_of_its_closed_chunks() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("killed.partial.mcap");
     let header = header(Compression::Zstd);
@@ -138,7 +141,7 @@ fn a_killed_run_leaves_the_frames_of_its_closed_chunks() {
     }
     drop(recorder);
     let (frames, error) = read(&bytes, &path);
-    // 500 particles: 20 kB of state and about 75 kB of drawing a frame, chunks of 1 MiB: about 11 frames each.
+    // 500 particles need 20 kB of state and about 75 kB of drawings per frame; a chunk of 1 MiB contains about 11 frames.
     assert!(frames.len() > 180 && frames.len() < 200, "{}", frames.len());
     let error = error.unwrap();
     assert!(error.contains(&format!("frames 0 to {} are intact", frames.len() - 1)), "{error}");
@@ -146,10 +149,10 @@ fn a_killed_run_leaves_the_frames_of_its_closed_chunks() {
 }
 
 #[test]
-fn a_length_that_no_file_has_is_refused() {
+fn impossible_record_length_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hostile.mcap");
-    // 33 bytes that make a trusting reader panic: magic, an empty header record, a record of u64::MAX bytes.
+    // 33 bytes that make a reader without checks panic: magic, an empty header record, a record of u64::MAX bytes.
     let mut bytes = b"\x89MCAP0\r\n".to_vec();
     bytes.push(0x01);
     bytes.extend(7_u64.to_le_bytes());
@@ -161,9 +164,9 @@ fn a_length_that_no_file_has_is_refused() {
     assert!(frames.is_empty() && error.is_some());
 }
 
-/// A recording whose chunk claims to unpack to 1 TiB: the claim is refused before anything is allocated.
+/// A chunk states an unpacked size of 1 TiB; the size is rejected before memory is allocated.
 #[test]
-fn a_chunk_that_claims_too_much_is_refused() {
+fn excessive_chunk_size_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hostile.mcap");
     let mut bytes = small(Compression::Zstd);
@@ -175,9 +178,9 @@ fn a_chunk_that_claims_too_much_is_refused() {
     assert!(error.unwrap().contains("claims a size"));
 }
 
-/// A chunk that fits its checksum, with a record inside that claims u64::MAX bytes.
+/// A chunk with a correct checksum contains a record with a stated length of u64::MAX bytes.
 #[test]
-fn a_hostile_length_inside_of_a_chunk_is_refused() {
+fn hostile_length_inside_a_chunk_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hostile.mcap");
     let mut bytes = small(Compression::None);
@@ -191,7 +194,7 @@ fn a_hostile_length_inside_of_a_chunk_is_refused() {
     assert!(error.unwrap().contains("a record is too short"));
 }
 
-/// Start and length of the first chunk record.
+/// Offset and length of the first chunk record.
 fn chunk_of(bytes: &[u8]) -> (usize, usize) {
     let mut position = 8;
     loop {
@@ -205,7 +208,7 @@ fn chunk_of(bytes: &[u8]) -> (usize, usize) {
 }
 
 #[test]
-fn foreign_files_are_named_as_such() {
+fn files_of_other_programs_are_identified() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("foreign.mcap");
     let (_, error) = read(b"name = \"a manifest\"\n", &path);
@@ -229,7 +232,7 @@ fn foreign_files_are_named_as_such() {
     assert!(missing.to_string().contains("missing.mcap"));
 }
 
-/// Vigna's splitmix64, with one seed, so that a failure can be repeated.
+/// Vigna's splitmix64 with a fixed seed, so that a failure is reproducible.
 fn splitmix64() -> impl FnMut() -> u64 {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     move || {
@@ -241,7 +244,7 @@ fn splitmix64() -> impl FnMut() -> u64 {
 }
 
 #[test]
-fn random_damage_never_panics() {
+fn random_damage_does_not_panic() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("random.mcap");
     let mut random = splitmix64();
@@ -262,7 +265,7 @@ fn random_damage_never_panics() {
 }
 
 #[test]
-fn an_interrupted_run_opens_and_says_so() {
+fn interrupted_run_opens_with_its_outcome() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stopped.partial.mcap");
     let bytes =

@@ -1,7 +1,8 @@
-//! Promise: a drawing costs little beside the state. 1000 discs in 300 frames: drawing at most 3 MB, `/state` at most its raw size.
+//! Guarantee: drawings are small compared with the state. For 1000 discs in 300 frames, the drawing takes at most 3 MB and `/state` at most
+//! its uncompressed size.
 //!
-//! The discs fly straight and bounce off the box, each at its own speed: nothing repeats, and every disc has another place and
-//! another color in its drawing. The limits are those of the project's size budget, measured on such drawings.
+//! Setup: the discs fly straight and rebound from the box, each at its own speed, so every disc has a new position and color in each
+//! frame and no data repeats. Tolerance: the limits of the project's size budget, measured on such drawings.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -12,7 +13,7 @@ use kinetoscope_recording::recorder::{Clock, Compression, Header, Outcome, Recor
 const DISCS: usize = 1000;
 const FRAMES: u64 = 300;
 
-/// A number in [0, 1) from another, as good as drawn by chance.
+/// A pseudorandom number in [0, 1), determined by the argument.
 fn scrambled(number: u64) -> f64 {
     let mut bits = number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -20,7 +21,7 @@ fn scrambled(number: u64) -> f64 {
     ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Place and velocity after a flight between walls at -1 and 1.
+/// Position and velocity after a flight between walls at -1 and 1.
 fn bounced(start: f64, velocity: f64, time: f64) -> (f64, f64) {
     let unfolded = (start + velocity * time + 1.0).rem_euclid(4.0);
     if unfolded <= 2.0 { (unfolded - 1.0, velocity) } else { (3.0 - unfolded, -velocity) }
@@ -34,7 +35,7 @@ fn fill(frame: &mut Frame, index: u64) {
         let random = |which: u64| 2.0 * scrambled(4 * disc + which) - 1.0;
         let (x, vx) = bounced(random(0), 2.0 * random(1), time);
         let (y, vy) = bounced(random(2), 2.0 * random(3), time);
-        // Slower and slower, as discs do that lose energy: every color changes.
+        // The speed decreases as for discs that lose energy, so every color changes.
         let slower = 1.0 / (1.0 + time);
         frame.push_state(&[x, y, slower * vx, slower * vy, 0.02]);
     }
@@ -53,7 +54,7 @@ fn size(selection: &[&str]) -> usize {
 }
 
 #[test]
-fn a_thousand_discs_in_three_hundred_frames() {
+fn drawings_of_a_thousand_discs_are_small() {
     let clock = size(&[]);
     let drawing = size(&["discs"]) - clock;
     let state = size(&["state"]) - clock;

@@ -1,4 +1,4 @@
-//! Promise: what viewers draw is the state, within the drawing's grid, and nothing that is drawn is invisible.
+//! Guarantee: drawings show the state within their grid, and every drawn object is visible.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -42,8 +42,8 @@ fn frame_of(rows: &[[f64; 5]]) -> Frame {
 }
 
 #[test]
-fn discs_stand_where_the_state_says() {
-    // The container is 2 wide: the grid is 2 / 4096, so a disc is at most half of that off.
+fn discs_are_drawn_at_their_positions() {
+    // The container has a width of 2 and the grid a spacing of 2 / 4096, so the error is at most half of the spacing.
     let rows = [[0.123_456_789, -0.987_654_321, 1.5, 0.0, 0.02], [-1.0, 1.0, 0.0, 0.0, 0.5]];
     let frames = recorded(&header(Compression::Zstd), &[frame_of(&rows)]);
     let discs = entity(&frames[0], "/discs").cylinders;
@@ -66,7 +66,7 @@ fn discs_stand_where_the_state_says() {
 }
 
 #[test]
-fn drawings_are_thinned_and_the_state_is_not() {
+fn thinning_affects_drawings_and_not_the_state() {
     let rows: Vec<[f64; 5]> =
         (0..25_000).map(|index| [f64::from(index) / 25_000.0, 0.0, 0.1, 0.1, 0.001]).collect();
     let frames = recorded(&header(Compression::Zstd), &[frame_of(&rows)]);
@@ -77,12 +77,12 @@ fn drawings_are_thinned_and_the_state_is_not() {
 }
 
 #[test]
-fn the_manifest_says_how_many_are_drawn() {
+fn manifest_limits_the_number_of_drawn_particles() {
     let mut header = header(Compression::Zstd);
     header.drawn_particles = NonZeroU32::new(10).unwrap();
     let rows: Vec<[f64; 5]> = (0..35).map(|index| [f64::from(index), 0.0, 0.1, 0.1, 0.1]).collect();
     let mut frame = frame_of(&rows);
-    // Of 40 contacts the 30 strongest: forces 10 to 39, of which those above 10 are the thickest.
+    // The 30 strongest of 40 contacts are drawn: forces 10 to 39; those above 10 have the largest thickness.
     for force in (0..40).rev() {
         frame.push_contact(ContactLine {
             from: [0.0, 0.0],
@@ -100,7 +100,7 @@ fn the_manifest_says_how_many_are_drawn() {
 }
 
 #[test]
-fn a_disc_that_blew_up_is_not_drawn_and_stays_in_the_state() {
+fn diverged_disc_is_recorded_and_not_drawn() {
     let rows = [[f64::NAN, 0.0, 0.0, 0.0, 0.1], [0.5, 0.0, f64::INFINITY, 0.0, 0.1], [0.0; 5]];
     let frames = recorded(&header(Compression::Zstd), &[frame_of(&rows)]);
     assert_eq!(entity(&frames[0], "/discs").cylinders.len(), 1);
@@ -110,8 +110,8 @@ fn a_disc_that_blew_up_is_not_drawn_and_stays_in_the_state() {
 }
 
 #[test]
-fn arrows_point_along_the_velocity() {
-    // Top speed 2 in a container 2 wide: an arrow of 0.06 x 2 for speed 2, so 0.06 for speed 1.
+fn arrows_are_parallel_to_the_velocity() {
+    // Maximum speed 2 in a container of width 2: an arrow of 0.06 x 2 for speed 2, so 0.06 for speed 1.
     let frames = recorded(&header(Compression::Zstd), &[frame_of(&[[0.0, 0.0, 0.0, -1.0, 0.1]])]);
     let lines = entity(&frames[0], "/velocity").lines;
     let [from, to] = lines[0].points[..] else { panic!("{lines:?}") };
@@ -121,7 +121,7 @@ fn arrows_point_along_the_velocity() {
 }
 
 #[test]
-fn strong_forces_are_thick_and_no_contact_is_an_empty_entity() {
+fn strong_forces_are_thick_and_missing_contacts_give_an_empty_entity() {
     let contact = |force| ContactLine { from: [0.0, 0.0], to: [0.5, 0.5], force };
     let mut touching = Frame::new();
     for force in [0.1, 5.0, 9.9, 50.0] {
@@ -151,7 +151,7 @@ fn container_and_color_bar_are_written_once() {
 }
 
 #[test]
-fn walls_that_move_are_drawn_where_they_are() {
+fn moving_walls_are_drawn_at_their_positions() {
     let mut moved = frame_of(&[[0.0; 5]]);
     let angles_rad = [0.1, TAU - 0.1];
     moved.push_wall(Wall::Arc { center: [0.25, 0.0], radius: 0.5, angles_rad });
@@ -162,7 +162,7 @@ fn walls_that_move_are_drawn_where_they_are() {
     let corners = &walls.lines[0].points;
     let distance = |x: f64, y: f64| ((x - 0.25) * (x - 0.25) + y * y).sqrt();
     assert!(corners.iter().all(|corner| (distance(corner.x, corner.y) - 0.5).abs() < 1e-15));
-    // The opening lies about the direction of x: from -0.1 to 0.1 rad.
+    // The opening is centered on the x axis: from -0.1 to 0.1 rad.
     let (first, last) = (corners[0], corners[corners.len() - 1]);
     assert!((first.x - (0.25 + 0.5 * libm::cos(0.1))).abs() < 1e-15, "{}", first.x);
     assert!((first.y - 0.5 * libm::sin(0.1)).abs() < 1e-15, "{}", first.y);
@@ -170,9 +170,9 @@ fn walls_that_move_are_drawn_where_they_are() {
     assert!(corners.iter().all(|corner| libm::atan2(corner.y, corner.x - 0.25).abs() > 0.0999));
 }
 
-/// A long box: the color bar has half of its length, not of its height, and lies below it.
+/// In a long box, the color bar has half of the length (not the height) of the box and is below it.
 #[test]
-fn the_color_bar_of_a_flat_box_is_legible() {
+fn color_bar_of_a_flat_box_is_legible() {
     let mut header = header(Compression::Zstd);
     header.scenery.view = [[0.0, 0.0], [20.0, 1.0]];
     let frames = recorded(&header, &[frame_of(&[[0.0; 5]])]);
@@ -184,7 +184,7 @@ fn the_color_bar_of_a_flat_box_is_legible() {
 }
 
 #[test]
-fn the_trail_grows_to_where_the_particle_is() {
+fn trail_ends_at_the_position_of_the_particle() {
     let at = |x: f64| frame_of(&[[x, 0.0, 0.0, 0.0, 0.1], [-x, 0.0, 0.0, 0.0, 0.1]]);
     let frames = recorded(&header(Compression::Zstd), &[at(0.0), at(0.25), at(0.5)]);
     let lines = entity(&frames[2], "/trail").lines;

@@ -1,4 +1,5 @@
-//! Rule: the fields of every message are read without its Rust type as its own decoder reads them: names, series, defaults.
+//! Guarantee: reading the fields of a message by name, without its Rust type, gives the same values as its own decoder, for single values,
+//! series and defaults.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -15,7 +16,7 @@ fn values<C: Channel>(message: &C, name: &str) -> Vec<FieldValue> {
 }
 
 #[test]
-fn single_values_of_each_type() {
+fn single_values_of_each_type_are_read() {
     let clock = FrameClock {
         frame: 300,
         step_or_event_count: u64::MAX,
@@ -29,7 +30,7 @@ fn single_values_of_each_type() {
 }
 
 #[test]
-fn series_of_each_type() {
+fn series_of_each_type_are_read() {
     let series =
         PerCollision { event: vec![0, 1, 300], time: vec![0.5, 1.5], ..PerCollision::default() };
     let counts = [FieldValue::Count(0), FieldValue::Count(1), FieldValue::Count(300)];
@@ -39,7 +40,7 @@ fn series_of_each_type() {
 }
 
 #[test]
-fn what_is_left_out_on_the_wire_has_its_default() {
+fn omitted_fields_have_their_defaults() {
     for channel in ALL {
         let fields = read_fields(channel, &[]).unwrap();
         for (field, declared) in fields.iter().zip(channel.fields) {
@@ -50,11 +51,11 @@ fn what_is_left_out_on_the_wire_has_its_default() {
 }
 
 #[test]
-fn unknown_tags_are_passed_over_and_nonsense_is_refused() {
+fn unknown_tags_are_skipped_and_invalid_data_is_rejected() {
     let clock = ChannelDeclaration::of::<FrameClock>();
     // Tag 15, varint 1: a field of a later version.
     assert_eq!(read_fields(&clock, &[15 << 3, 1]), read_fields(&clock, &[]));
-    // A length that is not there; a group's end; half a double.
+    // A length without its data; the end of a group; half a double.
     for nonsense in [&[0x22, 9, b'd'][..], &[0x0c], &[0x19, 0, 0, 0]] {
         assert_eq!(read_fields(&clock, nonsense), None, "{nonsense:?}");
     }

@@ -1,5 +1,5 @@
-//! Promise: a recording takes its final name only when it is whole, never in place of another one, and no failure of the
-//! disk leaves anything but the start of the recording.
+//! Guarantee: a recording gets its final name only when it is complete, and it never replaces another one. After any failure of the disk,
+//! the file contains the start of the recording.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -35,7 +35,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn a_finished_run_takes_its_final_name() {
+fn finished_run_gets_its_final_name() {
     let folder = tempfile::tempdir().unwrap();
     let file = RecordingFile::create(folder.path(), "run").unwrap();
     assert_eq!(names(folder.path()), ["run.partial.mcap"]);
@@ -47,7 +47,7 @@ fn a_finished_run_takes_its_final_name() {
 }
 
 #[test]
-fn the_same_bytes_again_are_fine_and_other_bytes_are_an_error_that_keeps_both() {
+fn equal_bytes_are_accepted_and_other_bytes_are_an_error_that_keeps_both_files() {
     let folder = tempfile::tempdir().unwrap();
     let run = |frames| {
         let file = RecordingFile::create(folder.path(), "run").unwrap();
@@ -64,7 +64,7 @@ fn the_same_bytes_again_are_fine_and_other_bytes_are_an_error_that_keeps_both() 
 }
 
 #[test]
-fn two_writers_of_one_recording_are_kept_apart() {
+fn second_writer_of_a_recording_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let first = RecordingFile::create(folder.path(), "run").unwrap();
     let error = RecordingFile::create(folder.path(), "run").err().unwrap();
@@ -74,7 +74,7 @@ fn two_writers_of_one_recording_are_kept_apart() {
 }
 
 #[test]
-fn an_orderly_stop_leaves_a_partial_file_that_opens() {
+fn interrupted_run_leaves_a_readable_partial_file() {
     let folder = tempfile::tempdir().unwrap();
     let file = RecordingFile::create(folder.path(), "run").unwrap();
     let path = write_run(file, 3, &Outcome::Interrupted).unwrap().keep_partial().unwrap();
@@ -85,13 +85,13 @@ fn an_orderly_stop_leaves_a_partial_file_that_opens() {
 }
 
 #[test]
-fn a_folder_that_is_not_there_is_named() {
+fn missing_folder_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let error = RecordingFile::create(&folder.path().join("nowhere"), "run").err().unwrap();
     assert!(error.to_string().contains("nowhere"), "{error}");
 }
 
-/// A disk that is full after so many bytes.
+/// A disk that is full after a given number of bytes.
 struct FullDisk<'a> {
     bytes: &'a mut Vec<u8>,
     room: usize,
@@ -114,9 +114,9 @@ impl Write for FullDisk<'_> {
 }
 
 #[test]
-fn a_full_disk_at_any_byte_is_retryable_and_leaves_the_start_of_the_recording() {
+fn full_disk_is_retryable_and_leaves_the_start_of_the_recording() {
     let header = header(Compression::Zstd);
-    // Several chunks, so that the disk is full in the middle of a run as well.
+    // The run has several chunks, so that the disk becomes full in the middle of the run as well.
     let (frames, particles) = (30, 500);
     let whole = record(&header, frames, particles);
     for part in 0..40 {

@@ -1,6 +1,6 @@
-//! Promise: a recorder on its own thread holds frames in memory up to a bound. Small ones are filled while others are still
-//! written, so that nobody waits for the disk; one of 40 MB is filled only when all of the last is in the file, also where
-//! frames have grown to that size. The bytes are those of a recorder without a thread.
+//! Guarantee: the frames that a recorder on its own thread keeps in memory are bounded. Small frames are filled while others are still being
+//! written, so no thread waits for the disk. A frame of 40 MB is filled only after the previous one is in the file, also if frames have
+//! grown to that size. The bytes equal those of a recorder without a thread.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -15,12 +15,12 @@ use std::time::Duration;
 
 /// Columns of the sample's state.
 const WIDTH: usize = 5;
-/// Above the size of a chunk, so that every frame goes to the disk at its end: 1.6 MB.
+/// 1.6 MB per frame, more than a chunk, so that every frame is written to the disk at its end.
 const SMALL: usize = 40_000;
 /// 40 MB.
 const LARGE: usize = 1_000_000;
 
-/// A disk that takes its time for every chunk, and tells how much it has.
+/// A disk that delays every chunk and counts the bytes that it contains.
 struct SlowDisk {
     bytes: Vec<u8>,
     arrived: Arc<AtomicU64>,
@@ -55,47 +55,47 @@ fn clock(index: usize) -> Clock {
     Clock { count: index as u64, time: index as f64 }
 }
 
-/// For each of a run's frames of so many particles, how many of those before it were not in the file when it was filled;
+/// For each frame of a run, given its number of particles: how many earlier frames were not in the file yet when it was filled;
 /// and the file.
-fn frames_under_way(particles: &[usize]) -> (Vec<usize>, Vec<u8>) {
+fn unwritten_frames(particles: &[usize]) -> (Vec<usize>, Vec<u8>) {
     let arrived = Arc::new(AtomicU64::new(0));
     let disk = SlowDisk { bytes: Vec::new(), arrived: Arc::clone(&arrived) };
     let mut writer = FrameWriter::start(Recorder::create(disk, &header()).unwrap());
-    let mut under_way = Vec::new();
+    let mut unwritten = Vec::new();
     for (index, &count) in particles.iter().enumerate() {
         let look_and_fill = |frame: &mut Frame| {
-            assert!(frame.state().is_empty(), "frame {index} begins with what another left");
+            assert!(frame.state().is_empty(), "frame {index} contains rows of another frame");
             let arrived = arrived.load(Ordering::SeqCst) as usize;
-            // Without compression a file has all bytes of its states, and little else.
+            // Without compression, a file consists of the bytes of its states and little else.
             let (mut needed, mut whole) = (0, 0);
             for &before in &particles[..index] {
                 needed += before * WIDTH * size_of::<f64>();
                 whole += usize::from(arrived >= needed);
             }
-            under_way.push(index - whole);
+            unwritten.push(index - whole);
             fill(frame, count);
         };
         writer.write(clock(index), look_and_fill).unwrap();
     }
-    (under_way, writer.finish(&Outcome::Complete).unwrap().bytes)
+    (unwritten, writer.finish(&Outcome::Complete).unwrap().bytes)
 }
 
 #[test]
-fn small_frames_do_not_wait_and_large_ones_do() {
-    let (small, _) = frames_under_way(&[SMALL; 8]);
-    let (large, _) = frames_under_way(&[LARGE; 4]);
+fn only_large_frames_wait_for_the_disk() {
+    let (small, _) = unwritten_frames(&[SMALL; 8]);
+    let (large, _) = unwritten_frames(&[LARGE; 4]);
     println!("under way: small frames {small:?}, large ones {large:?}");
-    assert!(small.iter().any(|&frames| frames > 0), "nothing is filled while the disk writes");
-    assert!(small.iter().all(|&frames| frames <= 3), "one is written and two wait");
+    assert!(small.iter().any(|&frames| frames > 0), "frames must be filled while the disk writes");
+    assert!(small.iter().all(|&frames| frames <= 3), "at most one frame is written and two wait");
     assert_eq!(large, [0; 4]);
 }
 
 #[test]
-fn frames_that_grow_come_to_the_same_bound() {
+fn growing_frames_reach_the_same_bound() {
     let particles = [SMALL, SMALL, SMALL, SMALL, LARGE, LARGE, LARGE];
-    let (under_way, bytes) = frames_under_way(&particles);
-    println!("under way: {under_way:?}");
-    assert_eq!(under_way[5..], [0, 0]);
+    let (unwritten, bytes) = unwritten_frames(&particles);
+    println!("under way: {unwritten:?}");
+    assert_eq!(unwritten[5..], [0, 0]);
     let mut recorder = Recorder::create(Vec::new(), &header()).unwrap();
     for (index, &count) in particles.iter().enumerate() {
         let mut frame = Frame::new();

@@ -1,4 +1,4 @@
-//! Promise: a layout names only topics and fields that exist, and shows them as the viewers want it.
+//! Guarantee: a layout names only topics and fields that exist, in the form that viewers require.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -23,7 +23,7 @@ fn panels(model: &str) -> Vec<(String, Value)> {
     layout["configById"].as_object().unwrap().clone().into_iter().collect()
 }
 
-/// Schemas that belong to other models than this one.
+/// Whether a schema belongs to a model.
 fn is_of(model: &str, schema: &str) -> bool {
     let prefix = match model {
         "dem" => "kinetoscope.Dem",
@@ -79,7 +79,7 @@ fn every_topic_and_field_exists() {
 }
 
 #[test]
-fn a_topic_of_another_model_or_a_misspelt_field_is_seen() {
+fn control_foreign_topics_and_misspelled_fields_are_found() {
     assert!(exists("dem", "/energy_share.kinetic_percent"));
     assert!(!exists("dem", "/energy_share.kinetic_pct"));
     assert!(!exists("gas", "/energy_share.kinetic_percent"));
@@ -87,7 +87,7 @@ fn a_topic_of_another_model_or_a_misspelt_field_is_seen() {
 }
 
 #[test]
-fn panels_have_both_titles_and_plots_line_up() {
+fn panels_have_titles_and_plots_share_an_axis() {
     for model in MODELS {
         for (id, panel) in panels(model) {
             let title = panel["foxglovePanelTitle"].as_str().unwrap();
@@ -116,7 +116,7 @@ fn leaves(tree: &Value, into: &mut Vec<String>) {
 }
 
 #[test]
-fn every_panel_has_its_place() {
+fn every_panel_is_placed_once() {
     for model in MODELS {
         let layout: Value = serde_json::from_str(template(model).unwrap()).unwrap();
         let mut placed = Vec::new();
@@ -128,16 +128,16 @@ fn every_panel_has_its_place() {
     }
 }
 
-/// The sample has temperatures and speeds of the gas, but neither pressure nor collisions.
+/// The sample contains temperatures and speeds of the gas, but neither pressure nor collisions.
 #[test]
-fn what_is_not_recorded_has_no_panel() {
+fn unrecorded_channels_have_no_panel() {
     let mut header = crate::sample::header(Compression::Zstd);
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let mut placed = Vec::new();
     leaves(&layout["layout"], &mut placed);
     assert_eq!(placed, ["3D!scene", "RosOut!log", "Plot!speeds", "Plot!temperature"]);
     assert_eq!(layout["layout"]["second"]["splitPercentage"], 50.0);
-    // The scene keeps its height: the log is still below it.
+    // The height of the scene does not change, because the log is still below it.
     assert_eq!(layout["layout"]["first"]["splitPercentage"], 74);
     assert_eq!(layout["configById"].as_object().unwrap().len(), 4);
     header.selection = Selection::Named(vec!["temperature".to_owned()]);
@@ -151,9 +151,9 @@ fn what_is_not_recorded_has_no_panel() {
     assert_eq!(topics.keys().collect::<Vec<_>>(), ["/discs", "/legend", "/walls"]);
 }
 
-/// The viewer's formula by hand: box of 0.04 m: visible height 0.04 x 1.1 x 1.12 = 0.04928 m, center (0.02, 0.018).
+/// The viewer's formula for a box of 0.04 m: visible height 0.04 x 1.1 x 1.12 = 0.04928 m, center (0.02, 0.018).
 #[test]
-fn the_camera_frames_container_and_color_bar() {
+fn camera_shows_container_and_color_bar() {
     let mut header = crate::sample::header(Compression::Zstd);
     header.model = "dem";
     header.scenery.view = [[0.0, 0.0], [0.04, 0.04]];
@@ -165,14 +165,14 @@ fn the_camera_frames_container_and_color_bar() {
     close(&camera["distance"], 0.04928);
     close(&camera["targetOffset"][0], 0.02);
     close(&camera["targetOffset"][1], 0.018);
-    // Orbit: no color bar, 6 % margin, and the wider side counts.
+    // Orbit: no color bar, a margin of 6 %, and the wider side determines the height.
     header.model = "orbit";
     header.scenery.view = [[-2.0, -1.0], [2.0, 1.0]];
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let camera = &layout["configById"]["3D!scene"]["cameraState"];
     close(&camera["distance"], 4.24);
     close(&camera["targetOffset"][1], 0.0);
-    // A flat box: the color bar's strip is 0.1 of its length below it. 20 wide, so 22.4 high; center at (0 + 1 - 2) / 2.
+    // A flat box: the color bar needs 0.1 of the length below the box. Width 20, height 22.4; center at (0 + 1 - 2) / 2.
     header.model = "gas";
     header.scenery.view = [[0.0, 0.0], [20.0, 1.0]];
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
@@ -182,7 +182,7 @@ fn the_camera_frames_container_and_color_bar() {
 }
 
 #[test]
-fn the_time_axis_says_what_a_second_stands_for() {
+fn time_axis_states_the_playback_speed() {
     let mut header = crate::sample::header(Compression::Zstd);
     let layout: Value = serde_json::from_str(&layout_json(&header).unwrap()).unwrap();
     let label = |layout: &Value, panel: &str| layout["configById"][panel]["xAxisLabel"].clone();

@@ -1,4 +1,4 @@
-//! Promise: the same frames give the same bytes, and what was recorded comes back bit for bit.
+//! Guarantee: the same frames give the same bytes, and recorded values are read back bitwise identical.
 
 use crate::sample::{fill, header, read, record, record_with_outcome, time_of};
 use kinetoscope_recording::channels::{GasTemperature, PerCollision};
@@ -18,11 +18,11 @@ fn equal_frames_give_equal_bytes() {
 }
 
 #[test]
-fn recorded_frames_come_back_bit_for_bit() {
+fn recorded_frames_are_read_back_bitwise_identical() {
     let folder = tempfile::tempdir().unwrap();
     for compression in [Compression::Zstd, Compression::Zstd3, Compression::Lz4, Compression::None]
     {
-        // 500 particles x 5 columns x 8 bytes x 120 frames: several chunks.
+        // 500 particles x 5 columns x 8 bytes x 120 frames give several chunks.
         let bytes = record(&header(compression), 120, 500);
         let (frames, error) = read(&bytes, &folder.path().join("sample.mcap"));
         assert_eq!(error, None);
@@ -43,7 +43,7 @@ fn recorded_frames_come_back_bit_for_bit() {
             assert_eq!(table.column("radius").unwrap().count(), 500);
             assert!(table.column("mass").is_none());
             assert_eq!(frame.get::<GasTemperature>().unwrap(), expected.get::<GasTemperature>());
-            // Opt-in, and not named.
+            // The channel is optional and not selected.
             assert_eq!(frame.get::<PerCollision>().unwrap(), None);
             let model_lines =
                 frame.log_lines().iter().filter(|line| !line.text.contains("playback"));
@@ -54,7 +54,7 @@ fn recorded_frames_come_back_bit_for_bit() {
 }
 
 #[test]
-fn the_file_says_what_ran() {
+fn file_contains_the_provenance_of_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sample.mcap");
     let fault = Outcome::Fault("a disc left the box at t = 0.3 s".to_owned());
@@ -74,7 +74,7 @@ fn the_file_says_what_ran() {
 }
 
 #[test]
-fn only_named_channels_are_recorded_and_the_opt_in_one_when_named() {
+fn only_selected_channels_are_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let mut header = header(Compression::Zstd);
     header.selection = Selection::Named(vec!["state".to_owned(), "per_collision".to_owned()]);
@@ -88,15 +88,15 @@ fn only_named_channels_are_recorded_and_the_opt_in_one_when_named() {
     assert!(error.to_string().contains("presure") && error.to_string().contains("per_collision"));
 }
 
-/// Traps of the container's writer: an empty chunk with times (0, 0), a library text and threads of the machine.
+/// Excludes known defects of the container's writer: an empty chunk with times (0, 0), and a library text that depends on the build.
 #[test]
-fn the_summary_has_the_time_range_of_the_frames() {
+fn summary_contains_the_time_range_of_the_frames() {
     for frames in [1, 2, 60] {
         let bytes = record(&header(Compression::Zstd), frames, 500);
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
         let statistics = summary.stats.unwrap();
         assert_eq!(statistics.message_start_time, 0);
-        // 25 frames a second: 40 ms each.
+        // 25 frames per second: 40 ms per frame.
         assert_eq!(statistics.message_end_time, (frames - 1) * 40_000_000);
         assert_eq!(statistics.chunk_count as usize, summary.chunk_indexes.len());
         for (chunk, next) in summary.chunk_indexes.iter().zip(summary.chunk_indexes.iter().skip(1))
@@ -105,13 +105,13 @@ fn the_summary_has_the_time_range_of_the_frames() {
             assert_eq!(next.message_start_time, chunk.message_end_time + 40_000_000);
         }
         let library = b"kinetoscope";
-        // Magic, record kind and length, empty profile, the text's length.
+        // The text follows magic, record kind and length, empty profile, and its own length.
         assert_eq!(bytes[8 + 9 + 4 + 4..][..library.len()], *library);
     }
 }
 
 #[test]
-fn a_run_that_failed_before_its_first_frame_is_a_recording_without_frames() {
+fn run_that_fails_before_its_first_frame_gives_a_recording_without_frames() {
     let folder = tempfile::tempdir().unwrap();
     let (frames, error) =
         read(&record(&header(Compression::Zstd), 0, 0), &folder.path().join("none.mcap"));
@@ -119,7 +119,7 @@ fn a_run_that_failed_before_its_first_frame_is_a_recording_without_frames() {
 }
 
 #[test]
-fn a_frame_that_breaks_the_declaration_is_refused_as_a_whole() {
+fn frame_that_violates_the_declaration_is_rejected_completely() {
     use kinetoscope_recording::channels::OrbitEnergy;
     use kinetoscope_recording::recorder::{Clock, Recorder};
     let header = header(Compression::Zstd);
@@ -136,17 +136,17 @@ fn a_frame_that_breaks_the_declaration_is_refused_as_a_whole() {
     torn.push_state(&[1.0, 2.0]);
     assert!(recorder.write(clock, &mut torn).unwrap_err().to_string().contains("rows of 5"));
     assert_eq!(recorder.frames_written(), 0);
-    // The refused frames left no trace.
+    // The rejected frames do not affect the bytes.
     let mut frame = Frame::new();
     fill(&mut frame, 0, 2);
     recorder.write(clock, &mut frame).unwrap();
     assert!(recorder.finish(&Outcome::Complete).unwrap() == record(&header, 1, 2));
 }
 
-/// The same bytes in debug and release and from build to build. Where a change of the layout is meant, raise
-/// `SCHEMA_VERSION` and pin the new checksums; a dependency that changes them breaks `--verify` of old recordings.
+/// The bytes are equal in debug and release and for every build. After an intended change of the layout, raise
+/// `SCHEMA_VERSION` and pin the new checksums. A dependency that changes the checksums breaks the verification of old recordings.
 #[test]
-fn the_bytes_are_those_of_earlier_builds() {
+fn bytes_equal_those_of_earlier_builds() {
     let checksum = |compression| crc32fast::hash(&record(&header(compression), 30, 500));
     assert_eq!(checksum(Compression::None), 0x51b0_ff1f);
     assert_eq!(checksum(Compression::Lz4), 0x4544_7310);

@@ -1,5 +1,7 @@
-//! Promise: any MCAP tool reads a recording. Judges: the PyPI packages `mcap` (all checksums) and `mcap-protobuf-support`
-//! (every message by the file's own schemas), and Rerun's `mcap check`.
+//! Guarantee: other MCAP programs can read a recording.
+//!
+//! Setup: the PyPI packages `mcap` (all checksums) and `mcap-protobuf-support` (every message, by the schemas in the file), and Rerun's
+//! `mcap check`.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -8,7 +10,7 @@ use kinetoscope_recording::recorder::{Compression, Outcome};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Recordings of every compression, of one chunk and of several, of each outcome.
+/// Recordings with every compression, with one chunk and with several, and with every outcome.
 fn recordings(folder: &Path) -> Vec<PathBuf> {
     let mut paths = Vec::new();
     let mut put = |name: &str, bytes: Vec<u8>| {

@@ -1,4 +1,4 @@
-//! A small recording that several tests use: three columns of motion, every kind of message.
+//! A small recording for several tests: three columns of motion and every kind of message.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
@@ -60,7 +60,7 @@ pub(crate) fn header(compression: Compression) -> Header {
     }
 }
 
-/// A frame with values that are exact nowhere: any lost bit shows.
+/// Fills a frame with values that are not exactly representable in fewer bits, so that a lost bit is found.
 pub(crate) fn fill(frame: &mut Frame, index: u64, particles: usize) {
     frame.clear();
     for particle in 0..particles {
@@ -121,18 +121,18 @@ pub(crate) fn record_with_outcome(
     recorder.finish(outcome)
 }
 
-/// What a reader makes of bytes: whole frames, and the error that follows, if any.
+/// The result of reading bytes: whole frames, and the error that follows, if any.
 pub(crate) fn read(bytes: &[u8], path: &Path) -> (Vec<RecordedFrame>, Option<String>) {
     std::fs::write(path, bytes).unwrap();
     read_file(path)
 }
 
-/// What a reader makes of a file.
+/// The result of reading a file.
 pub(crate) fn read_file(path: &Path) -> (Vec<RecordedFrame>, Option<String>) {
     drain(Recording::open(path).and_then(|recording| recording.frames()))
 }
 
-/// What a reader with so many threads makes of a file.
+/// The result of reading a file with the given number of threads.
 pub(crate) fn read_on(path: &Path, threads: usize) -> (Vec<RecordedFrame>, Option<String>) {
     let threads = NonZeroUsize::new(threads).unwrap();
     drain(Recording::open(path).and_then(|recording| recording.frames_on(threads)))
