@@ -1,5 +1,5 @@
-//! Promise: JUnit and GitHub see what the terminal sees; a baseline is compared by statistics; the workflow in docs/ works as it
-//! stands; what has not changed is not read again.
+//! Guarantee: JUnit files and GitHub annotations contain the results of the terminal, a baseline is compared by standard errors, the workflow in
+//! docs/ works unchanged, and unchanged recordings are not read again.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::synthetic::{Folder, Frames, analyze, flat, two_frames};
@@ -39,16 +39,16 @@ fn frames(center: f64) -> impl Fn(&RunManifest) -> Frames {
 }
 
 #[test]
-fn junit_counts_and_github_names_what_failed() {
+fn junit_and_github_report_failed_checks() {
     let folder = Folder::write(MANIFEST, frames(9.0));
     fs::write(folder.file(3), "no recording, but <&> \"this\"").unwrap();
     let file = folder.path().join("verdicts.xml");
-    let said = analyze(&["--github", "--junit", file.to_str().unwrap(), folder.name()]);
-    assert_eq!(said.code, 3, "{}", said.text);
+    let output = analyze(&["--github", "--junit", file.to_str().unwrap(), folder.name()]);
+    assert_eq!(output.code, 3, "{}", output.text);
     let annotation =
         "::error title=gas%3A pressure.mean_square_formula::measured 2 N/m, expected at most 1";
-    assert!(said.text.contains(annotation), "{}", said.text);
-    assert!(said.text.contains("::error title=gas%3A unreadable::"), "{}", said.text);
+    assert!(output.text.contains(annotation), "{}", output.text);
+    assert!(output.text.contains("::error title=gas%3A unreadable::"), "{}", output.text);
     let xml = fs::read_to_string(file).unwrap();
     assert!(
         xml.contains("<testsuite name=\"gas\" tests=\"3\" failures=\"1\" errors=\"1\">"),
@@ -56,7 +56,7 @@ fn junit_counts_and_github_names_what_failed() {
     );
     assert!(xml.contains("name=\"pressure.ideal_gas\"><system-out>measured 10 N/m"), "{xml}");
     assert!(xml.contains("<failure message=\"measured 2 N/m, expected at most 1\"/>"), "{xml}");
-    // Well-formed: every tag that opens closes, no bare ampersand.
+    // The file is well-formed: every open tag is closed, and every ampersand is escaped.
     assert_eq!(xml.matches("<testcase").count(), xml.matches("</testcase>").count());
     assert!(
         !xml.replace("&amp;", "")
@@ -67,9 +67,9 @@ fn junit_counts_and_github_names_what_failed() {
     );
 }
 
-/// The baseline's mean is 11.5(65): 12.5 is 1.1 and 16.5 is 5.5 common standard errors of 0.913 away.
+/// The baseline's mean is 11.5(65): 12.5 is 1.1 and 16.5 is 5.5 combined standard errors of 0.913 away.
 #[test]
-fn a_baseline_is_compared_by_its_errors() {
+fn baseline_is_compared_by_standard_errors() {
     let quiet = MANIFEST.split("[[checks]]").next().unwrap();
     let earlier = Folder::write(quiet, frames(10.0));
     earlier.metrics();
@@ -88,7 +88,7 @@ fn a_baseline_is_compared_by_its_errors() {
 }
 
 #[test]
-fn a_baseline_of_something_else_is_refused_and_a_lost_metric_fails() {
+fn foreign_baseline_is_rejected_and_a_missing_metric_fails() {
     let folder = Folder::write(MANIFEST, frames(10.0));
     let file = folder.path().join("old.json");
     let analyzed = |text: &str| {
@@ -106,10 +106,10 @@ fn a_baseline_of_something_else_is_refused_and_a_lost_metric_fails() {
     assert!(flat(&lost.text).contains("it is not there any more"), "{}", lost.text);
 }
 
-/// A recording whose bytes were changed behind its time of change is not read again, and is as soon as it is touched or
-/// --fresh is given: so the numbers did come from memory.
+/// A recording with changed bytes and an unchanged modification time is not read again until it is touched or
+/// --fresh is given. Therefore, the numbers came from the cache.
 #[test]
-fn an_unchanged_recording_is_not_read_again() {
+fn unchanged_recording_is_not_read_again() {
     let quiet = MANIFEST.split("[[checks]]").next().unwrap();
     let folder = Folder::write(quiet, frames(10.0));
     folder.metrics();
@@ -120,7 +120,7 @@ fn an_unchanged_recording_is_not_read_again() {
     let mut bytes = fs::read(&recording).unwrap();
     let middle = bytes.len() * 2 / 3;
     let whole = bytes.clone();
-    // Behind the manifest, so that the file opens, and damaged for whoever reads its frames.
+    // The damage is after the manifest, so that the file opens, but its frames cannot be read.
     let frames_end = whole.windows(8).rposition(|window| window == b"outcome\0").unwrap_or(middle);
     bytes[frames_end.min(middle)] ^= 0xff;
     fs::write(&recording, &bytes).unwrap();
@@ -135,10 +135,10 @@ fn an_unchanged_recording_is_not_read_again() {
     assert!(first == fs::read(folder.path().join("metrics.json")).unwrap());
 }
 
-/// What tasks remembered of their recordings, one or two at a time, is all that the analysis of the whole reads: their frames may
-/// be gone. It gives the same bytes as an analysis that reads them.
+/// The analysis of a folder needs only the cache that the tasks wrote for their recordings; the frames may be
+/// unreadable. It gives the same bytes as an analysis that reads the frames.
 #[test]
-fn what_tasks_remembered_is_put_together_without_the_frames() {
+fn cached_analyses_of_tasks_are_combined_without_the_frames() {
     let quiet = MANIFEST.split("[[checks]]").next().unwrap();
     let read = Folder::write(quiet, frames(10.0));
     assert_eq!(analyze(&[read.name()]).code, 0);
@@ -188,7 +188,7 @@ fn steps(workflow: &str) -> Vec<String> {
 
 #[test]
 #[ignore = "builds both programs and runs the steps of docs/ci-workflow.yml"]
-fn the_workflow_of_the_documents_works_as_it_stands() {
+fn documented_workflow_runs_unchanged() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let workflow = fs::read_to_string(root.join("docs/ci-workflow.yml")).unwrap();
     let steps = steps(&workflow);
@@ -203,9 +203,9 @@ fn the_workflow_of_the_documents_works_as_it_stands() {
             .envs(environment.iter().map(|(name, value)| (*name, value)))
             .output()
             .unwrap();
-        let said = String::from_utf8_lossy(&done.stdout).into_owned()
+        let messages = String::from_utf8_lossy(&done.stdout).into_owned()
             + &String::from_utf8_lossy(&done.stderr);
-        assert!(done.status.success(), "{step}\n{said}");
+        assert!(done.status.success(), "{step}\n{messages}");
     }
     assert!(output.path().join("results/verdicts.xml").exists());
     assert!(output.path().join("results/first_run/report.html").exists());

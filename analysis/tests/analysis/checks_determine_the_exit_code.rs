@@ -1,5 +1,5 @@
-//! Promise: a check that holds says so, one that fails names what was measured, expected and allowed, and exits with 3; so
-//! does one whose metric is missing. Same recordings, same bytes.
+//! Guarantee: a check that passes is reported as `ok`. A check that fails, or whose metric is missing, is reported with the measured, expected
+//! and allowed values, and the exit code is 3. The same recordings give the same bytes.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::synthetic::{Folder, Frames, analyze, flat, two_frames};
@@ -32,7 +32,7 @@ relative_tolerance = 1e-9
 
 /// Pressure T + replicate: means T + 0.5, slope 1.
 fn frames(run: &RunManifest) -> Frames {
-    let ModelConfig::Gas(config) = &run.model else { panic!("not a gas") };
+    let ModelConfig::Gas(config) = &run.model else { panic!("expected the gas model") };
     let temperature = kinetoscope_analysis::models::gas::laws::temperature_k(config).unwrap();
     two_frames(&GasPressure {
         measured_since_start_n_per_m: temperature + f64::from(run.replicate),
@@ -41,62 +41,63 @@ fn frames(run: &RunManifest) -> Frames {
 }
 
 #[test]
-fn checks_that_hold_exit_with_zero() {
+fn passing_checks_exit_with_zero() {
     let folder = Folder::write(MANIFEST, frames);
-    let said = analyze(&[folder.path().to_str().unwrap()]);
-    assert_eq!(said.code, 0, "{}", said.text);
+    let output = analyze(&[folder.path().to_str().unwrap()]);
+    assert_eq!(output.code, 0, "{}", output.text);
     let line =
         "ok pressure.measured at temperature_k = 100: measured 100.5 N/m, expected 100.5 ± 0.6";
-    assert!(flat(&said.text).contains(line), "{}", said.text);
+    assert!(flat(&output.text).contains(line), "{}", output.text);
 }
 
 #[test]
-fn a_check_that_fails_names_measured_expected_and_tolerance() {
+fn failed_check_states_measured_expected_and_tolerance() {
     let folder = Folder::write(&MANIFEST.replace("100.5", "99.0"), frames);
-    let said = analyze(&[folder.path().to_str().unwrap()]);
-    assert_eq!(said.code, 3, "{}", said.text);
+    let output = analyze(&[folder.path().to_str().unwrap()]);
+    assert_eq!(output.code, 3, "{}", output.text);
     let line =
         "FAILED pressure.measured at temperature_k = 100: measured 100.5 N/m, expected 99 ± 0.6";
-    assert!(flat(&said.text).contains(line), "{}", said.text);
-    assert!(said.text.contains("1 of 2 checks failed"), "{}", said.text);
+    assert!(flat(&output.text).contains(line), "{}", output.text);
+    assert!(output.text.contains("1 of 2 checks failed"), "{}", output.text);
 }
 
 #[test]
-fn checks_of_a_file_are_judged_too_and_a_missing_metric_fails() {
+fn checks_of_a_file_are_applied_and_a_missing_metric_fails() {
     let folder = Folder::write(MANIFEST, frames);
     let checks = folder.path().join("more.toml");
-    let judged = |text: &str| {
+    let analyzed_with = |text: &str| {
         fs::write(&checks, text).unwrap();
         analyze(&["--checks", checks.to_str().unwrap(), folder.path().to_str().unwrap()])
     };
-    let said = judged("[[checks]]\nmetric = \"pressure.measured\"\nminimum = 100\nmaximum = 301\n");
-    assert_eq!(said.code, 0, "{}", said.text);
-    // Without a place the check is about every point.
-    let said = judged("[[checks]]\nmetric = \"pressure.measured\"\nmaximum = 200\n");
-    assert_eq!(said.code, 3, "{}", said.text);
-    let said = judged("[[checks]]\nmetric = \"pressure.mesured\"\nminimum = 0\n");
-    assert_eq!(said.code, 3, "{}", said.text);
-    assert!(flat(&said.text).contains("did you mean pressure.measured?"), "{}", said.text);
-    let said = judged(
+    let output =
+        analyzed_with("[[checks]]\nmetric = \"pressure.measured\"\nminimum = 100\nmaximum = 301\n");
+    assert_eq!(output.code, 0, "{}", output.text);
+    // Without coordinates, the check applies to every point.
+    let output = analyzed_with("[[checks]]\nmetric = \"pressure.measured\"\nmaximum = 200\n");
+    assert_eq!(output.code, 3, "{}", output.text);
+    let output = analyzed_with("[[checks]]\nmetric = \"pressure.mesured\"\nminimum = 0\n");
+    assert_eq!(output.code, 3, "{}", output.text);
+    assert!(flat(&output.text).contains("did you mean pressure.measured?"), "{}", output.text);
+    let output = analyzed_with(
         "[[checks]]\nmetric = \"pressure.measured\"\nwhere = { temperature_k = 7 }\nminimum = 0\n",
     );
-    assert_eq!(said.code, 3, "{}", said.text);
-    assert_eq!(judged("[[checks]]\nmetric = 3\n").code, 2);
+    assert_eq!(output.code, 3, "{}", output.text);
+    assert_eq!(analyzed_with("[[checks]]\nmetric = 3\n").code, 2);
     let missing = folder.path().join("nothing.toml");
-    let said = analyze(&["--checks", missing.to_str().unwrap(), folder.path().to_str().unwrap()]);
-    assert_eq!(said.code, 2, "{}", said.text);
+    let output = analyze(&["--checks", missing.to_str().unwrap(), folder.path().to_str().unwrap()]);
+    assert_eq!(output.code, 2, "{}", output.text);
 }
 
-/// A part of an experiment is not held to the checks of the whole.
+/// The checks of an experiment do not apply to a part of it.
 #[test]
-fn single_files_are_not_judged_by_the_experiment() {
+fn checks_of_the_experiment_do_not_apply_to_single_files() {
     let folder = Folder::write(&MANIFEST.replace("100.5", "99.0"), frames);
-    let said = analyze(&[folder.file(0).to_str().unwrap()]);
-    assert_eq!(said.code, 0, "{}", said.text);
+    let output = analyze(&[folder.file(0).to_str().unwrap()]);
+    assert_eq!(output.code, 0, "{}", output.text);
 }
 
 #[test]
-fn the_same_recordings_give_the_same_bytes_anywhere() {
+fn results_do_not_depend_on_the_folder() {
     let folder = Folder::write(MANIFEST, frames);
     let output = |arguments: &[&str]| {
         let directory = tempfile::TempDir::new().unwrap();
@@ -106,7 +107,7 @@ fn the_same_recordings_give_the_same_bytes_anywhere() {
         let mut files: Vec<_> = fs::read_dir(directory.path())
             .unwrap()
             .map(|entry| entry.unwrap().path())
-            // What is remembered of analyses knows when files were changed.
+            // The analysis cache is a folder; it contains modification times.
             .filter(|path| path.is_file())
             .map(|path| (path.file_name().unwrap().to_owned(), fs::read(&path).unwrap()))
             .collect();
@@ -134,12 +135,12 @@ fn the_same_recordings_give_the_same_bytes_anywhere() {
     let parent = folder.path().to_string_lossy().into_owned();
     for (name, content) in &first {
         let text = String::from_utf8_lossy(content);
-        assert!(!text.contains(&parent), "{name:?} holds a path");
+        assert!(!text.contains(&parent), "{name:?} contains a path");
         assert!(!name.to_string_lossy().ends_with(".new"));
     }
 }
 
-/// `metrics.csv` has a line a metric, with the same numbers as `metrics.json`.
+/// `metrics.csv` has one line per metric, with the same numbers as `metrics.json`.
 #[test]
 fn csv_and_json_agree() {
     let folder = Folder::write(MANIFEST, frames);

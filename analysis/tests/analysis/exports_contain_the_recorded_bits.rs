@@ -1,5 +1,5 @@
-//! Promise: what is exported is what was recorded, to the bit, in each form: CSV, the documents' gnuplot form, extended XYZ and
-//! Parquet; the last two by foreign readers.
+//! Guarantee: exports contain the recorded numbers, bitwise identical, in each format: CSV, the gnuplot format of the exercises, extended XYZ
+//! and Parquet. Other programs read the last two.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::synthetic::{Folder, Frames, analyze};
@@ -21,7 +21,7 @@ frames = 2
 channels = ["state", "temperature", "collisions"]
 "#;
 
-/// Numbers that a decimal form easily loses: a third, a tiny one, a large one.
+/// Numbers that a decimal format may not preserve: a third, a tiny one, a large one.
 fn state(frame: u64, disc: u64) -> [f64; 4] {
     let base = (frame + 1) as f64 / 3.0;
     [base + disc as f64, -base, 1e-300 * base, 1e15 * base + disc as f64]
@@ -39,11 +39,11 @@ fn frames(_: &RunManifest) -> Frames {
         .collect()
 }
 
-/// The folder of the recording's exports.
+/// The folder with the exports of the recording.
 fn exported(form: &str) -> (Folder, PathBuf) {
     let folder = Folder::write(MANIFEST, frames);
-    let said = analyze(&["--export", form, folder.path().to_str().unwrap()]);
-    assert_eq!(said.code, 0, "{}", said.text);
+    let output = analyze(&["--export", form, folder.path().to_str().unwrap()]);
+    assert_eq!(output.code, 0, "{}", output.text);
     let stem = folder.files[0].trim_end_matches(".mcap");
     let path = folder.path().join("export").join(stem);
     (folder, path)
@@ -56,7 +56,7 @@ fn rows(text: &str, separator: char) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn csv_has_every_number_to_the_bit() {
+fn csv_contains_every_number_bitwise() {
     let (_folder, path) = exported("csv");
     let text = fs::read_to_string(path.join("state.csv")).unwrap();
     let (header, body) = text.split_once('\n').unwrap();
@@ -77,18 +77,18 @@ fn csv_has_every_number_to_the_bit() {
 
 #[test]
 #[cfg(not(feature = "parquet"))]
-fn a_program_without_parquet_says_how_to_have_it() {
+fn control_program_without_parquet_names_the_feature() {
     let folder = Folder::write(MANIFEST, frames);
     for asked in [["--export", "csv,parquet"].as_slice(), &["--table"]] {
-        let said = analyze(&[asked, &[folder.name()]].concat());
-        assert_eq!(said.code, 2, "{}", said.text);
-        assert!(said.text.contains("--features parquet"), "{}", said.text);
+        let output = analyze(&[asked, &[folder.name()]].concat());
+        assert_eq!(output.code, 2, "{}", output.text);
+        assert!(output.text.contains("--features parquet"), "{}", output.text);
         assert!(!folder.path().join("export").exists());
     }
 }
 
 #[test]
-fn gnuplot_files_are_x_y_r_a_line_and_a_script_plays_them_all() {
+fn gnuplot_files_have_one_disc_per_line_and_a_script_shows_all_frames() {
     let (_folder, path) = exported("gnuplot");
     for frame in 0..3 {
         let file = path.join(format!("gnuplot/frame_{frame:06}.txt"));
@@ -106,7 +106,7 @@ fn gnuplot_files_are_x_y_r_a_line_and_a_script_plays_them_all() {
     assert!(script.contains("set xrange [-20:20]"), "{script}");
 }
 
-/// Runs a Python program on a file; it asserts for itself.
+/// Runs a Python program, which contains the assertions, on a file.
 fn python(program: &str, file: PathBuf) {
     let output = Command::new("python3").args(["-c", program]).arg(&file).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -133,8 +133,8 @@ for index, atoms in enumerate(frames):
     python(program, path.join("state.xyz"));
 }
 
-/// A sweep over two axes with two replicates. The one-liners of the README, read with DuckDB and Polars: coordinates come
-/// from the folders' names, and a second analysis leaves no row of the first.
+/// A sweep over two axes with two replicates, read with DuckDB and Polars by the commands of the README. The coordinates come
+/// from the names of the folders, and a second analysis replaces every row of the first.
 #[test]
 #[cfg(feature = "parquet")]
 #[ignore = "needs python3 with duckdb and polars"]
@@ -146,8 +146,8 @@ fn duckdb_and_polars_read_the_table_of_a_sweep() {
     let sweep = sweep.replace("name =", "replicates = 2\nname =");
     let folder = Folder::write(&sweep, frames);
     for _ in 0..2 {
-        let said = analyze(&["--table", folder.path().to_str().unwrap()]);
-        assert_eq!(said.code, 0, "{}", said.text);
+        let output = analyze(&["--table", folder.path().to_str().unwrap()]);
+        assert_eq!(output.code, 0, "{}", output.text);
     }
     let part = "export/metrics/restitution=0.25/boundary=walls/metrics.parquet";
     assert!(folder.path().join(part).exists());
@@ -194,7 +194,7 @@ assert table['time'] == [frame / 7 for frame in (0, 0, 1, 1, 2, 2)]
 #[test]
 #[cfg(feature = "parquet")]
 #[ignore = "needs python3 with pyarrow"]
-fn pyarrow_reads_the_metrics_as_the_csv_has_them() {
+fn pyarrow_reads_the_same_metrics_as_the_csv() {
     let (folder, _) = exported("parquet");
     let program = "
 import csv, math, pathlib, sys, pyarrow.parquet
@@ -211,7 +211,7 @@ for row, metric in zip(rows, table):
 }
 
 #[test]
-fn help_says_every_form_without_names_of_the_code() {
+fn help_names_every_format_and_no_identifier() {
     let help = analyze(&["--help"]).text;
     for form in ["csv:", "parquet:", "gnuplot:", "xyz:"] {
         assert!(help.contains(form), "{form}: {help}");

@@ -1,5 +1,7 @@
-//! Law: the numbers of a recording are those that were put into it. Frames are made by hand from closed forms, so that each
-//! metric is known; tolerances are rounding unless said otherwise.
+//! Law: the metrics of a recording equal the numbers put into it.
+//!
+//! Setup: frames made from closed forms, so that each metric is known. Tolerance: rounding unless stated otherwise.
+//! Control: an energy balance that contradicts the state is found.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "closed forms need std's maths")]
 
 use crate::synthetic::{Folder, Frames};
@@ -27,10 +29,12 @@ channels = ["state", "pressure", "energy", "collisions"]
 "model.gas.temperature_k" = [100.0, 200.0, 400.0]
 "#;
 
-/// Two particles of speeds u and 3u; pressure c T + d with c and d of the replicate's own.
+/// Two particles with speeds u and 3u, and the pressure c T + d, where c and d depend on the replicate.
 fn gas_frames(run: &RunManifest) -> Frames {
-    let ModelConfig::Gas(config) = &run.model else { panic!("not a gas") };
-    let SpeedScale::Temperature(temperature) = config.speed_scale else { panic!("no temperature") };
+    let ModelConfig::Gas(config) = &run.model else { panic!("expected the gas model") };
+    let SpeedScale::Temperature(temperature) = config.speed_scale else {
+        panic!("expected a temperature")
+    };
     let temperature = temperature.get();
     let replicate = f64::from(run.replicate);
     let pressure = (2.0 + replicate) * temperature + 10.0 * replicate;
@@ -80,7 +84,7 @@ fn gas_slopes_are_means_over_replicates() {
 }
 
 #[test]
-fn gas_numbers_of_a_point_and_a_run() {
+fn gas_metrics_of_points_and_runs_are_exact() {
     let metrics = Folder::write(GAS_SWEEP, gas_frames).metrics();
     let points = metrics.all("pressure.measured");
     // 3 means over replicates, then 9 runs.
@@ -119,7 +123,7 @@ fn gas_pressure_falls_with_the_square_of_the_radius() {
         )
         .replace("[record]", "temperature_k = 100.0\n[record]");
     let folder = Folder::write(&manifest, |run| {
-        let ModelConfig::Gas(config) = &run.model else { panic!("not a gas") };
+        let ModelConfig::Gas(config) = &run.model else { panic!("expected the gas model") };
         let mut frames = gas_frames(run);
         // The exponent is -2 for the light gas and -2.5 for the heavy one.
         let heavy = config.mass_kg.get() > 1.5e-26;
@@ -164,7 +168,7 @@ frames = 300
 channels = ["state", "energy", "contact_count", "temperature"]
 "#;
 
-/// A point-like rebound with e = 0.8 from a gap of 0.1 m, without time for the contact.
+/// An instantaneous rebound with e = 0.8 after a fall of 0.1 m.
 fn drop_frames(_: &RunManifest) -> Frames {
     const GRAVITY: f64 = 9.81;
     let energy_at = |flight: i32| 1e-3 * GRAVITY * 0.1 * 0.64_f64.powi(flight);
@@ -205,12 +209,12 @@ fn drop_frames(_: &RunManifest) -> Frames {
 }
 
 #[test]
-fn dem_drop_has_its_restitution_and_ledger() {
+fn dem_drop_has_the_given_restitution_and_energy_balance() {
     let metrics = Folder::write(DROP, drop_frames).metrics();
     metrics.assert_near("restitution.measured", 0.8, 1e-9);
     assert_eq!(metrics.theory("restitution.measured"), Some(0.8));
     let start = 1e-3 * 9.81 * 0.1005;
-    // Planted: the dissipated energy grows by 1e-6 J a second too much.
+    // Planted error: the dissipated energy grows by 1e-6 J per second too fast.
     metrics.assert_near("energy.residual_relative", 0.6e-6 / start, 1e-8);
     metrics.assert_near("energy.largest_residual_relative", 0.6e-6 / start, 1e-8);
     let dissipated = metrics.value("energy.dissipated") - 0.6e-6;
@@ -222,9 +226,9 @@ fn dem_drop_has_its_restitution_and_ledger() {
     metrics.assert_near("packing_fraction", PI * 25e-8 / 3e-3, 1e-12);
 }
 
-/// Control: a ledger that disagrees with the state is seen.
+/// Control: an energy balance that contradicts the state is found.
 #[test]
-fn dem_state_that_contradicts_the_ledger_is_seen() {
+fn control_contradicting_energy_balance_is_found() {
     let folder = Folder::write(DROP, |run| {
         let mut frames = drop_frames(run);
         for (_, frame) in &mut frames {

@@ -1,4 +1,4 @@
-//! Promise: `docs/metrics.md` is what the program prints of its table of metrics, and `metrics.json` keeps to its schema.
+//! Guarantee: `docs/metrics.md` equals the program's table of metrics, and `metrics.json` conforms to its schema.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::synthetic::{Folder, Frames, two_frames};
@@ -14,10 +14,10 @@ fn document(name: &str) -> String {
 }
 
 #[test]
-fn the_document_is_what_the_table_says() {
+fn metrics_reference_equals_the_table() {
     assert!(
         document("metrics.md") == kinetoscope_analysis::report::metrics_reference(),
-        "docs/metrics.md is old: run `cargo run --bin analyze-recordings -- --metrics > docs/metrics.md`"
+        "docs/metrics.md is out of date; run `cargo run --bin analyze-recordings -- --metrics > docs/metrics.md`"
     );
 }
 
@@ -38,7 +38,7 @@ fn frames(_: &RunManifest) -> Frames {
     two_frames(&GasPressure::default())
 }
 
-/// The fields that the schema requires of an object, and those that it knows.
+/// The required and the allowed fields of an object in the schema.
 fn fields(schema: &Value) -> (BTreeSet<String>, BTreeSet<String>) {
     let required = schema["required"].as_array().unwrap().iter();
     let known = schema["properties"].as_object().unwrap().keys().cloned().collect();
@@ -53,7 +53,7 @@ fn assert_fits(object: &Value, schema: &Value) {
 }
 
 #[test]
-fn the_file_keeps_to_its_schema() {
+fn metrics_file_conforms_to_its_schema() {
     let folder = Folder::write(MANIFEST, frames);
     folder.metrics();
     let file: Value =
@@ -73,6 +73,6 @@ fn the_file_keeps_to_its_schema() {
         }
     }
     for place in ["run", "sweep"] {
-        assert!(metrics.iter().any(|metric| metric.get(place).is_some()), "no metric of a {place}");
+        assert!(metrics.iter().any(|metric| metric.get(place).is_some()), "no metric has {place}");
     }
 }

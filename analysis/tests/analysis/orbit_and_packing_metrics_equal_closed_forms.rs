@@ -1,5 +1,7 @@
-//! Law: the numbers of a recording are those that were put into it: integrators written here whose references are known, and
-//! sums made by hand.
+//! Law: the metrics of a recording equal the numbers put into it.
+//!
+//! Setup: integrators implemented here with known reference results, and sums computed by hand.
+//! Control: temperatures that do not follow Haff's law are found.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "closed forms need std's maths")]
 
 use crate::synthetic::{Folder, Frames};
@@ -9,7 +11,7 @@ use kinetoscope_recording::channels::{PackingCollisions, PackingPressure, PerCol
 use kinetoscope_recording::frame::Frame;
 use kinetoscope_recording::recorder::Clock;
 
-/// Gravitational constant times the Sun's mass, AU^3/day^2, and the state (orbit document, exercise 14to4).
+/// Gravitational constant times the Sun's mass, AU^3/day^2, and the state (orbit exercise 14to4).
 const GM: f64 = 2.959_122_082_322_128e-4;
 const START: [f64; 6] = [
     -1.813_068_419_866_209e-1,
@@ -21,7 +23,7 @@ const START: [f64; 6] = [
 ];
 
 fn orbit_frames(run: &RunManifest) -> Frames {
-    let ModelConfig::Orbit(config) = &run.model else { panic!("no orbit") };
+    let ModelConfig::Orbit(config) = &run.model else { panic!("expected the orbit model") };
     let step = config.time_step_days.get();
     let steps = (config.duration_days.get() / step + 1e-9).floor() as u64;
     let every = (steps / 100).max(1);
@@ -110,7 +112,7 @@ name = "Verlet"
 "model.orbit.integrator" = "velocity-verlet"
 "#;
 
-/// Tolerance: terms of the next order are a share h n = 0.4 % of the first.
+/// Tolerance: terms of the next order are a fraction h n = 0.4 % of the first.
 #[test]
 fn convergence_orders_are_one_and_two() {
     let metrics = Folder::write(CONVERGENCE, orbit_frames).metrics();
@@ -125,15 +127,15 @@ fn convergence_orders_are_one_and_two() {
 }
 
 #[test]
-fn convergence_refuses_unequal_end_times() {
+fn convergence_requires_equal_end_times() {
     let manifest = CONVERGENCE.replace("0.0625]", "0.0626]");
     let folder = Folder::write(&manifest, orbit_frames);
-    let said = crate::synthetic::analyze(&[folder.path().to_str().unwrap()]);
-    assert_eq!(said.code, 0);
+    let output = crate::synthetic::analyze(&[folder.path().to_str().unwrap()]);
+    assert_eq!(output.code, 0);
     assert!(
-        said.text.replace("\n  ", " ").contains("runs end at different times"),
+        output.text.replace("\n  ", " ").contains("runs end at different times"),
         "{}",
-        said.text
+        output.text
     );
     assert!(folder.written().all("convergence.order").is_empty());
 }
@@ -151,7 +153,7 @@ frames = 40
 channels = ["state", "collisions", "pressure", "per_collision"]
 "#;
 
-/// A frame an event; three events of four are pairs. Speeds are 1 and 3 for half a unit of time, but equal and for a whole
+/// One frame per event; three of four events are pair collisions. Speeds are 1 and 3 for half a unit of time, but equal and for a whole
 /// unit after every fifth event.
 fn packing_frames(_: &RunManifest) -> Frames {
     (0..=40_u64)
@@ -184,7 +186,7 @@ fn packing_frames(_: &RunManifest) -> Frames {
 }
 
 #[test]
-fn packing_has_its_moments_and_rates() {
+fn packing_moments_and_rates_are_exact() {
     let metrics = Folder::write(PACKING, packing_frames).metrics();
     metrics.assert_near("temperature.initial", 5.0, 1e-15);
     metrics.assert_near("temperature.final", 5.0, 1e-15);
@@ -203,9 +205,9 @@ fn packing_has_its_moments_and_rates() {
     metrics.assert_near("packing_fraction", 2.0 * std::f64::consts::PI / 200.0, 1e-14);
 }
 
-/// Control: with dissipation theory is Haff's, T0 exp(-(1 - alpha^2) C/n), and the recorded T does not follow it.
+/// Control: with dissipation, the theoretical value is Haff's law, T0 exp(-(1 - alpha^2) C/n); the recorded T does not follow it.
 #[test]
-fn packing_cools_by_haffs_law_or_is_seen_not_to() {
+fn control_deviation_from_haffs_law_is_found() {
     let manifest = PACKING.replace("radius = 1.0", "radius = 1.0\nrestitution = 0.8");
     let metrics = Folder::write(&manifest, packing_frames).metrics();
     let theory = metrics.theory("temperature.final_over_initial").unwrap();

@@ -1,5 +1,7 @@
-//! Promise: `report.html` opens in a real browser without an error and without anything fetched; on a phone nothing is wider
-//! than the screen; every plot has its size, its title and no text outside of its sheet. Headless Chromium is the judge.
+//! Guarantee: `report.html` opens in a browser without errors and without network requests. On a phone, no element is wider than the screen.
+//! Every plot has its size and its title, and no text extends beyond its area.
+//!
+//! Setup: headless Chromium. Control: a page with an error and a page that is too wide are found.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::synthetic::{Folder, Frames, analyze};
@@ -55,7 +57,7 @@ fn frames(_: &RunManifest) -> Frames {
         .collect()
 }
 
-/// Put behind the page: writes into its end what a browser made of it.
+/// Appended to the page: writes the results of the browser to its end.
 const PROBE: &str = r#"<script>
 const faults = [];
 addEventListener("load", () => {
@@ -85,8 +87,8 @@ addEventListener("load", () => {
 });
 </script>"#;
 
-/// What the browser says of a page at a width: its title after the probe, and its console.
-fn look(page: &Path, width: u32, dark: bool) -> (String, String) {
+/// The title of a page after the probe, and the console of the browser, at a given width.
+fn open_page(page: &Path, width: u32, dark: bool) -> (String, String) {
     let mut chromium = Command::new("chromium");
     chromium.args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"]);
     if dark {
@@ -105,16 +107,16 @@ fn look(page: &Path, width: u32, dark: bool) -> (String, String) {
     (title.unwrap_or_default().to_owned(), console.join("\n"))
 }
 
-fn judge(page: &Path) -> Result<(), String> {
+fn check_page(page: &Path) -> Result<(), String> {
     let probed = page.with_file_name("probed.html");
     let text = fs::read_to_string(page).unwrap();
     fs::write(&probed, text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
-    // Headless windows are no narrower than 500 pixels: a frame of 400 stands for the phone.
+    // Headless windows are at least 500 pixels wide, so a frame of 400 pixels represents the phone.
     let phone = page.with_file_name("phone.html");
     fs::write(&phone, PHONE).unwrap();
     for (file, width, dark) in [(&probed, 1300, false), (&probed, 1300, true), (&phone, 600, false)]
     {
-        let (title, console) = look(file, width, dark);
+        let (title, console) = open_page(file, width, dark);
         if !console.is_empty() {
             return Err(console);
         }
@@ -128,7 +130,7 @@ fn judge(page: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The probed page in a frame as wide as a phone; takes over its title.
+/// The probed page in a frame with the width of a phone; its title is copied.
 const PHONE: &str = r#"<!doctype html><title></title><iframe src="probed.html" width="400" height="800"></iframe>
 <script>
 addEventListener("message", (message) => { document.title = message.data; });
@@ -136,32 +138,32 @@ addEventListener("message", (message) => { document.title = message.data; });
 
 #[test]
 #[ignore = "needs chromium"]
-fn a_report_opens_without_an_error_on_a_screen_and_on_a_phone() {
+fn report_opens_without_errors_on_a_screen_and_on_a_phone() {
     let folder = Folder::write(MANIFEST, frames);
-    let said = analyze(&["--pictures-at", "0.5", folder.path().to_str().unwrap()]);
-    assert_eq!(said.code, 0, "{}", said.text);
+    let output = analyze(&["--pictures-at", "0.5", folder.path().to_str().unwrap()]);
+    assert_eq!(output.code, 0, "{}", output.text);
     let page = folder.path().join("report.html");
     let text = fs::read_to_string(&page).unwrap();
     assert!(
         !text.contains("http:")
             || text.matches("http:").count() == text.matches("http://www.w3.org/2000/svg").count()
     );
-    judge(&page).unwrap();
+    check_page(&page).unwrap();
 
-    // Control: a page with an error, and one that is too wide, are seen.
+    // Control: a page with an error, and one that is too wide, are found.
     let broken = folder.path().join("broken.html");
     fs::write(&broken, text.replace("<main>", "<main><script>undefined.x</script>")).unwrap();
-    assert!(judge(&broken).unwrap_err().contains("TypeError"));
+    assert!(check_page(&broken).unwrap_err().contains("TypeError"));
     fs::write(&broken, text.replace("<main>", "<main><div style=\"width: 1400px\">x</div>"))
         .unwrap();
-    assert!(judge(&broken).unwrap_err().contains("wide on"));
+    assert!(check_page(&broken).unwrap_err().contains("wide on"));
 }
 
 #[test]
-#[ignore = "needs chromium, and REPORTS, the paths of report.html files, colons between"]
-fn these_reports_open_without_an_error() {
-    let reports = std::env::var("REPORTS").expect("REPORTS names the reports");
+#[ignore = "needs chromium; REPORTS contains the paths of report.html files, separated by colons"]
+fn given_reports_open_without_errors() {
+    let reports = std::env::var("REPORTS").expect("REPORTS must name the reports");
     for page in reports.split(':') {
-        judge(Path::new(page)).unwrap_or_else(|fault| panic!("{page}: {fault}"));
+        check_page(Path::new(page)).unwrap_or_else(|fault| panic!("{page}: {fault}"));
     }
 }

@@ -1,5 +1,5 @@
-//! Promise: a timing table beside the recordings is shown in the report, and changes no number of `metrics.json`; one that is about another
-//! experiment, or is none, is named in a note and not shown.
+//! Guarantee: a timing table next to the recordings is shown in the report and changes no number of `metrics.json`. A table of another
+//! experiment, or a file that is not a timing table, is named in a note and not shown.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's own failure")]
 
 use crate::synthetic::{Folder, analyze, flat, two_frames};
@@ -10,7 +10,7 @@ use std::fs;
 const MANIFEST: &str =
     "name = \"timed\"\n[model.gas]\nparticles = 1\nduration_s = 1.0\n[record]\nframes = 1\n";
 
-/// Figures by hand, each with digits of its own.
+/// A timing table in which each number has distinct digits.
 fn table() -> TimingTable {
     let place = |discs: &str, law: Option<&str>| {
         let coordinate =
@@ -47,9 +47,9 @@ fn table() -> TimingTable {
 }
 
 #[test]
-fn a_timing_table_is_shown_and_no_number_knows_of_it() {
+fn timing_table_is_shown_and_changes_no_metric() {
     let folder = Folder::write(MANIFEST, |_| two_frames(&GasPressure::default()));
-    // The folder bears the name of the experiment where there is an `experiment.toml`.
+    // If there is an `experiment.toml`, the folder has the name of the experiment.
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     let put = |text: &str| fs::write(folder.path().join(TimingTable::FILE), text).unwrap();
     assert_eq!(analyze(&[folder.name()]).code, 0);
@@ -70,7 +70,7 @@ fn a_timing_table_is_shown_and_no_number_knows_of_it() {
         "Time of modified over time of unmodified",
         "1.0123(21)",
     ] {
-        assert!(report.contains(shown), "{shown} is not in the report");
+        assert!(report.contains(shown), "the report lacks {shown}");
     }
     assert_eq!(read("metrics.json"), numbers);
 
@@ -82,8 +82,8 @@ fn a_timing_table_is_shown_and_no_number_knows_of_it() {
         (TimingTable { schema: 99, ..table() }, "has the layout 99, this version reads 1"),
     ] {
         put(&wrong.to_json().unwrap());
-        let said = analyze(&[folder.name()]);
-        assert!(said.code == 0 && flat(&said.text).contains(why), "{}", said.text);
+        let output = analyze(&[folder.name()]);
+        assert!(output.code == 0 && flat(&output.text).contains(why), "{}", output.text);
         assert!(!read("report.html").contains("<h2>Timing</h2>"));
     }
     put("{");

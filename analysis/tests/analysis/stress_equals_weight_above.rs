@@ -1,9 +1,11 @@
-//! Law: the stress by height of a column of discs at rest is the weight above: m g (n - i - 1/2)/width in the i-th layer from the floor,
-//! counted from 0, where layers are as thick as the discs; pressed by walls with a force h a disc, sigma_xx = h/(2 r).
+//! Law: the stress in a column of discs at rest equals the weight above per width: m g (n - i - 1/2)/width in the i-th layer from the floor,
+//! counted from 0, if layers are as thick as the discs. For a column pressed by walls with a force h per disc, sigma_xx = h/(2 r).
 //!
-//! Source: balance of forces; the branches of a layer are half of the contact below, which carries n - i discs, and half of the
-//! one above, which carries one less, so that sigma_yy = (r (n - i) + r (n - i - 1)) m g/(2 r width).
-//! Setup: frames made by hand. Tolerance: rounding. Controls: a contact that carries half of what it must, and discs that fly.
+//! Source: balance of forces. The branches of a layer are half of the contact below, which carries n - i discs, and half of the contact
+//! above, which carries one disc less, so that sigma_yy = (r (n - i) + r (n - i - 1)) m g/(2 r width).
+//! Setup: frames made by hand.
+//! Tolerance: rounding.
+//! Control: a contact that carries half of its load, and moving discs.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "a test judges within tolerances")]
 
 use crate::synthetic::{Folder, Frames, Metrics};
@@ -29,44 +31,44 @@ channels = ["state", "energy", "contact_forces"]
 const DISCS: u32 = 6;
 const RADIUS: f64 = 5e-4;
 const WIDTH: f64 = 1.2e-3;
-/// Where the column stands.
+/// Position of the column.
 const X: f64 = 6e-4;
 const WEIGHT: f64 = 1e-3 * 9.81;
-/// How strongly each disc is pressed by either wall, N.
+/// Force of either wall on each disc, N.
 const PRESSED: f64 = 2e-3;
 
-fn push(told: &mut DemContactForces, from: [f64; 2], to: [f64; 2], force: [f64; 2]) {
-    told.from_x_m.push(from[0]);
-    told.from_y_m.push(from[1]);
-    told.to_x_m.push(to[0]);
-    told.to_y_m.push(to[1]);
-    told.force_x_n.push(force[0]);
-    told.force_y_n.push(force[1]);
+fn push(forces: &mut DemContactForces, from: [f64; 2], to: [f64; 2], force: [f64; 2]) {
+    forces.from_x_m.push(from[0]);
+    forces.from_y_m.push(from[1]);
+    forces.to_x_m.push(to[0]);
+    forces.to_y_m.push(to[1]);
+    forces.force_x_n.push(force[0]);
+    forces.force_y_n.push(force[1]);
 }
 
-/// A column on the floor, its lowest contact told with this share of what it carries, its discs with velocities that cancel.
-fn column(share: f64, speed: f64) -> Metrics {
+/// A column on the floor. The lowest contact is recorded with a fraction of its load; the velocities of the discs cancel.
+fn column(fraction: f64, speed: f64) -> Metrics {
     let frames = |_: &RunManifest| -> Frames {
         let frame = |index: u32| {
             let mut frame = Frame::new();
-            let mut told = DemContactForces::default();
+            let mut forces = DemContactForces::default();
             for disc in 0..DISCS {
                 let y = RADIUS * f64::from(2 * disc + 1);
                 let sign = if disc % 2 == 0 { 1.0 } else { -1.0 };
                 frame.push_state(&[X, y, 0.0, sign * speed]);
                 let carries = WEIGHT * f64::from(DISCS - disc);
-                let force = if disc == 0 { share * carries } else { carries };
+                let force = if disc == 0 { fraction * carries } else { carries };
                 let below = (y - 2.0 * RADIUS).max(0.0);
-                // Told from either end: the sign goes with the disc that comes first.
+                // Recorded from either end: the sign depends on which disc is first.
                 if disc % 2 == 0 {
-                    push(&mut told, [X, y], [X, below], [0.0, force]);
+                    push(&mut forces, [X, y], [X, below], [0.0, force]);
                 } else {
-                    push(&mut told, [X, below], [X, y], [0.0, -force]);
+                    push(&mut forces, [X, below], [X, y], [0.0, -force]);
                 }
-                push(&mut told, [X, y], [0.0, y], [PRESSED, 0.0]);
-                push(&mut told, [X, y], [WIDTH, y], [-PRESSED, 0.0]);
+                push(&mut forces, [X, y], [0.0, y], [PRESSED, 0.0]);
+                push(&mut forces, [X, y], [WIDTH, y], [-PRESSED, 0.0]);
             }
-            frame.push(&told);
+            frame.push(&forces);
             frame.push(&DemEnergy { elastic_j: 1e-9, ..DemEnergy::default() });
             (Clock { count: u64::from(index), time: 0.05 * f64::from(index) }, frame)
         };
@@ -76,12 +78,12 @@ fn column(share: f64, speed: f64) -> Metrics {
 }
 
 #[test]
-fn a_column_presses_with_what_is_above() {
+fn stress_equals_the_weight_above() {
     let metrics = column(1.0, 0.0);
     let at = |layer: f64| WEIGHT * (f64::from(DISCS) - layer - 0.5) / WIDTH;
     metrics.assert_near("stress.vertical_at_floor", at(0.0), 1e-12);
     assert!((metrics.theory("stress.vertical_at_floor").unwrap() / at(0.0) - 1.0).abs() < 1e-12);
-    // Of six discs, 2.5 lie above the middle of the fourth layer.
+    // 2.5 of six discs are above the middle of the fourth layer.
     metrics.assert_near("stress.vertical_at_mid_height", at(3.0), 1e-12);
     metrics.assert_near("stress.distance_from_weight", 0.0, 1e-12);
     // Six layers of h/(2 r) over the sum of (n - i - 1/2), 18 weights over the width.
@@ -89,9 +91,9 @@ fn a_column_presses_with_what_is_above() {
     metrics.assert_near("stress.horizontal_over_vertical", ratio, 1e-12);
 }
 
-/// Control: the floor's contact told with half of the 6 weights that it carries takes 1.5 of 5.5 from the lowest layer.
+/// Control: if the contact with the floor is recorded with half of its load of 6 weights, the lowest layer loses 1.5 of 5.5.
 #[test]
-fn a_force_that_is_missing_is_seen() {
+fn control_missing_force_is_found() {
     let metrics = column(0.5, 0.0);
     metrics.assert_near("stress.vertical_at_floor", 4.0 * WEIGHT / WIDTH, 1e-12);
     let theory = metrics.theory("stress.vertical_at_floor").unwrap();
@@ -99,10 +101,10 @@ fn a_force_that_is_missing_is_seen() {
     metrics.assert_near("stress.distance_from_weight", 1.5 / 6.0, 1e-12);
 }
 
-/// A layer's own flow presses on nothing: each layer of one disc has no velocity against its mean. Of two discs of a layer that part with
-/// v and -v it is the momentum that they carry, 2 m v^2 over the layer's area.
+/// The mean velocity of a layer exerts no stress: a single disc has no velocity relative to its layer. For two discs of a layer with
+/// velocities v and -v, the kinetic stress is the momentum flux 2 m v^2 over the area of the layer.
 #[test]
-fn velocities_press_as_far_as_they_differ_within_a_layer() {
+fn kinetic_stress_depends_on_velocities_relative_to_the_layer() {
     let alone = column(1.0, 3.0);
     alone.assert_near("stress.vertical_at_floor", 5.5 * WEIGHT / WIDTH, 1e-12);
     let frames = |_: &RunManifest| -> Frames {
@@ -122,9 +124,9 @@ fn velocities_press_as_far_as_they_differ_within_a_layer() {
     two.assert_near("stress.vertical_at_floor", carried, 1e-12);
 }
 
-/// Without the forces of contacts, or with walls that carry discs too, nothing is told.
+/// Without recorded contact forces, or with walls that carry discs, no stress is reported.
 #[test]
-fn where_forces_are_not_told_there_is_no_stress() {
+fn stress_requires_recorded_forces() {
     let frames = |_: &RunManifest| -> Frames {
         let mut frame = Frame::new();
         (0..DISCS).for_each(|disc| {
@@ -137,13 +139,13 @@ fn where_forces_are_not_told_there_is_no_stress() {
         "duration_s",
         "walls = [{ from_m = [0.0, 0.006], to_m = [5e-4, 0.004] }]\nduration_s",
     );
-    let told = |_: &RunManifest| -> Frames {
+    let forces = |_: &RunManifest| -> Frames {
         let mut frame = Frame::new();
         frame.push_state(&[X, RADIUS, 0.0, 0.0]);
-        let mut told = DemContactForces::default();
-        push(&mut told, [X, RADIUS], [X, 0.0], [0.0, WEIGHT]);
-        frame.push(&told);
+        let mut forces = DemContactForces::default();
+        push(&mut forces, [X, RADIUS], [X, 0.0], [0.0, WEIGHT]);
+        frame.push(&forces);
         vec![(Clock { count: 0, time: 1.0 }, frame)]
     };
-    assert!(Folder::write(&hopper, told).metrics().all("stress.vertical_at_floor").is_empty());
+    assert!(Folder::write(&hopper, forces).metrics().all("stress.vertical_at_floor").is_empty());
 }

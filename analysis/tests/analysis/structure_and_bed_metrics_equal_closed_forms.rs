@@ -1,5 +1,7 @@
-//! Law: order, correlations, displacements and the load on a floor are those that were put into a recording. Frames are made by
-//! hand, so that each metric is known in closed form; tolerances are rounding.
+//! Law: order, correlations, displacements and the load on a floor equal the values put into a recording.
+//!
+//! Setup: frames made by hand, so that each metric is known in closed form. Tolerance: rounding.
+//! Control: two grains rotated by thirty degrees have no global order.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "closed forms need std's maths")]
 
 use crate::synthetic::{Folder, Frames, Metrics};
@@ -22,15 +24,15 @@ frames = 2
 channels = ["state", "temperature"]
 "#;
 
-/// Places of the discs as a function of row and column, the same in each frame but for a shift of (0.3, 0.4) a frame; the
-/// velocities turn round in the last frame.
-fn packing(place: fn(f64, f64) -> [f64; 2]) -> Metrics {
+/// Positions of the discs as a function of row and column, shifted by (0.3, 0.4) per frame; the
+/// velocities are reversed in the last frame.
+fn packing(position: fn(f64, f64) -> [f64; 2]) -> Metrics {
     let frames = |_: &RunManifest| -> Frames {
         (0..3_u32)
             .map(|index| {
                 let mut frame = Frame::new();
                 for disc in 0..36 {
-                    let [x, y] = place(f64::from(disc / 6), f64::from(disc % 6));
+                    let [x, y] = position(f64::from(disc / 6), f64::from(disc % 6));
                     let shift = f64::from(index);
                     let sign = if index == 2 { -0.5 } else { 1.0 };
                     let speed = f64::from(disc + 1) * sign;
@@ -44,10 +46,10 @@ fn packing(place: fn(f64, f64) -> [f64; 2]) -> Metrics {
     Folder::write(PACKING, frames).metrics()
 }
 
-/// Every bond of a hexagonal lattice has the same angle modulo 60 degrees, also at its edge: |psi6| = 1, globally too. Turned by
-/// 10 degrees it is the same.
+/// Every bond of a hexagonal lattice has the same angle modulo 60 degrees, also at its edge: |psi6| = 1, also globally. A rotation by
+/// 10 degrees does not change this.
 #[test]
-fn a_hexagonal_lattice_has_perfect_order() {
+fn hexagonal_lattice_has_perfect_order() {
     let metrics = packing(|row, column| {
         let (x, y) = (2.0 * column + row % 2.0, 3.0_f64.sqrt() * row);
         let (sine, cosine) = 10.0_f64.to_radians().sin_cos();
@@ -55,15 +57,15 @@ fn a_hexagonal_lattice_has_perfect_order() {
     });
     metrics.assert_near("psi6.global", 1.0, 1e-12);
     metrics.assert_near("psi6.local", 1.0, 1e-12);
-    // Both frames from 180 events on are sampled, and are alike.
+    // Both frames from 180 events on are sampled, and they are equal.
     assert!(metrics.error("psi6.global").is_none());
 }
 
 /// Control: bonds that differ by 30 degrees cancel, exp(6 i 30 deg) = -1: half of the discs have one, half the other.
 #[test]
-fn two_grains_that_are_turned_by_thirty_degrees_cancel() {
+fn control_grains_rotated_by_thirty_degrees_cancel() {
     let metrics = packing(|row, column| {
-        // Pairs that are further than 1.5 diameters from each other; every second one is turned.
+        // Pairs of discs with distances above 1.5 diameters; every second pair is rotated.
         let pair = (row * 6.0 + column) / 2.0;
         let (index, second) = (pair.floor(), pair.fract() > 0.0);
         let base = [3.4 * (index % 6.0) - 9.0, 6.0 * (index / 6.0).floor() - 8.0];
@@ -75,10 +77,10 @@ fn two_grains_that_are_turned_by_thirty_degrees_cancel() {
     metrics.assert_near("psi6.global", 0.0, 1e-12);
 }
 
-/// A square lattice of spacing 2.1 diameters has no pair within 1.1; spacing 1.05 has 60, over those at random between 1 and
-/// 1.1 in the room of 20 x 20 by the closed form of its pair distances.
+/// A square lattice of spacing 2.1 diameters has no pair within 1.1; spacing 1.05 has 60, divided by the number at random between 1 and
+/// 1.1 in a box of 20 x 20, from the closed form of its pair distances.
 #[test]
-fn pairs_near_contact_are_those_found_over_those_at_random() {
+fn contact_value_is_relative_to_random_pairs() {
     let sparse = packing(|row, column| [3.2 * column - 8.0, 3.2 * row - 8.0]);
     sparse.assert_near("pair_correlation.near_contact", 0.0, 0.0);
     let dense = packing(|row, column| [2.1 * column - 6.0, 2.1 * row - 6.0]);
@@ -88,7 +90,7 @@ fn pairs_near_contact_are_those_found_over_those_at_random() {
 }
 
 #[test]
-fn displacement_and_memory_are_those_of_the_frames() {
+fn displacement_and_velocity_correlation_equal_those_of_the_frames() {
     let metrics = packing(|row, column| [2.1 * column - 6.0, 2.1 * row - 6.0]);
     metrics.assert_near("mean_square_displacement.final", 1.0, 1e-13);
     metrics.assert_near("velocity_autocorrelation.final", -0.5, 1e-14);
@@ -109,7 +111,7 @@ frames = 2
 channels = ["state", "energy"]
 "#;
 
-/// Two discs that rest side by side on the floor, each sunk in by m g / k, one of them pressed into a wall by half of that.
+/// Two adjacent discs at rest on the floor, each with an overlap of m g / k; one has half of this overlap with a wall.
 fn bed_frames(_: &RunManifest) -> Frames {
     let sag = 1e-3 * 9.81 / 5e4;
     (0..3)
@@ -129,7 +131,7 @@ fn bed_frames(_: &RunManifest) -> Frames {
 }
 
 #[test]
-fn a_bed_weighs_on_its_floor() {
+fn floor_carries_the_weight_of_the_bed() {
     let metrics = Folder::write(BED, bed_frames).metrics();
     let weight = 2.0 * 1e-3 * 9.81;
     metrics.assert_near("floor.force", weight, 1e-9);

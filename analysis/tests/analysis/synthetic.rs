@@ -1,4 +1,4 @@
-//! Recordings whose numbers are known, written without any physics: a manifest, and frames made by hand.
+//! Recordings with known numbers, written without physics from a manifest and frames made by hand.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use kinetoscope_manifest::{ExperimentRecord, Run, RunManifest, parse, run_key};
@@ -18,14 +18,14 @@ use tempfile::TempDir;
 /// The frames of a run.
 pub(crate) type Frames = Vec<(Clock, Frame)>;
 
-/// An experiment's folder with one recording a run.
+/// The folder of an experiment with one recording per run.
 pub(crate) struct Folder {
     directory: TempDir,
     pub(crate) files: Vec<String>,
 }
 
 impl Folder {
-    /// Writes all runs of a manifest, each with the frames that `frames` makes for it.
+    /// Writes all runs of a manifest, each with the frames from `frames`.
     pub(crate) fn write(manifest: &str, frames: impl Fn(&RunManifest) -> Frames) -> Self {
         let experiment = parse(manifest, "synthetic.toml", &[]).unwrap();
         let directory = TempDir::new().unwrap();
@@ -46,7 +46,7 @@ impl Folder {
         self.directory.path()
     }
 
-    /// The path as a command line has it.
+    /// The path as an argument of a command line.
     pub(crate) fn name(&self) -> &str {
         self.path().to_str().unwrap()
     }
@@ -55,21 +55,21 @@ impl Folder {
         self.path().join(&self.files[index])
     }
 
-    /// Analyses the folder and reads `metrics.json`.
+    /// Analyzes the folder and reads `metrics.json`.
     pub(crate) fn metrics(&self) -> Metrics {
         let output = analyze(&[self.name()]);
         assert_eq!(output.code, 0, "{}", output.text);
         self.written()
     }
 
-    /// What stands in `metrics.json`.
+    /// The contents of `metrics.json`.
     pub(crate) fn written(&self) -> Metrics {
         let text = std::fs::read_to_string(self.path().join("metrics.json")).unwrap();
         Metrics(serde_json::from_str(&text).unwrap())
     }
 }
 
-/// One particle of a gas that starts in the middle, seen twice, with the same pressure.
+/// Two frames of one gas particle that starts at the center, with the same pressure.
 pub(crate) fn two_frames(pressure: &GasPressure) -> Frames {
     (0..2_u8)
         .map(|index| {
@@ -186,14 +186,14 @@ fn channels_of(model: &str) -> &'static [ChannelDeclaration] {
     }
 }
 
-/// What `analyze-recordings` said, and its exit code.
-pub(crate) struct Said {
+/// The output of `analyze-recordings`, and its exit code.
+pub(crate) struct AnalysisOutput {
     pub(crate) code: i32,
     pub(crate) text: String,
 }
 
 /// Runs `analyze-recordings`.
-pub(crate) fn analyze(arguments: &[&str]) -> Said {
+pub(crate) fn analyze(arguments: &[&str]) -> AnalysisOutput {
     let output: Output = Command::new(env!("CARGO_BIN_EXE_analyze-recordings"))
         .args(arguments)
         .env("COLUMNS", "60")
@@ -204,7 +204,7 @@ pub(crate) fn analyze(arguments: &[&str]) -> Said {
         String::from_utf8_lossy(&output.stdout),
         String::from_utf8_lossy(&output.stderr)
     );
-    Said { code: output.status.code().unwrap(), text }
+    AnalysisOutput { code: output.status.code().unwrap(), text }
 }
 
 /// `metrics.json`.
@@ -217,7 +217,7 @@ impl Metrics {
         metrics.iter().filter(|metric| metric["name"] == name).collect()
     }
 
-    /// The first metric of a name: of a sweep where there is one, else of the first run.
+    /// The first metric of a name: that of a sweep if there is one, otherwise that of the first run.
     pub(crate) fn first(&self, name: &str) -> &serde_json::Value {
         let all = self.all(name);
         assert!(!all.is_empty(), "no metric {name}");
@@ -239,7 +239,7 @@ impl Metrics {
         self.first(name)["theory"].as_f64()
     }
 
-    /// The value must be as near as this, relatively, or absolutely where zero is expected.
+    /// Asserts that a value is within a relative tolerance, or an absolute one if the expected value is zero.
     pub(crate) fn assert_near(&self, name: &str, expected: f64, tolerance: f64) {
         let value = self.value(name);
         let size = if expected == 0.0 { 1.0 } else { expected.abs() };

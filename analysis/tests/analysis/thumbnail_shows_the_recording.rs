@@ -1,5 +1,5 @@
-//! Promise: a thumbnail shows what was recorded, at its place and in its color; it moves through the recording from its first
-//! frame to its last; and the same recording gives the same bytes.
+//! Guarantee: a thumbnail shows each recorded disc at its position and in its color. An animation covers the recording from its first to its
+//! last frame. The same recording gives the same bytes.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use kinetoscope_recording::frame::{Frame, StateColumn};
@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 type Rgb = [u8; 3];
 
-/// The colors of rest and of the top speed: the ends of the drawing's color map.
+/// The colors of speed zero and of the maximum speed: the ends of the color map.
 const AT_REST: Rgb = [0x39, 0x6f, 0xc8];
 const FASTEST: Rgb = [0xff, 0xe4, 0x30];
 const WHITE: Rgb = [0xff; 3];
@@ -27,8 +27,8 @@ const COLUMNS: &[StateColumn] = &[
     StateColumn { name: "vy", unit: "m/s" },
 ];
 
-/// Where the fast disc is in a frame, in a box from 0 to 4 m.
-fn place_of_the_fast_disc(frame: u32) -> [f64; 2] {
+/// Position of the fast disc in a frame, in a box from 0 to 4 m.
+fn position_of_the_fast_disc(frame: u32) -> [f64; 2] {
     [0.5 + 0.25 * f64::from(frame), 1.0]
 }
 
@@ -64,7 +64,7 @@ fn recording(folder: &Path, channels: &[&str]) -> PathBuf {
     let mut recorder = Recorder::create(File::create(&path).unwrap(), &header).unwrap();
     for index in 0..FRAMES {
         let mut frame = Frame::new();
-        let [x, y] = place_of_the_fast_disc(index);
+        let [x, y] = position_of_the_fast_disc(index);
         frame.push_state(&[x, y, 1.0, 0.0]);
         frame.push_state(&[2.0, 3.0, 0.0, 0.0]);
         let time = f64::from(index);
@@ -89,7 +89,7 @@ fn drawn(name: &str, more: &[&str]) -> Vec<u8> {
     fs::read(picture).unwrap()
 }
 
-/// The pictures of a PNG as a browser shows them, row by row; and the width.
+/// The pictures of a PNG file as a browser shows them, row by row, and their width.
 fn pictures(file: &[u8]) -> (Vec<Vec<Rgb>>, usize) {
     let mut decoder = png::Decoder::new(Cursor::new(file));
     decoder.set_transformations(png::Transformations::EXPAND);
@@ -114,12 +114,12 @@ fn pictures(file: &[u8]) -> (Vec<Vec<Rgb>>, usize) {
     (shown, width)
 }
 
-/// Rows of a picture inside of the box, without the color bar below it: the box is as high as wide.
+/// The rows of a picture inside the box, without the color bar below it; the box is square.
 fn inside(picture: &[Rgb], width: usize) -> &[Rgb] {
     &picture[..width * width]
 }
 
-/// The mean place of the pixels of a color in px, and their number.
+/// The mean position of the pixels of a color in px, and their number.
 fn place(picture: &[Rgb], width: usize, color: Rgb) -> ([f64; 2], usize) {
     let found = inside(picture, width).iter().enumerate().filter(|(_, pixel)| **pixel == color);
     let found: Vec<[f64; 2]> =
@@ -130,37 +130,37 @@ fn place(picture: &[Rgb], width: usize, color: Rgb) -> ([f64; 2], usize) {
 }
 
 #[test]
-fn each_disc_lies_where_it_was_recorded_in_its_color() {
+fn each_disc_is_drawn_at_its_position_in_its_color() {
     let (shown, width) = pictures(&drawn("moving.png", &["--thumbnail-frames", "9"]));
     assert_eq!(shown.len(), FRAMES as usize);
-    assert_eq!(shown[0][width + 1], WHITE, "the ground");
-    // The disc at rest is the fixed point, and the fast one's way of 2 m gives the scale.
+    assert_eq!(shown[0][width + 1], WHITE, "the background");
+    // The disc at rest is the reference point; the displacement of the fast disc by 2 m gives the scale.
     let (fixed, pixels) = place(&shown[0], width, AT_REST);
     let ends = [&shown[0], &shown[8]].map(|picture| place(picture, width, FASTEST).0[0]);
     let scale = (ends[1] - ends[0]) / 2.0;
-    // The box of 4 m and a margin of 3 % on both sides fill the width, but for what the color bar's letters need.
-    assert!((scale * 4.0 * 1.06 / width as f64 - 1.0).abs() < 0.05, "{scale} px a meter");
+    // The box of 4 m and a margin of 3 % on both sides fill the width, except for the labels of the color bar.
+    assert!((scale * 4.0 * 1.06 / width as f64 - 1.0).abs() < 0.05, "{scale} px per meter");
     for (frame, picture) in shown.iter().enumerate() {
-        let [x, y] = place_of_the_fast_disc(frame as u32);
+        let [x, y] = position_of_the_fast_disc(frame as u32);
         let (fast, _) = place(picture, width, FASTEST);
-        // Pixels are whole: half of one for each of the two discs.
+        // Positions are rounded to pixels: half of a pixel for each of the two discs.
         assert!((fast[0] - fixed[0] - scale * (x - 2.0)).abs() < 1.0, "frame {frame}: {fast:?}");
         assert!((fast[1] - fixed[1] + scale * (y - 3.0)).abs() < 1.0, "frame {frame}: {fast:?}");
     }
-    // The whole pixels of a disc are those of its area, less a rim of about half a pixel.
+    // The fully colored pixels of a disc cover its area except for a rim of about half a pixel.
     let area = std::f64::consts::PI * (0.25 * scale) * (0.25 * scale);
     let rim = std::f64::consts::PI * 2.0 * 0.25 * scale;
     assert!((pixels as f64) < area && pixels as f64 > area - rim, "{pixels} px of {area}");
 }
 
 #[test]
-fn a_still_picture_is_the_last_frame_and_bytes_are_the_same_again() {
+fn still_picture_shows_the_last_frame_and_is_reproducible() {
     let still = drawn("still.png", &[]);
     let moving = drawn("moving.png", &["--thumbnail-frames", "5"]);
     let ((still_pictures, _), (moving_pictures, _)) = (pictures(&still), pictures(&moving));
     assert_eq!(moving_pictures.len(), 5);
     let last = &moving_pictures[4];
-    // An animation has its 256 colors for all its frames: a pixel on a disc's rim may have the nearest one.
+    // An animation has 256 colors for all frames, so a pixel on the rim of a disc may have the nearest color.
     let pairs = still_pictures[0].as_flattened().iter().zip(last.as_flattened());
     let farthest = pairs.map(|(still, last)| still.abs_diff(*last)).max().unwrap();
     assert!(farthest <= 16, "{farthest} of 255");
@@ -170,7 +170,7 @@ fn a_still_picture_is_the_last_frame_and_bytes_are_the_same_again() {
 }
 
 #[test]
-fn an_svg_has_the_shapes_and_the_numbers_of_the_color_bar() {
+fn svg_contains_the_shapes_and_the_labels_of_the_color_bar() {
     let svg = String::from_utf8(drawn("still.svg", &["--thumbnail-width", "300"])).unwrap();
     assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"300\""), "{svg}");
     assert_eq!(svg.matches("<circle").count(), 2);
@@ -179,7 +179,7 @@ fn an_svg_has_the_shapes_and_the_numbers_of_the_color_bar() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_said() {
+fn impossible_thumbnails_are_rejected() {
     let folder = TempDir::new().unwrap();
     let bare = recording(folder.path(), &["state"]);
     for (picture, more, code, word) in [
@@ -190,9 +190,9 @@ fn what_cannot_be_drawn_is_said() {
         ("picture.png", &["--thumbnail-width", "5"], 2, "64"),
     ] {
         let output = analyze(&bare, &folder.path().join(picture), more);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(code), "{said}");
-        assert!(said.contains(word), "{said}");
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{message}");
+        assert!(message.contains(word), "{message}");
         assert!(!folder.path().join(picture).exists());
     }
 }

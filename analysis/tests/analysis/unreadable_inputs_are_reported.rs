@@ -1,4 +1,5 @@
-//! Promise: what can't be read is named with the reason and what was still read, the rest is analyzed, and the exit code says so.
+//! Guarantee: an unreadable input is named with the reason and with the part that was read; the remaining inputs are analyzed, and the exit
+//! code reports the failure.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test's helper may panic")]
 
 use crate::synthetic::{Folder, Frames, analyze, flat, write_run};
@@ -27,7 +28,7 @@ fn frames(run: &RunManifest) -> Frames {
             let time = index as f64 / 200.0;
             let mut frame = Frame::new();
             for particle in 0..400 {
-                // Bits that do not compress, so that the file has many chunks.
+                // The bits do not compress, so that the file has many chunks.
                 let noise = ((index * 400 + particle) as f64 * 0.618_033_988_749_895).fract();
                 frame.push_state(&[noise * 0.5, noise * noise, 1.0 - noise, 1.0 + noise]);
             }
@@ -45,28 +46,28 @@ fn foreign_and_empty_files_are_named_and_the_rest_is_analyzed() {
     let folder = Folder::write(MANIFEST, frames);
     fs::write(folder.file(0), b"not a recording").unwrap();
     fs::write(folder.file(1), b"").unwrap();
-    let said = analyze(&[folder.name()]);
-    assert_eq!(said.code, 5, "{}", said.text);
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 5, "{}", output.text);
     for index in [0, 1] {
-        assert!(flat(&said.text).contains(&folder.files[index]), "{}", said.text);
+        assert!(flat(&output.text).contains(&folder.files[index]), "{}", output.text);
     }
-    assert!(flat(&said.text).contains("is not an MCAP file"), "{}", said.text);
+    assert!(flat(&output.text).contains("is not an MCAP file"), "{}", output.text);
     let metrics = folder.written();
     assert_eq!(metrics.all("pressure.measured").len(), 1);
     metrics.assert_near("pressure.measured", 3.0, 0.0);
 }
 
 #[test]
-fn a_cut_recording_gives_what_is_intact_but_no_mean() {
+fn intact_part_of_a_torn_recording_is_analyzed_without_means() {
     let folder = Folder::write(MANIFEST, frames);
     let bytes = fs::read(folder.file(1)).unwrap();
     fs::write(folder.file(1), &bytes[..bytes.len() * 2 / 3]).unwrap();
-    let said = analyze(&[folder.name()]);
-    assert_eq!(said.code, 5, "{}", said.text);
-    assert!(flat(&said.text).contains("are intact"), "{}", said.text);
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 5, "{}", output.text);
+    assert!(flat(&output.text).contains("are intact"), "{}", output.text);
     let metrics = folder.written();
     let found = metrics.all("pressure.measured");
-    // A mean of the two whole replicates, and three runs, one of them marked.
+    // A mean of the two complete replicates, and three runs, one of which is marked.
     assert_eq!(found.len(), 4);
     assert_eq!(found[0]["sweep"]["replicates"], 2);
     assert_eq!(found[0]["value"], 2.0);
@@ -74,15 +75,15 @@ fn a_cut_recording_gives_what_is_intact_but_no_mean() {
 }
 
 #[test]
-fn nothing_readable_is_an_error_without_output() {
+fn no_readable_input_is_an_error_without_output() {
     let folder = Folder::write(MANIFEST, frames);
     for index in 0..3 {
         fs::write(folder.file(index), b"\x89MCAP0\r\n").unwrap();
     }
-    let said = analyze(&[folder.file(0).to_str().unwrap()]);
-    assert_eq!(said.code, 5, "{}", said.text);
+    let output = analyze(&[folder.file(0).to_str().unwrap()]);
+    assert_eq!(output.code, 5, "{}", output.text);
     assert!(!folder.path().join("metrics.json").exists());
-    // Of the whole folder the check can't hold: its metric is missing.
+    // For the whole folder, the check fails because its metric is missing.
     assert_eq!(analyze(&[folder.name()]).code, 3);
 }
 
@@ -93,38 +94,42 @@ fn partial_files_are_read_only_when_named() {
     let partial = folder.path().join(folder.files[2].replace(".mcap", ".partial.mcap"));
     fs::write(&partial, &bytes[..bytes.len() * 2 / 3]).unwrap();
     fs::remove_file(folder.file(2)).unwrap();
-    let said = analyze(&[folder.name()]);
-    assert_eq!(said.code, 0, "{}", said.text);
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 0, "{}", output.text);
     assert!(
-        flat(&said.text).contains("1 of 3 runs have no finished recording yet"),
+        flat(&output.text).contains("1 of 3 runs have no finished recording yet"),
         "{}",
-        said.text
+        output.text
     );
     assert_eq!(folder.written().all("pressure.measured").len(), 3);
-    let said = analyze(&[partial.to_str().unwrap()]);
-    assert_eq!(said.code, 0, "{}", said.text);
-    assert!(flat(&said.text).contains(" s; not part of means and fits"), "{}", said.text);
+    let output = analyze(&[partial.to_str().unwrap()]);
+    assert_eq!(output.code, 0, "{}", output.text);
+    assert!(flat(&output.text).contains(" s; not part of means and fits"), "{}", output.text);
     let metrics = folder.written();
     assert_eq!(metrics.first("pressure.measured")["run"]["outcome"], "unfinished");
 }
 
 #[test]
-fn stale_recordings_are_left_out_and_named() {
+fn stale_recordings_are_omitted_and_named() {
     let folder = Folder::write(MANIFEST, frames);
     fs::copy(folder.file(0), folder.path().join("old.mcap")).unwrap();
-    // Another run under a listed name: its run key tells.
+    // The file has a listed name, but its run key belongs to another run.
     fs::copy(folder.file(0), folder.file(1)).unwrap();
-    let said = analyze(&[folder.name()]);
-    assert_eq!(said.code, 0, "{}", said.text);
-    assert!(flat(&said.text).contains("old.mcap is stale"), "{}", said.text);
-    assert!(flat(&said.text).contains(&format!("{} is stale", folder.files[1])), "{}", said.text);
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 0, "{}", output.text);
+    assert!(flat(&output.text).contains("old.mcap is stale"), "{}", output.text);
+    assert!(
+        flat(&output.text).contains(&format!("{} is stale", folder.files[1])),
+        "{}",
+        output.text
+    );
     let metrics = folder.written();
     metrics.assert_near("pressure.measured", 2.0, 0.0);
     assert_eq!(metrics.first("pressure.measured")["sweep"]["replicates"], 2);
 }
 
 #[test]
-fn recordings_alone_are_enough() {
+fn recordings_without_sidecars_are_analyzed() {
     let folder = Folder::write(MANIFEST, frames);
     fs::remove_file(folder.path().join("experiment.toml")).unwrap();
     let metrics = folder.metrics();
@@ -133,17 +138,17 @@ fn recordings_alone_are_enough() {
 }
 
 #[test]
-fn a_broken_side_car_is_named_and_the_recordings_are_read() {
+fn damaged_sidecar_is_named_and_the_recordings_are_read() {
     let folder = Folder::write(MANIFEST, frames);
     fs::write(folder.path().join("experiment.toml"), "name = ").unwrap();
-    let said = analyze(&[folder.name()]);
-    assert_eq!(said.code, 5, "{}", said.text);
-    assert!(said.text.contains("experiment.toml"), "{}", said.text);
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 5, "{}", output.text);
+    assert!(output.text.contains("experiment.toml"), "{}", output.text);
     folder.written().assert_near("pressure.measured", 2.0, 0.0);
 }
 
 #[test]
-fn models_that_are_mixed_are_each_analyzed() {
+fn mixed_models_are_analyzed_separately() {
     let folder = Folder::write(MANIFEST, frames);
     let orbit = parse("name = \"orbit\"\n[model.orbit]\n", "orbit.toml", &[]).unwrap();
     let mut frame = Frame::new();
@@ -152,51 +157,51 @@ fn models_that_are_mixed_are_each_analyzed() {
     let file = folder.path().join("orbit.mcap");
     write_run(&file, &orbit.runs[0], &start, &Outcome::Complete);
     fs::remove_file(folder.path().join("experiment.toml")).unwrap();
-    let said = analyze(&[folder.name()]);
-    assert_eq!(said.code, 0, "{}", said.text);
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 0, "{}", output.text);
     let metrics = folder.written();
     assert_eq!(metrics.all("radius.min").len(), 1);
     assert_eq!(metrics.first("pressure.measured")["sweep"]["replicates"], 3);
 }
 
 #[test]
-fn a_fault_is_a_result_and_no_part_of_means() {
+fn fault_is_reported_and_excluded_from_means() {
     let folder = Folder::write(MANIFEST, frames);
     let experiment = parse(MANIFEST, "gas.toml", &[]).unwrap();
     let outcome = Outcome::Fault("the gas blew up".to_owned());
     let run = &experiment.runs[1];
     write_run(&folder.file(1), run, &frames(&run.manifest), &outcome);
-    let said = analyze(&[folder.name()]);
-    assert_eq!(said.code, 0, "{}", said.text);
-    assert!(flat(&said.text).contains("fault: the gas blew up"), "{}", said.text);
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 0, "{}", output.text);
+    assert!(flat(&output.text).contains("fault: the gas blew up"), "{}", output.text);
     assert_eq!(folder.written().first("pressure.measured")["sweep"]["replicates"], 2);
 }
 
 #[test]
-fn paths_that_lead_nowhere_are_bad_arguments() {
+fn missing_paths_are_rejected_as_arguments() {
     let empty = tempfile::TempDir::new().unwrap();
     let missing = empty.path().join("nothing");
     for path in [empty.path(), missing.as_path()] {
-        let said = analyze(&[path.to_str().unwrap()]);
-        assert_eq!(said.code, 2, "{}", said.text);
-        assert!(said.text.starts_with("error: "), "{}", said.text);
+        let output = analyze(&[path.to_str().unwrap()]);
+        assert_eq!(output.code, 2, "{}", output.text);
+        assert!(output.text.starts_with("error: "), "{}", output.text);
     }
     assert_eq!(analyze(&[]).code, 2);
     assert_eq!(analyze(&["--nonsense", "."]).code, 2);
 }
 
-/// No line of the table is longer than the terminal is wide, whatever the names; no escape codes in a pipe.
+/// No line of the table is longer than the width of the terminal, for any names; a pipe receives no escape codes.
 #[test]
-fn sixty_columns_are_readable() {
+fn table_fits_sixty_columns() {
     let folder = Folder::write(MANIFEST, frames);
-    let said = analyze(&[folder.name()]);
-    for line in said.text.lines().filter(|line| !line.contains(folder.name())) {
+    let output = analyze(&[folder.name()]);
+    for line in output.text.lines().filter(|line| !line.contains(folder.name())) {
         assert!(line.chars().count() <= 60, "{line}");
     }
-    assert!(!said.text.contains('\x1b'));
+    assert!(!output.text.contains('\x1b'));
     assert!(
-        flat(&said.text).contains("written: report.html, metrics.json, metrics.csv and"),
+        flat(&output.text).contains("written: report.html, metrics.json, metrics.csv and"),
         "{}",
-        said.text
+        output.text
     );
 }
