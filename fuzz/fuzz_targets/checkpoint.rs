@@ -1,5 +1,5 @@
-//! Any bytes as a checkpoint, and any bytes as the content of one whose checksum is right: a state or an error. A state that comes is written
-//! and read again to the same bytes.
+//! Guarantee: any bytes as a checkpoint, or as the content of a checkpoint with a correct checksum, give a state or an error. A state that
+//! is saved and read again gives the same bytes.
 
 #![no_main]
 
@@ -29,6 +29,6 @@ fn check<M: Serialize + DeserializeOwned>(input: &[u8]) {
         let Some(state) = decode(bytes) else { continue };
         let once = encode(IDENTITY, &[&state]).unwrap();
         let again = decode(&once).unwrap();
-        assert!(encode(IDENTITY, &[&again]).unwrap() == once, "a state that changes by being saved");
+        assert!(encode(IDENTITY, &[&again]).unwrap() == once, "saving changes the state");
     }
 }

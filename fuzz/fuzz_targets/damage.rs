@@ -1,5 +1,5 @@
-//! A valid recording with up to 4 neighboring bytes changed, and perhaps its end cut off: every frame that comes is bit-equal to what was recorded,
-//! and an error says that the file is damaged. (CRC-32 finds every burst of up to 32 bits; more damage could be made to fit.)
+//! Guarantee: if up to 4 adjacent bytes of a valid recording are changed, or its end is cut off, every delivered frame is bitwise identical
+//! to the recorded one, and an error reports the damage. (CRC-32 finds every burst of up to 32 bits; larger damage can match.)
 
 #![no_main]
 
@@ -19,7 +19,7 @@ static ORIGINALS: LazyLock<Vec<(Vec<u8>, Vec<RecordedFrame>)>> = LazyLock::new(|
     recordings().into_iter().map(with_frames).collect()
 });
 
-// The recording, the place of the damage (two bytes), what is put over it; a fifth byte and a sixth: where the file is cut.
+// The input: the recording, the offset of the damage (two bytes), four bytes of changes, and the length after a cut (two bytes).
 fuzz_target!(|input: &[u8]| {
     let &[which, low, high, ref rest @ ..] = input else { return };
     let (original, frames) = &ORIGINALS[usize::from(which) % ORIGINALS.len()];
@@ -37,7 +37,7 @@ fuzz_target!(|input: &[u8]| {
     std::fs::write(&path, &bytes).unwrap();
     for threads in [1, 2] {
         let (delivered, error) = read(&path, threads);
-        assert!(error.is_some(), "damage that nobody reports");
+        assert!(error.is_some(), "unreported damage");
         assert!(delivered.len() <= frames.len());
         for (one, other) in delivered.iter().zip(frames) {
             assert_eq!(one.clock, other.clock);

@@ -1,4 +1,5 @@
-//! Any text as a manifest: an experiment, or errors that can be shown. The canonical text of a run gives the same run back.
+//! Guarantee: any text as a manifest gives an experiment or errors that can be formatted. The canonical text of a run parses to the same
+//! run.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Any bytes as a file: the reader answers with frames and at most one error, the same on 1 and 2 threads.
+//! Guarantee: for any bytes as a file, the reader delivers frames and at most one error, equal on 1 and 2 threads.
 
 #![no_main]
 
@@ -10,7 +10,7 @@ fuzz_target!(|bytes: &[u8]| {
     std::fs::write(&path, bytes).unwrap();
     let (frames, error) = read(&path, 1);
     let (frames_on_two, error_on_two) = read(&path, 2);
-    // Bits, not numbers: a damaged state may hold NaN, so frames are compared by their messages.
+    // A damaged state may contain NaN, so frames are compared by the bytes of their messages.
     assert!(
         frames
             .iter()

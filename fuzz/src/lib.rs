@@ -1,4 +1,4 @@
-//! What the fuzz targets share: small valid recordings, a reader's answer to a file, and checkpoints with right checksums.
+//! Shared parts of the fuzz targets: small valid recordings, reading a file, and checkpoints with correct checksums.
 
 use kinetoscope_physics::prepare;
 use kinetoscope_physics::random::Seed;
@@ -20,7 +20,7 @@ const COLUMNS: &[StateColumn] =
 const CHANNELS: &[ChannelDeclaration] =
     &[ChannelDeclaration::of::<GasTemperature>(), ChannelDeclaration::of::<GasSpeeds>()];
 
-/// Recordings of three frames, one for each compression.
+/// Recordings of three frames, one per compression.
 pub fn recordings() -> Vec<Vec<u8>> {
     [Compression::None, Compression::Lz4, Compression::Zstd].map(recording).into()
 }
@@ -77,19 +77,19 @@ fn recording(compression: Compression) -> Vec<u8> {
     recorder.finish(&Outcome::Complete).unwrap()
 }
 
-/// Whom the checkpoints belong to.
+/// The identity stored in the checkpoints.
 pub const IDENTITY: &str = "fuzz";
 
-/// A checkpoint's bytes before its content, of a content so long.
+/// The bytes of a checkpoint before its content, for a content of the given length.
 fn envelope(content_bytes: usize) -> Vec<u8> {
     let empty = checkpoint::encode(IDENTITY, &[]).unwrap();
-    // An empty content is followed by its checksum alone, and preceded by its length.
+    // An empty content is preceded by its length and followed only by its checksum.
     let mut envelope = empty[..empty.len() - 12].to_vec();
     envelope.extend((content_bytes as u64).to_le_bytes());
     envelope
 }
 
-/// A checkpoint with this content, whatever it is, and the checksum that goes with it.
+/// A checkpoint with any content and the matching checksum.
 pub fn checkpoint_of(content: &[u8]) -> Vec<u8> {
     let mut bytes = envelope(content.len());
     bytes.extend(content);
@@ -97,7 +97,7 @@ pub fn checkpoint_of(content: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// The content of the checkpoint of a run that has just started, for each model, after the model's number.
+/// The content of the checkpoint of a run that has just started, for each model, preceded by the number of the model.
 pub fn starts() -> Vec<Vec<u8>> {
     (0..4)
         .zip(["dem", "gas", "packing", "orbit"])
@@ -129,15 +129,15 @@ fn recorder_state() -> RecorderState {
     state
 }
 
-/// A file of this process, in memory where the system has a place for that.
+/// A file of this process, in memory if the system offers a folder for that.
 pub fn scratch_file() -> PathBuf {
     let memory = Path::new("/dev/shm");
     let folder = if memory.is_dir() { memory.to_owned() } else { std::env::temp_dir() };
     folder.join(format!("kinetoscope-fuzz-{}.mcap", std::process::id()))
 }
 
-/// All frames that a reader with so many threads delivers of a file, with what it made of every message, and the error that
-/// follows, if any. Panics where a frame comes after an error.
+/// All frames, with decoded messages, that a reader with the given number of threads delivers from a file, and the error that
+/// follows, if any. Panics if a frame follows an error.
 pub fn read(path: &Path, threads: usize) -> (Vec<RecordedFrame>, Option<String>) {
     let threads = NonZeroUsize::new(threads).unwrap();
     let mut whole = Vec::new();
@@ -147,7 +147,7 @@ pub fn read(path: &Path, threads: usize) -> (Vec<RecordedFrame>, Option<String>)
     };
     let mut error = None;
     for frame in frames {
-        assert_eq!(error, None, "something follows an error");
+        assert_eq!(error, None, "a frame or an error follows an error");
         match frame.and_then(look_into) {
             Ok(frame) => whole.push(frame),
             Err(fault) => error = Some(fault.to_string()),
@@ -156,7 +156,7 @@ pub fn read(path: &Path, threads: usize) -> (Vec<RecordedFrame>, Option<String>)
     (whole, error)
 }
 
-/// Decodes what analysis would decode; an undecodable message is an error, not the frame's.
+/// Decodes the messages that the analysis would decode. A message that cannot be decoded is not an error of the frame.
 fn look_into(frame: RecordedFrame) -> Result<RecordedFrame, ReadError> {
     if let Some(state) = frame.state() {
         (0..state.rows()).for_each(|row| assert_eq!(state.row(row).len(), state.columns().len()));

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The first random numbers of every stream, written apart from Kinetoscope.
+"""The first random numbers of every stream, implemented independently of Kinetoscope.
 
 Plain Python 3, no packages. ChaCha with 12 rounds (Bernstein 2008): the seed, little-endian, is the
 key's first 8 bytes, the rest is zero; the block counter is words 12 and 13, the 64-bit stream number
 replicate * 2^32 + purpose is words 14 and 15. A uniform number is the upper 53 bits of 64, times 2^-53.
-tests/guarantees/random_streams_are_pinned.rs holds what this prints: seed, replicate, purpose, then the 53-bit
+tests/guarantees/random_streams_are_pinned.rs contains the output: seed, replicate, purpose, then the 53-bit
 numbers of draws 1, 2, 3 and 1000.
 """
 

@@ -1,9 +1,9 @@
-"""Reads recordings with the readers of other projects and says what it found.
+"""Reads recordings with the readers of other projects and reports the result.
 
 Usage: python check_recording.py RECORDING.mcap ...    (packages: requirements.txt)
 
 For each file: every checksum of the container is validated, every message is decoded by the schema that the file itself
-carries, and the rules of recordings/README.md are checked. Exit code 1 at the first file that breaks one.
+contains, and the rules of recordings/README.md are checked. Exit code 1 at the first file that violates a rule.
 """
 
 import struct
@@ -16,7 +16,7 @@ from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
 
 FLOAT64 = 8  # foxglove.PackedElementField.NumericType
-DRAWN_AT_THE_START = {"/walls", "/legend"}  # walls that move with every frame, too
+DRAWN_AT_THE_START = {"/walls", "/legend"}  # moving walls are drawn in every frame
 DRAWN_EVERY_FRAME = {"/discs", "/velocity", "/contacts", "/trail"}
 
 
@@ -118,7 +118,7 @@ def main():
     for name in sys.argv[1:]:
         try:
             check(Path(name))
-        except Exception as error:  # any failure of a foreign reader is a finding
+        except Exception as error:  # any failure of another reader is a finding
             sys.exit(f"{name}: {type(error).__name__}: {error}")
 
 

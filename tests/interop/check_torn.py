@@ -1,9 +1,9 @@
-"""Reads what a killed run left with the reader of another project.
+"""Reads the partial recording of a killed run with the reader of another project.
 
 Usage: python check_torn.py TORN.mcap WHOLE.mcap       (packages: requirements.txt)
 
 Every message of the torn file up to its tear must be, byte for byte and in order, a message of the whole recording, with all
-checksums validated. Prints how many there are; exit code 1 where one differs or none is left.
+checksums validated. Prints the number of messages; exit code 1 if a message differs or none is found.
 """
 
 import sys

@@ -1,9 +1,9 @@
-"""Computes the headline numbers of every recording anew, from the recording alone, and compares with metrics.json.
+"""Recomputes the headline numbers of every recording from the recording only and compares them with metrics.json.
 
 Usage: python headline_numbers.py FOLDER ...    (packages: requirements.txt)
 
-Each FOLDER holds recordings and the metrics.json that analyze-recordings wrote beside them. Nothing of the project's code is
-used: the container is read by the PyPI package mcap, messages by the schemas in the file, sums are numpy's. Exit code 1 if
+Each FOLDER contains recordings and the metrics.json that analyze-recordings wrote next to them. No code of the project is used:
+the PyPI package mcap reads the container, the schemas in the file decode the messages, and numpy computes the sums. Exit code 1 if
 a number differs by more than 1e-9 of its scale.
 """
 
@@ -18,7 +18,7 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
 TOLERANCE = 1e-9
-GM_SUN = 2.959122082322128e-4  # AU^3/day^2, orbit document, exercise 14to4
+GM_SUN = 2.959122082322128e-4  # AU^3/day^2, orbit exercise 14to4
 
 
 class Recording:
@@ -61,7 +61,7 @@ def dem(recording, model):
         elastic = 0.5 * model["stiffness_n_per_m"] * sum(float((o**2).sum()) for o in overlaps)
         return float(kinetic.sum() + potential.sum()) + elastic
 
-    # Springs that remember and walls of any shape are not in the state: there the elastic energy is the channel's.
+    # Tangential springs and walls of any shape are not in the state; in these cases, the elastic energy is read from the channel.
     in_a_scene = model["friction"] > 0 or model["walls"] or model["periodic"] != "none"
     energies = recording.messages["/energy"]
     start = mechanical_energy(recording.states[0], energies[0])
@@ -102,7 +102,7 @@ def dem(recording, model):
 
 
 def level_floor(model):
-    """Height of the floor by time: the box's, or that of the one wall, level and as wide as the box; None of other scenes."""
+    """Height of the floor by time: that of the box, or of the only wall if it is level and as wide as the box; None for other scenes."""
     if not model["walls"]:
         return lambda time: 0.0
     wall = model["walls"][0]
@@ -121,8 +121,8 @@ def level_floor(model):
 
 
 def stress(recording, model, floor):
-    """Love's and Weber's stress in layers of a mean diameter over the last tenth of the run: a layer has of each branch what lies below its
-    top less what lies below its bottom."""
+    """Love's and Weber's stress in layers of a mean diameter over the last tenth of the run. The part of each branch in a layer is the part below
+    its top minus the part below its bottom."""
     radius = model["radius_m"]
     if isinstance(radius, dict):
         radius = radius["mean"] if "mean" in radius else (radius["min"] + radius["max"]) / 2
@@ -200,7 +200,7 @@ def gas(recording, model):
     state, center = recording.states[-1], model["center_m"]
     ledger = recording.messages.get("/ledger")
     radius = ledger[-1].radius_m if ledger else model["radius_m"]
-    # Particles that left through an opening fly on outside.
+    # Particles that left through an opening continue outside.
     left = "opening_width_m" in model
     inside = numpy.hypot(state["x"] - center[0], state["y"] - center[1]) <= radius * (1 + 1e-9)
     kept = inside if left else numpy.ones(len(inside), bool)
@@ -240,12 +240,12 @@ def gas(recording, model):
         energy = recording.messages["/energy"][-1].kinetic_j
         numbers["compressibility_factor"] = 1 + collisions[-1].pair_virial_j_s / (2 * energy * time)
     if "further_masses_kg" in model:
-        # The state does not say which particle has which mass.
+        # The state does not contain the masses of the particles.
         masses_matter = ("temperature.mean_square", "temperature.mean_speed", "pressure.mean_speed_formula")
         for name in (*masses_matter, "pressure.mean_square_formula"):
             del numbers[name]
     if model.get("wall_speed_m_per_s"):
-        # An average over a wall whose length changes between the frames.
+        # The average is over a wall whose length changes between the frames.
         del numbers["pressure.measured"]
     return numbers
 
@@ -276,14 +276,14 @@ def packing(recording, model):
         "collision_rate": 2 * collisions.pair / (len(recording.states[-1]["x"]) * recording.times[-1]),
     }
     if model["boundary"] == "periodic":
-        # Its images are left to the law tests.
+        # Periodic images are covered by the law tests.
         del numbers["mean_square_displacement.final"]
         return numbers
     return structure(recording, model) | numbers
 
 
 def structure(recording, model):
-    """psi6 and g near contact over the sampled frames, pair by pair."""
+    """psi6 and g near contact over the sampled frames, computed for each pair."""
     count, diameter = model["discs"], 2 * model["radius"]
     a, b = model["width"] - diameter, model["height"] - diameter
     if count < 2 or min(a, b) < 2 * diameter:
@@ -317,7 +317,7 @@ def structure(recording, model):
 
 
 def bodies(recording, model):
-    """Energy, angular momentum and return of bodies that attract each other, over their whole mass."""
+    """Energy, angular momentum and return of bodies that attract each other, per total mass."""
     parameters = numpy.array([body["gm_au3_per_day2"] for body in model["bodies"]])
     shares = parameters / parameters.sum()
 
@@ -391,7 +391,7 @@ def kepler(r0, v0, time):
     return f * r0 + g * v0
 
 
-# Numbers that are differences of larger ones are compared on the larger one's scale.
+# Differences of larger numbers are compared on the scale of the larger number.
 SCALES = {name: 1.0 for name in (
     "energy.total_change_relative", "energy.residual_relative", "energy.drift_relative",
     "angular_momentum.drift_relative", "position_error.final", "a2.final", "energy.largest_error_relative",

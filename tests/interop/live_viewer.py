@@ -1,9 +1,9 @@
-"""Watches a run while it is under way, and compares what it sees with what is recorded.
+"""Receives the messages of a run in progress and compares them with the recording.
 
 Usage: python live_viewer.py ADDRESS FOLDER    (packages: requirements.txt)
 
-ADDRESS is where `run-experiment --live` serves, FOLDER where the one recording goes. Every message is decoded by the schema
-that the server announces. Exit code 1 if a message was not recorded so, a frame came in parts, or the last one is missing.
+ADDRESS is the address of `run-experiment --live`; FOLDER is the folder of the only recording. Every message is decoded by the schema
+that the server announces. Exit code 1 if a message differs from the recording, a frame is incomplete, or the last frame is missing.
 """
 
 import base64
@@ -47,7 +47,7 @@ def watch(address):
                 return seen
             if isinstance(said, str):
                 said = json.loads(said)
-                require(said["op"] in {"serverInfo", "advertise"}, f"the server says {said}")
+                require(said["op"] in {"serverInfo", "advertise"}, f"unexpected message of the server: {said}")
                 for channel in said.get("channels", []):
                     topics[channel["id"]], decoders[channel["id"]] = channel["topic"], decoder(channel)
                 subscriptions = [{"id": channel, "channelId": channel} for channel in topics]
@@ -67,11 +67,11 @@ def main():
     with open(recording, "rb") as stream:
         messages = make_reader(stream, validate_crcs=True).iter_messages(log_time_order=False)
         recorded = [(channel.topic, message.log_time, message.data) for _, channel, message in messages]
-    require(set(seen) <= set(recorded), "a message was not recorded so")
+    require(set(seen) <= set(recorded), "a message differs from the recording")
     times = {time for _, time, _ in seen}
     for time in times:
         of_frame = [sorted(message for message in all_ if message[1] == time) for all_ in (seen, recorded)]
-        require(of_frame[0] == of_frame[1], f"the frame at {time} ns came in parts")
+        require(of_frame[0] == of_frame[1], f"the frame at {time} ns is incomplete")
     last = max(time for _, time, _ in recorded)
     require(last in times, "the last frame is missing")
     frames = len({time for _, time, _ in recorded})

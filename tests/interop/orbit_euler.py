@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Explicit Euler for the Earth's orbit, exercise 14to4, written apart from Kinetoscope.
+"""Explicit Euler for the orbit of the Earth, orbit exercise 14to4, implemented independently of Kinetoscope.
 
 Plain Python 3, no packages. A float is an IEEE 754 double and math.sqrt is correctly rounded, so
 the printed positions (17 digits) are the same on every machine. tests/orbit/euler_matches_independent_program.rs
-holds them as constants.
+contains them as constants.
 
 Usage: python3 orbit_euler.py [duration in days, default 365.25] [time step in days ...]
 """

@@ -1,4 +1,4 @@
-//! Writes the seeds of all targets below `corpus/`, in the folder where it is started.
+//! Writes the seeds of all targets below `corpus/` in the current folder.
 
 use std::fs;
 use std::path::Path;
@@ -17,7 +17,7 @@ fn main() {
     for (index, bytes) in kinetoscope_fuzz::starts().iter().enumerate() {
         put("checkpoint", &format!("start_{index}"), bytes);
     }
-    // 33 bytes that make a trusting reader panic: magic, an empty header record, a record of u64::MAX bytes.
+    // 33 bytes that make a reader without checks panic: magic, an empty header record, a record of u64::MAX bytes.
     let header = [&[0x01][..], &7_u64.to_le_bytes(), &[0; 7]].concat();
     let hostile = [&b"\x89MCAP0\r\n"[..], &header, &[0x06], &u64::MAX.to_le_bytes()].concat();
     put("reader", "hostile_length", &hostile);
