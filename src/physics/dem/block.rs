@@ -1,6 +1,7 @@
 //! Blocks of discs that are adjacent in memory, with their neighbor lists: the data that all algorithms of a step share.
 
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Discs per block: few enough that the lists of a block stay in the cache, enough that few pairs belong to two blocks.
 pub(super) const BLOCK: usize = 2500;
@@ -122,6 +123,17 @@ impl<'a, const N: usize> PairGroups<'a, N> {
     pub(super) fn of(ends: [&'a [u32]; 2], reach: &'a [f64], damping: &'a [f64]) -> Self {
         let [first, second] = ends.map(|column| column.as_chunks().0);
         Self { first, second, reach: reach.as_chunks().0, damping: damping.as_chunks().0 }
+    }
+
+    /// A range of the groups. All columns then have one length, so that loops over them check no index.
+    #[inline(always)]
+    pub(super) fn range(&self, range: Range<usize>) -> Self {
+        Self {
+            first: &self.first[range.clone()],
+            second: &self.second[range.clone()],
+            reach: &self.reach[range.clone()],
+            damping: &self.damping[range],
+        }
     }
 
     /// The largest index.

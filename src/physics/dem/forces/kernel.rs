@@ -125,6 +125,7 @@ impl<R: Register> EnergyRegisters<R> {
 #[derive(Clone, Copy)]
 struct Slider<'a, const N: usize, R: Register> {
     ends: [&'a [u32; N]; 2],
+    reach: &'a [f64; N],
     group: usize,
     damping: R,
     mask: R::Mask,
@@ -155,13 +156,30 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
     ) -> usize {
         let mut contacts = 0;
         for start in range.clone().step_by(BATCH) {
-            let batch_range = start..Ord::min(start + BATCH, range.end);
+            let groups = groups.range(start..Ord::min(start + BATCH, range.end));
             // SAFETY: the caller checked the indices.
             unsafe {
                 contacts +=
-                    self.find_kinematics::<FRICTION, ROLLING>(groups, springs, batch, batch_range);
-                for number in 0..batch.count {
-                    self.add_forces::<FRICTION, ROLLING, MIXED>(groups, springs, batch, number);
+                    self.find_kinematics::<FRICTION, ROLLING>(&groups, springs, batch, start);
+                if FRICTION || N == 1 {
+                    for number in 0..batch.count {
+                        let group = batch.groups[number % BATCH];
+                        self.add_forces::<FRICTION, ROLLING, MIXED>(
+                            &groups,
+                            springs,
+                            batch,
+                            [number, group, start],
+                        );
+                    }
+                } else {
+                    for group in 0..groups.first.len() {
+                        self.add_forces::<FRICTION, ROLLING, MIXED>(
+                            &groups,
+                            springs,
+                            batch,
+                            [group, group, start],
+                        );
+                    }
                 }
             }
         }
@@ -179,13 +197,13 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
         groups: &PairGroups<'_, N>,
         springs: &Springs<'_, N>,
         batch: &mut Batch<I::Register>,
-        range: Range<usize>,
+        start: usize,
     ) -> usize {
         let Self { instructions, law, context, sums, .. } = self;
         let BlockView { positions, velocities, radii, .. } = context.discs;
         let mut bound = instructions.splat(sums.max_overlap.bound());
         let (mut contacts, mut count) = (0, 0);
-        for group in range {
+        for group in 0..groups.first.len() {
             let ends = [&groups.first[group], &groups.second[group]];
             let reach = instructions.load(&groups.reach[group]);
             // SAFETY: the caller checked the indices.
@@ -195,9 +213,10 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
             if FRICTION || N == 1 {
                 let mut is_idle = mask.bits() == 0;
                 if FRICTION {
-                    let mut held = instructions.load(&springs.stretch[group]).abs();
+                    let mut held = instructions.load(&springs.stretch[start + group]).abs();
                     if ROLLING {
-                        held = held + instructions.load(&springs.rolling_stretch[group]).abs();
+                        held =
+                            held + instructions.load(&springs.rolling_stretch[start + group]).abs();
                     }
                     is_idle &= law.zero.is_less(held).bits() == 0;
                 }
@@ -228,14 +247,17 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
                 batch.contacts[count % BATCH].sliding_speed = contact.sliding_speed;
                 batch.masks[count % BATCH] = mask;
             }
-            batch.groups[count % BATCH] = group;
+            if FRICTION || N == 1 {
+                batch.groups[count % BATCH] = group;
+            }
             count += 1;
         }
         batch.count = count;
         contacts
     }
 
-    /// The second pass: adds the forces of a group; its springs advance by a step.
+    /// The second pass: adds the forces of a group; its springs advance by a step. The three numbers are its place in the batch, its
+    /// number, and that of the first group of the batch.
     ///
     /// # Safety
     /// - Every index is less than the number of discs.
@@ -245,16 +267,16 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
         groups: &PairGroups<'_, N>,
         springs: &mut Springs<'_, N>,
         batch: &Batch<I::Register>,
-        number: usize,
+        [number, group, start]: [usize; 3],
     ) {
-        let group = batch.groups[number % BATCH];
         let (contact, mask) = (&batch.contacts[number % BATCH], batch.masks[number % BATCH]);
         let ends = [&groups.first[group], &groups.second[group]];
         let damping = self.instructions.load(&groups.damping[group]);
         let normal = self.law.normal_force(contact, damping);
         let on_first = if FRICTION {
-            let slider = Slider { ends, group, damping, mask };
-            self.friction::<ROLLING, MIXED>(groups, springs, contact, &normal, slider)
+            let (reach, group) = (&groups.reach[group], start + group);
+            let slider = Slider { ends, reach, group, damping, mask };
+            self.friction::<ROLLING, MIXED>(springs, contact, &normal, slider)
         } else {
             // A pair apart adds 0, which changes no bit: a sum that began with +0 is never -0. A branch would cost more.
             contact.along_normal(&normal)
@@ -272,11 +294,10 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
     #[inline(always)]
     fn friction<const ROLLING: bool, const MIXED: bool>(
         &mut self,
-        groups: &PairGroups<'_, N>,
         springs: &mut Springs<'_, N>,
         contact: &ContactKinematics<I::Register>,
         normal: &NormalForce<I::Register>,
-        Slider { ends, group, damping, mask }: Slider<'_, N, I::Register>,
+        Slider { ends, reach, group, damping, mask }: Slider<'_, N, I::Register>,
     ) -> [I::Register; 4] {
         let Self { instructions, law, context, sums, energies, .. } = self;
         let pressing = law.pressing(normal);
@@ -285,8 +306,8 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
         // Columns of one length, so that an index is checked once.
         let rim_speeds = &context.rim_speeds[..sums.forces.len()];
         let tangential = &mut sums.tangential[..sums.forces.len()];
-        let rim_speed = gathered(*instructions, rim_speeds, ends[0])
-            + gathered(*instructions, rim_speeds, ends[1]);
+        let rim_speeds = gathered_at_both(*instructions, rim_speeds, ends);
+        let rim_speed = rim_speeds[0] + rim_speeds[1];
         let before = instructions.load(&springs.stretch[group]);
         let slid = law.sliding(contact, damping, rim_speed, before, friction * pressing);
         instructions.store(slid.stretch.or_zero(mask), &mut springs.stretch[group]);
@@ -296,11 +317,10 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
         let mut elastic = law.spring_energy(slid.stretch);
         if ROLLING {
             let before = instructions.load(&springs.rolling_stretch[group]);
-            let column = |column, discs| gathered(*instructions, column, discs);
-            let BlockView { radii, spins, .. } = context.discs;
-            let reach = instructions.load(&groups.reach[group]);
-            let reduced_radius = column(radii, ends[0]) * column(radii, ends[1]) / reach;
-            let rate = column(spins, ends[0]) - column(spins, ends[1]);
+            let radii = gathered_at_both(*instructions, context.discs.radii, ends);
+            let spins = gathered_at_both(*instructions, context.discs.spins, ends);
+            let reduced_radius = radii[0] * radii[1] / instructions.load(reach);
+            let rate = spins[0] - spins[1];
             let (rolled, torque) =
                 law.rolling(reduced_radius, rate, before, rolling_friction * pressing);
             instructions.store(rolled.stretch.or_zero(mask), &mut springs.rolling_stretch[group]);
@@ -370,6 +390,16 @@ fn gathered<const N: usize, I: InstructionSet<N>>(
         *value = column[*disc as usize];
     }
     instructions.load(&values)
+}
+
+/// One number per disc, for the first discs of a group and for the second ones.
+#[inline(always)]
+fn gathered_at_both<const N: usize, I: InstructionSet<N>>(
+    instructions: I,
+    column: &[f64],
+    [first, second]: [&[u32; N]; 2],
+) -> [I::Register; 2] {
+    [gathered(instructions, column, first), gathered(instructions, column, second)]
 }
 
 /// Friction and rolling friction of discs of several materials.

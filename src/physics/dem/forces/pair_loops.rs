@@ -108,7 +108,7 @@ impl<C: ContactRecorder, const ROLLING: bool, const MIXED: bool> RegisterKernel
             rolling_stretch: rolling_stretch.as_chunks_mut().0,
         };
         let range = range.start / N..range.end / N;
-        check_indices(context, sums, &groups);
+        check_indices(context, sums, &groups.range(range.clone()));
         let law = LawRegisters::new(instructions, context.law, context.time_step);
         let mut batch = Batch::new(law.zero);
         let registers = EnergyRegisters::load(instructions, energies);
