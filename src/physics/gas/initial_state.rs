@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 /// Particles relative to the center, and the distribution of their speeds.
 pub(super) struct InitialState {
     pub(super) particles: Vec<Particle>,
-    pub(super) speed_law: InitialSpeeds,
+    pub(super) initial_speeds: InitialSpeeds,
 }
 
 /// Distance outside the wall over the radius at which a given point still counts as on the wall: the rounding of decimals.
@@ -83,7 +83,7 @@ impl InitialState {
             // The added zero makes both components of a particle at rest +0.
             particle.velocity = particle.velocity.map(|component| component * factor + 0.0);
         }
-        self.speed_law = match self.speed_law {
+        self.initial_speeds = match self.initial_speeds {
             InitialSpeeds::Uniform { max_speed } => {
                 InitialSpeeds::Uniform { max_speed: max_speed * factor }
             }
@@ -99,7 +99,7 @@ impl InitialState {
 
 /// Draws positions, directions and speeds; speeds are in units of their scale.
 fn draw(config: &GasConfig, seed: Seed) -> Result<InitialState, Refusal> {
-    let speed_law = match (config.speed_distribution, config.speed_scale) {
+    let initial_speeds = match (config.speed_distribution, config.speed_scale) {
         (_, SpeedScale::Given | SpeedScale::Temperature(_))
             if !config.speeds_m_per_s.is_empty() =>
         {
@@ -142,7 +142,7 @@ fn draw(config: &GasConfig, seed: Seed) -> Result<InitialState, Refusal> {
         .zip(velocities)
         .map(|(position, velocity)| Particle { position, velocity })
         .collect();
-    Ok(InitialState { particles, speed_law })
+    Ok(InitialState { particles, initial_speeds })
 }
 
 /// Draws positions relative to the center: those of points from their distribution, those of discs uniformly without overlap.
@@ -219,5 +219,5 @@ fn from_rows(config: &GasConfig, rows: &[[f64; 4]]) -> Result<InitialState, Refu
         }
         particles.push(Particle { position, velocity: [vx, vy] });
     }
-    Ok(InitialState { particles, speed_law: InitialSpeeds::Given })
+    Ok(InitialState { particles, initial_speeds: InitialSpeeds::Given })
 }

@@ -26,7 +26,7 @@ impl Gas {
         );
         frame.log(
             Level::Info,
-            match self.speed_law {
+            match self.initial_speeds {
                 InitialSpeeds::Uniform { max_speed } => format!(
                     "start: positions uniform over the area, directions uniform, speeds uniform in [0, {}) m/s",
                     short(max_speed)
@@ -50,7 +50,7 @@ impl Gas {
         let by = |definition| short(self.temperature_k(moments, definition));
         let by_mean_speed = by(TemperatureDefinition::MeanSpeed);
         let by_mean_square = by(TemperatureDefinition::MeanSquare);
-        let expected = match self.speed_law {
+        let expected = match self.initial_speeds {
             InitialSpeeds::Uniform { .. } => " (expected ratio 4/3 for uniform speeds)",
             InitialSpeeds::Maxwell { .. } => " (expected ratio 4/pi for the Maxwell distribution)",
             InitialSpeeds::Equal | InitialSpeeds::Given => "",
@@ -67,7 +67,7 @@ impl Gas {
 
     fn warn_of_long_steps(&self, frame: &mut Frame) {
         let Clock::Steps(StepClock { time_step_s, .. }) = self.scheme.clock() else { return };
-        let fastest = match self.speed_law {
+        let fastest = match self.initial_speeds {
             InitialSpeeds::Uniform { max_speed } => max_speed,
             _ => max_speed(self.start.iter()),
         };

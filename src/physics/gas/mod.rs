@@ -57,7 +57,7 @@ pub struct Gas {
     state: GasState,
     scheme: Scheme,
     schedule: TemperatureSchedule,
-    speed_law: InitialSpeeds,
+    initial_speeds: InitialSpeeds,
     /// Upper end of the displayed speeds, m/s.
     speed_range_top: f64,
     /// Particles at the start of the present paths.
@@ -107,7 +107,7 @@ impl Model for Gas {
             scheme: Scheme::prepare(config, seed, &state)?,
             state,
             schedule: TemperatureSchedule::new(config),
-            speed_law: initial.speed_law,
+            initial_speeds: initial.initial_speeds,
             speed_range_top: 1.0,
             start: particles,
             start_s: 0.0,
@@ -117,7 +117,8 @@ impl Model for Gas {
         let moments = gas.moments();
         gas.state.energy_balance.at_start = moments.reduced_mean_square * moments.count / 2.0;
         let rms_speed = moments.mean_square.sqrt();
-        gas.speed_range_top = gas.speed_law.range_top(rms_speed, config.disc_radius_m.is_some());
+        gas.speed_range_top =
+            gas.initial_speeds.range_top(rms_speed, config.disc_radius_m.is_some());
         Ok(gas)
     }
 

@@ -44,7 +44,7 @@ impl Gas {
             .filter(|(id, _)| self.scheme.is_inside(*id))
             .map(|(_, (particle, ratio))| ratio.sqrt() * particle.speed());
         let mean_square = moments.reduced_mean_square;
-        let speeds = histogram(reduced, self.speed_law, self.speed_range_top, mean_square);
+        let speeds = histogram(reduced, self.initial_speeds, self.speed_range_top, mean_square);
         frame.push(&self.energy_balance(&speeds));
         frame.push(&self.collisions());
         frame.push(&speeds);

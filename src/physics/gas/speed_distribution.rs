@@ -76,7 +76,7 @@ pub fn maxwell_density(speed: f64, mean_square: f64) -> f64 {
 #[must_use]
 pub fn histogram(
     speeds: impl Iterator<Item = f64>,
-    law: InitialSpeeds,
+    initial: InitialSpeeds,
     range_top: f64,
     mean_square: f64,
 ) -> GasSpeeds {
@@ -96,7 +96,7 @@ pub fn histogram(
     let centers: Vec<f64> = (0..BINS).map(|bin| (bin as f64 + 0.5) * width).collect();
     let density: Vec<f64> =
         counts.iter().map(|&count| count as f64 / (particles * width)).collect();
-    let initial_law: Vec<f64> = centers.iter().map(|&speed| law.density(speed)).collect();
+    let initial_law: Vec<f64> = centers.iter().map(|&speed| initial.density(speed)).collect();
     let maxwell: Vec<f64> =
         centers.iter().map(|&speed| maxwell_density(speed, mean_square)).collect();
     GasSpeeds {

@@ -184,6 +184,8 @@ impl<F: Force, T: TurnCounter<F::Vector>, const COMPENSATED: bool> MethodVisitor
 {
     type Output = Result<(), NotFinite>;
 
+    // Inlined, so that the coefficients are constants: with them in memory, Runge–Kutta steps take 2.7 times as long.
+    #[inline(always)]
     fn visit(self, method: &impl Method) -> Self::Output {
         let Self { trajectory, force, h, steps, counter } = self;
         let restart = |trajectory: &Trajectory<F::Vector>| {
