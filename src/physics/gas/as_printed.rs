@@ -76,8 +76,8 @@ impl Propagator for AsPrinted {
         self.tallies.iter_mut().for_each(ParticleTally::open_window);
     }
 
-    fn is_lost(&self, id: usize) -> bool {
-        self.is_lost[id]
+    fn lost_particles(&self) -> &[bool] {
+        &self.is_lost
     }
 
     fn description(&self, _state: &GasState) -> String {

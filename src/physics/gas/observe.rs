@@ -41,7 +41,7 @@ impl Gas {
         let ratios = self.state.substance.mass_ratios.iter();
         let particles = self.state.particles.iter().zip(ratios).enumerate();
         let reduced = particles
-            .filter(|(id, _)| self.scheme.is_inside(*id))
+            .filter(|(id, _)| self.is_inside(*id))
             .map(|(_, (particle, ratio))| ratio.sqrt() * particle.speed());
         let mean_square = moments.reduced_mean_square;
         let speeds = histogram(reduced, self.initial_speeds, self.speed_range_top, mean_square);
@@ -157,7 +157,7 @@ impl Gas {
         let mut squares = CompensatedSum::default();
         let mut angular_momentum = CompensatedSum::default();
         for (id, (now, ratio)) in self.state.particles.iter().zip(mass_ratios).enumerate() {
-            if self.scheme.is_inside(id) {
+            if self.is_inside(id) {
                 squares.add(ratio * dot(now.velocity, now.velocity));
                 angular_momentum.add(ratio * now.angular_momentum_per_mass());
             }
@@ -179,12 +179,12 @@ impl Gas {
         if !self.scheme.conserves_invariants() {
             return [0.0, 0.0];
         }
-        let circle = self.state.container.circle;
+        let (circle, time_s) = (self.state.container.circle, self.time());
         for (id, (now, first)) in self.state.particles.iter().zip(self.start.iter()).enumerate() {
             let speed_at_start = circle.scaled(first, self.start_s).speed();
             // The relative change is not defined for a particle at rest, which remains at rest.
-            if speed_at_start > 0.0 && self.scheme.is_inside(id) {
-                let speed = circle.scaled(now, self.time()).speed();
+            if speed_at_start > 0.0 && self.is_inside(id) {
+                let speed = circle.scaled(now, time_s).speed();
                 raise(&mut of_speed, (speed - speed_at_start).abs() / speed_at_start);
                 let change = now.angular_momentum_per_mass() - first.angular_momentum_per_mass();
                 raise(&mut of_angular_momentum, change.abs() / speed_at_start);
@@ -200,8 +200,9 @@ impl Gas {
             let [x, y] = particle.position;
             x * x + y * y > limit * limit
         };
+        let lost = self.scheme.lost_particles();
         let outside = self.state.particles.iter().enumerate().filter(|(id, particle)| {
-            self.scheme.is_inside(*id) && (self.scheme.is_lost(*id) || is_outside(*particle))
+            self.is_inside(*id) && (lost.get(*id) == Some(&true) || is_outside(*particle))
         });
         outside.count() as u64
     }

@@ -45,9 +45,9 @@ pub(super) trait Propagator {
         true
     }
 
-    /// Whether the scheme has lost a particle.
-    fn is_lost(&self, _id: usize) -> bool {
-        false
+    /// Whether the scheme has lost each particle; empty if it loses none.
+    fn lost_particles(&self) -> &[bool] {
+        &[]
     }
 
     /// Whether |R v - u p| and p x v of each particle are conserved.
