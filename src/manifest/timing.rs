@@ -1,5 +1,5 @@
-//! `timing.json`: how long the runs of an experiment took on a machine. `run-experiment --time` writes it and reports show
-//! it. No metric uses it.
+//! `timing.json`: how long the runs of an experiment took on a machine. `kinetoscope benchmark` writes it, reports show it, and no
+//! metric reads it.
 
 use crate::sweep::Coordinate;
 use serde::{Deserialize, Serialize};

@@ -206,7 +206,7 @@ impl Uploader {
             }
             Ok(Put::Differs) => self.state().conflicts.push(format!(
                 "{}/{name} is there already and holds other bytes than {}. Both were kept: fetch it, compare the two with \
-                 --compare, and remove the one that is not wanted",
+                 `kinetoscope compare`, and remove the one that is not wanted",
                 self.address(),
                 file.display()
             )),

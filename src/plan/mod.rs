@@ -163,6 +163,14 @@ impl Plan {
         self.runs.iter().filter(|run| matches!(run.status, Status::ToDo(_))).collect()
     }
 
+    /// The runs whose recordings exist and are finished, with their outcomes.
+    pub fn finished(&self) -> impl Iterator<Item = (&PlannedRun, &Outcome)> {
+        self.runs.iter().filter_map(|run| match &run.status {
+            Status::Done(outcome) => Some((run, outcome)),
+            _ => None,
+        })
+    }
+
     /// The runs to be executed in descending order of cost, so that no long run executes alone at the end.
     #[must_use]
     pub fn to_do_by_cost(&self) -> Vec<&PlannedRun> {

@@ -25,6 +25,8 @@ pub struct Estimate {
     pub bytes: u64,
     /// Whether such a series is recorded in addition. Its size is unknown: it depends on the number of collisions or contacts.
     pub has_series_on_request: bool,
+    /// Length of the run, as the model counts it.
+    pub extent: Extent,
     /// Height of the viewer's section, in the state's length unit.
     pub view_height: f64,
     /// Cost relative to the other runs of the experiment: particle steps, particle times, or events.
@@ -49,6 +51,7 @@ impl Estimate {
         Self {
             frames,
             particles,
+            extent: model.extent(),
             bytes: BYTES_BESIDE_FRAMES + frames * bytes_per_frame,
             has_series_on_request: wants_opt_in(kind, &manifest.record),
             view_height: top - bottom,

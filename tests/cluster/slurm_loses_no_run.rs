@@ -97,7 +97,7 @@ fn disturbed(replicates: usize, moments: u64) {
     interrupt(&waiting);
     let left = cluster.end_of(waiting, MINUTE, |_| {});
     assert_eq!(left.status.code(), Some(130), "{}", warnings(&cluster));
-    assert!(output_text(&left).contains("are left to the cluster"), "{}", output_text(&left));
+    assert!(output_text(&left).contains("still on the cluster"), "{}", output_text(&left));
 
     let waiting = on_slurm(&cluster, &manifest, &output);
     cluster.wait("a running task", MINUTE, || {
@@ -165,11 +165,7 @@ fn held_tasks_are_named_and_resume_when_released() {
     let ended = cluster.end_of(waiting, MINUTE * 2, |_| {});
     assert_eq!(ended.status.code(), Some(75), "{}{}", output_text(&ended), warnings(&cluster));
     assert!(output_text(&ended).contains("22 new recordings"), "{}", output_text(&ended));
-    assert!(
-        output_text(&ended).contains("2 runs are left to the cluster"),
-        "{}",
-        output_text(&ended)
-    );
+    assert!(output_text(&ended).contains("2 runs still on the cluster"), "{}", output_text(&ended));
 
     // The same command submits no task in addition to the held one, and it prints the command that releases it.
     let again = cluster.end_of(on_slurm(&cluster, &manifest, &output), MINUTE, |_| {});

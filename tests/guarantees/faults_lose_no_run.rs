@@ -127,7 +127,7 @@ fn interrupted_run_keeps_a_readable_partial_recording() {
         let ended = child.wait_with_output().unwrap();
         assert_eq!(ended.status.code(), Some(code), "{}", messages(&ended));
         assert!(
-            messages(&ended).contains("The same command goes on from here"),
+            messages(&ended).contains("Run the same command again to resume"),
             "{}",
             messages(&ended)
         );

@@ -7,6 +7,8 @@
 // Recordings rewritten with one change behind correct checksums.
 #[path = "../shared/forged_recording.rs"]
 mod forged_recording;
+#[path = "../shared/kinetoscope_program.rs"]
+mod kinetoscope_program;
 // A short experiment of each model and variant, and its trajectory as bits.
 mod small_experiments;
 // The distance of a sample from the uniform distribution.

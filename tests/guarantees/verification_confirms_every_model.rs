@@ -1,11 +1,11 @@
-//! Guarantee: `--verify` reruns a recording and finds it byte-identical: for each model, for a run that ended in a fault, and for every
+//! Guarantee: `kinetoscope verify` reruns a recording and finds it byte-identical: for each model, for a run that ended in a fault, and for every
 //! compression. A recording of another version of the program is equal in its messages.
 //!
 //! Control: a recording with another fault in its outcome is rejected.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-use crate::forged_recording::{Forgery, record, run_experiment, stderr, stdout};
+use crate::forged_recording::{Forgery, kinetoscope, record, stderr, stdout};
 use crate::small_experiments::MANIFESTS;
 use kinetoscope_recording::reader::{Outcome, Recording};
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ const FAULT: &str = "seed = 3\n[model.dem]\ndiscs = 30\nwidth_m = 0.01\nheight_m
     damping_n_s_per_m = 1.5e3\nstability = \"warn\"\n[record]\nframes = 20\n";
 
 fn verify(recording: &Path) -> std::process::Output {
-    run_experiment(["--verify".as_ref(), recording.as_os_str()])
+    kinetoscope(["verify".as_ref(), recording.as_os_str()])
 }
 
 #[test]
@@ -28,7 +28,7 @@ fn every_model_is_verified_byte_by_byte() {
         let verified = verify(&recording);
         assert_eq!(verified.status.code(), Some(0), "{name}: {}", stderr(&verified));
         let text = stdout(&verified);
-        assert!(text.contains(" frames done again: equal in every byte"), "{name}: {text}");
+        assert!(text.contains(" frames rerun: equal in every byte"), "{name}: {text}");
     }
 }
 
@@ -53,7 +53,7 @@ fn rerun_ends_in_the_recorded_fault() {
     assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));
     let text = stdout(&verified);
     assert!(text.contains("equal in every byte"), "{text}");
-    assert!(text.contains(&format!("Both end in the same fault: {fault}")), "{text}");
+    assert!(text.contains(&format!("both failed in the same way: {fault}")), "{text}");
 
     let forged = folder.path().join("forged.mcap");
     let metadata = BTreeMap::from([("outcome_detail".to_owned(), "another fault".to_owned())]);
@@ -61,7 +61,7 @@ fn rerun_ends_in_the_recorded_fault() {
     let verified = verify(&forged);
     assert_eq!(verified.status.code(), Some(4));
     let expected = format!(
-        "First difference: outcome: ended in a fault: another fault in the file, ended in a fault: {fault} in the re-run"
+        "first difference: outcome: ended in a fault: another fault in the file, ended in a fault: {fault} in the rerun"
     );
     assert!(stderr(&verified).contains(&expected), "{}", stderr(&verified));
 }
@@ -76,10 +76,7 @@ fn equal_messages_in_other_bytes_are_reported() {
     let verified = verify(&other);
     assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));
     let text = stdout(&verified);
-    assert!(
-        text.contains("21 frames done again: equal in every message, not in every byte"),
-        "{text}"
-    );
+    assert!(text.contains("21 frames rerun: equal in every message, not in every byte"), "{text}");
 }
 
 #[test]
@@ -103,8 +100,8 @@ fn recordings_of_other_versions_are_compared() {
     let verified = verify(&other);
     assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));
     let text = stdout(&verified);
-    assert!(text.contains("Recorded by version 0.0.9 of the program"), "{text}");
-    assert!(text.contains(&format!("Recorded with physics version {physics} of gas")), "{text}");
+    assert!(text.contains("recorded by version 0.0.9 of the program"), "{text}");
+    assert!(text.contains(&format!("recorded with physics version {physics} of gas")), "{text}");
     assert!(text.contains("equal in every message"), "{text}");
 }
 
@@ -129,7 +126,7 @@ fn differences_of_manifests_of_other_versions_are_reported() {
     let older = forge(&|text| text.replace("propagation = \"exact\"\n", ""));
     assert_eq!(older.status.code(), Some(0), "{}", stderr(&older));
     let note =
-        "This version reads the manifest otherwise: model.gas.propagation: (none) → \"exact\"";
+        "this version reads the manifest differently: model.gas.propagation: (none) → \"exact\"";
     assert!(stdout(&older).contains(note), "{}", stdout(&older));
 
     let newer = forge(&|text| text.replace("propagation = \"exact\"\n", "viscosity = 1.0\n"));

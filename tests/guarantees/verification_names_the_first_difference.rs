@@ -5,7 +5,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-use crate::forged_recording::{Forgery, MessageChange, record, run_experiment, stderr, stdout};
+use crate::forged_recording::{Forgery, MessageChange, kinetoscope, record, stderr, stdout};
 use crate::small_experiments::MANIFESTS;
 use kinetoscope_recording::channels::{Channel, PackingTemperature};
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
@@ -43,14 +43,14 @@ impl Packing {
         path
     }
 
-    /// The output of `--verify` for a recording with changed messages.
+    /// The output of `kinetoscope verify` for a recording with changed messages.
     fn changed(&self, change: MessageChange<'_>) -> Output {
         verify(&self.forged(&Forgery { message: Some(change), ..Forgery::default() }))
     }
 }
 
 fn verify(recording: &Path) -> Output {
-    run_experiment(["--verify".as_ref(), recording.as_os_str()])
+    kinetoscope(["verify".as_ref(), recording.as_os_str()])
 }
 
 fn assert_differs(verified: &Output, expected: &str) {
@@ -87,7 +87,7 @@ fn changed_bit_of_the_state_is_named() {
     let column = &table.columns()[COLUMN];
     let time = frame.clock.time;
     let expected = format!(
-        "First difference: /state, frame 5 (time {time:?}), particle 7, {column}: {wrong:?} in the file, {right:?} in the re-run"
+        "first difference: /state, frame 5 (time {time:?}), particle 7, {column}: {wrong:?} in the file, {right:?} in the rerun"
     );
     assert_differs(&verified, &expected);
 }
@@ -111,7 +111,7 @@ fn numbers_with_equal_text_are_distinguished_by_their_bits() {
             .write(&packing.recording, &packing.folder.path().join(name));
     }
     let two = packing.folder.path().join("two.mcap");
-    let compared = run_experiment(["--compare".as_ref(), one.as_os_str(), two.as_os_str()]);
+    let compared = kinetoscope(["compare".as_ref(), one.as_os_str(), two.as_os_str()]);
     assert_eq!(compared.status.code(), Some(4));
     let text = stderr(&compared);
     assert!(text.contains("NaN (bits 0x7ff8000000000000) in "), "{text}");
@@ -129,8 +129,8 @@ fn changed_field_of_a_channel_is_named() {
         }
         true
     });
-    let expected = format!(", a2: {:?} in the file, {:?} in the re-run", wrong.a2, right.a2);
-    assert_differs(&verified, "First difference: /temperature, frame 2 (time ");
+    let expected = format!(", a2: {:?} in the file, {:?} in the rerun", wrong.a2, right.a2);
+    assert_differs(&verified, "first difference: /temperature, frame 2 (time ");
     assert_differs(&verified, &expected);
 }
 
@@ -144,11 +144,11 @@ fn changed_drawing_changed_text_and_missing_message_are_named() {
         }
         true
     });
-    assert_differs(&drawing, "First difference: /discs, frame 4 (time ");
+    assert_differs(&drawing, "first difference: /discs, frame 4 (time ");
     assert_differs(&drawing, ": the messages differ from byte ");
 
     let missing = packing.changed(&|topic, index, _| (topic, index) != ("/pressure", 3));
-    assert_differs(&missing, "First difference: /pressure, frame 3 (time ");
+    assert_differs(&missing, "first difference: /pressure, frame 3 (time ");
     assert_differs(&missing, ": there is none in the file");
 
     let line = packing.frame(0).log_lines()[0].text.clone();
@@ -159,8 +159,8 @@ fn changed_drawing_changed_text_and_missing_message_are_named() {
         }
         true
     });
-    assert_differs(&text, "First difference: /log, frame 0 (time 0.0): \"X");
-    assert_differs(&text, &format!("\"{line}\" in the re-run"));
+    assert_differs(&text, "first difference: /log, frame 0 (time 0.0): \"X");
+    assert_differs(&text, &format!("\"{line}\" in the rerun"));
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn missing_frames_of_a_complete_file_are_named() {
     let verified = packing.changed(&|_, index, _| index < 9);
     assert_differs(
         &verified,
-        "First difference: number of frames: the file has only 9 (complete), all of them equal",
+        "first difference: number of frames: the file has only 9 (complete), all of them equal",
     );
 }
 
@@ -179,9 +179,9 @@ fn changed_seed_of_the_manifest_is_named() {
     let reseed = |text: &str| text.replace("seed = 8\n", "seed = 9\n");
     let forged = packing.forged(&Forgery { manifest: Some(&reseed), ..Forgery::default() });
     let verified = verify(&forged);
-    assert_differs(&verified, "The run key in the file is not that of its manifest");
-    assert_differs(&verified, "First difference: /state, frame 0 (time 0.0), particle 0, x: ");
-    // If the key is forged as well, the messages reveal the change.
+    assert_differs(&verified, "the run key in the file does not match its manifest");
+    assert_differs(&verified, "first difference: /state, frame 0 (time 0.0), particle 0, x: ");
+    // A forger who makes the key fit is found by the messages alone.
     let opened = Recording::open(&forged).unwrap();
     let provenance = opened.provenance();
     let key = kinetoscope_manifest::run_key(
@@ -193,7 +193,7 @@ fn changed_seed_of_the_manifest_is_named() {
     let forged = packing.forged(&Forgery { manifest: Some(&reseed), metadata, message: None });
     let verified = verify(&forged);
     assert!(!stderr(&verified).contains("run key"), "{}", stderr(&verified));
-    assert_differs(&verified, "First difference: /state, frame 0 (time 0.0), particle 0, x: ");
+    assert_differs(&verified, "first difference: /state, frame 0 (time 0.0), particle 0, x: ");
 }
 
 #[test]
@@ -206,8 +206,8 @@ fn intact_part_of_a_torn_or_unfinished_file_is_compared() {
     let verified = verify(&torn);
     assert_eq!(verified.status.code(), Some(5), "{}", stderr(&verified));
     assert!(stderr(&verified).contains("are intact, the rest is lost"), "{}", stderr(&verified));
-    assert!(stdout(&verified).contains("frames done again: equal in every message"));
-    assert!(!torn.with_extension("verified.json").exists(), "a torn file must not be attested");
+    assert!(stdout(&verified).contains("frames rerun: equal in every message"));
+    assert!(!torn.with_extension("verified.json").exists(), "half a file is not attested");
 
     let interrupted = BTreeMap::from([("outcome".to_owned(), "interrupted".to_owned())]);
     let half = |_: &str, index: u64, _: &mut Vec<u8>| index < 9;
@@ -218,7 +218,7 @@ fn intact_part_of_a_torn_or_unfinished_file_is_compared() {
     });
     let verified = verify(&partial);
     assert_eq!(verified.status.code(), Some(5), "{}", stderr(&verified));
-    assert!(stdout(&verified).contains("9 frames done again: equal in every message"));
+    assert!(stdout(&verified).contains("9 frames rerun: equal in every message"));
     assert!(stderr(&verified).contains("was interrupted"), "{}", stderr(&verified));
     assert!(
         !partial.with_extension("verified.json").exists(),
@@ -238,7 +238,7 @@ fn intact_part_of_a_torn_or_unfinished_file_is_compared() {
     });
     let bytes = fs::read(&changed).unwrap();
     fs::write(&torn, &bytes[..bytes.len() / 2]).unwrap();
-    assert_differs(&verify(&torn), "First difference: /state, frame 1 (time ");
+    assert_differs(&verify(&torn), "first difference: /state, frame 1 (time ");
 }
 
 #[test]

@@ -1,31 +1,36 @@
-//! Guarantee: only a successful `--verify` writes an attestation. It is valid for the verified bytes only, and it contains nothing of the
+//! Guarantee: only a successful `kinetoscope verify` writes an attestation. It is valid for the verified bytes only, and it contains nothing of the
 //! host except its kind.
 //!
 //! Control: one changed byte invalidates the attestation.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-use crate::forged_recording::{Forgery, record, run_experiment, stderr, stdout};
+use crate::forged_recording::{Forgery, kinetoscope, record, stderr, stdout};
+use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 use std::process::Output;
 
 const ORBIT: &str = "[model.orbit]\nduration_days = 100.0\n[record]\nframes = 20\n";
 
-fn call(what: &str, recording: &Path) -> Output {
-    run_experiment([what.as_ref(), recording.as_os_str()])
+const ATTESTATION: &[&str] = &["verify", "--check-attestation"];
+
+fn call(what: &[&str], recording: &Path) -> Output {
+    let mut arguments: Vec<&OsStr> = what.iter().map(AsRef::as_ref).collect();
+    arguments.push(recording.as_os_str());
+    kinetoscope(arguments)
 }
 
 #[test]
 fn attestation_is_valid_until_the_file_changes() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "orbit", ORBIT);
-    let before = call("--attested", &recording);
-    assert_eq!(before.status.code(), Some(5), "the recording has not been verified yet");
-    assert!(stderr(&before).contains("run-experiment --verify"), "{}", stderr(&before));
+    let before = call(ATTESTATION, &recording);
+    assert_eq!(before.status.code(), Some(5), "it must not be verified yet");
+    assert!(stderr(&before).contains("kinetoscope verify"), "{}", stderr(&before));
 
-    assert_eq!(call("--verify", &recording).status.code(), Some(0));
-    let attested = call("--attested", &recording);
+    assert_eq!(call(&["verify"], &recording).status.code(), Some(0));
+    let attested = call(ATTESTATION, &recording);
     assert_eq!(attested.status.code(), Some(0), "{}", stderr(&attested));
     assert!(stdout(&attested).contains("equal in every byte"));
 
@@ -33,24 +38,24 @@ fn attestation_is_valid_until_the_file_changes() {
     let mut flipped = bytes.clone();
     flipped[bytes.len() / 2] ^= 1;
     fs::write(&recording, &flipped).unwrap();
-    let changed = call("--attested", &recording);
+    let changed = call(ATTESTATION, &recording);
     assert_eq!(changed.status.code(), Some(4));
-    assert!(stderr(&changed).contains("another SHA-256"), "{}", stderr(&changed));
+    assert!(stderr(&changed).contains("the SHA-256 differs"), "{}", stderr(&changed));
 
     fs::write(&recording, &bytes[..bytes.len() - 1]).unwrap();
-    let shorter = call("--attested", &recording);
+    let shorter = call(ATTESTATION, &recording);
     assert_eq!(shorter.status.code(), Some(4));
-    assert!(stderr(&shorter).contains("another size"), "{}", stderr(&shorter));
+    assert!(stderr(&shorter).contains("the size differs"), "{}", stderr(&shorter));
 
     fs::write(&recording, &bytes).unwrap();
-    assert_eq!(call("--attested", &recording).status.code(), Some(0));
+    assert_eq!(call(ATTESTATION, &recording).status.code(), Some(0));
 }
 
 #[test]
 fn attestation_contains_only_the_specified_fields() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "orbit", ORBIT);
-    call("--verify", &recording);
+    call(&["verify"], &recording);
     let text = fs::read_to_string(recording.with_extension("verified.json")).unwrap();
     let keys: Vec<&str> = text.lines().filter_map(|line| line.split('"').nth(1)).collect();
     let expected = [
@@ -74,8 +79,8 @@ fn attestation_states_that_only_messages_are_equal() {
     let recording = record(folder.path(), "orbit", ORBIT);
     let other = folder.path().join("other.mcap");
     Forgery::default().write(&recording, &other);
-    call("--verify", &other);
-    let attested = call("--attested", &other);
+    call(&["verify"], &other);
+    let attested = call(ATTESTATION, &other);
     assert_eq!(attested.status.code(), Some(0), "{}", stderr(&attested));
     assert!(stdout(&attested).contains("equal in every message"));
 }
@@ -87,9 +92,9 @@ fn verification_succeeds_if_the_attestation_cannot_be_written() {
     let recording = record(folder.path(), "orbit", ORBIT);
     // A folder with the name of the attestation prevents the file from being written, for every user.
     fs::create_dir_all(recording.with_extension("verified.json").join("taken")).unwrap();
-    let verified = call("--verify", &recording);
+    let verified = call(&["verify"], &recording);
     assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));
     let text = stdout(&verified);
     assert!(text.contains("equal in every byte"), "{text}");
-    assert!(text.contains("No attestation could be written to "), "{text}");
+    assert!(text.contains("the attestation cannot be written to "), "{text}");
 }

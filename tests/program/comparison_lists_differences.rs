@@ -1,9 +1,9 @@
-//! Guarantee: `--compare` lists the keys in which two manifests differ, then versions, then the first message that differs. The exit code
+//! Guarantee: `kinetoscope compare` lists the keys in which two manifests differ, then versions, then the first message that differs. The exit code
 //! is 0 for equal messages and 4 otherwise.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-use crate::forged_recording::{Forgery, record, run_experiment, stderr, stdout};
+use crate::forged_recording::{Forgery, kinetoscope, record, stderr, stdout};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -13,7 +13,7 @@ const GAS: &str =
     "seed = 6\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes = 20\n";
 
 fn compare(left: &Path, right: &Path) -> Output {
-    run_experiment(["--compare".as_ref(), left.as_os_str(), right.as_os_str()])
+    kinetoscope(["compare".as_ref(), left.as_os_str(), right.as_os_str()])
 }
 
 #[test]
@@ -24,7 +24,7 @@ fn copy_is_byte_identical() {
     fs::copy(&recording, &copy).unwrap();
     let compared = compare(&recording, &copy);
     assert_eq!(compared.status.code(), Some(0), "{}", stderr(&compared));
-    assert!(stdout(&compared).contains("Equal manifests\n21 frames: equal in every byte"));
+    assert!(stdout(&compared).contains("equal manifests\n21 frames: equal in every byte"));
 }
 
 #[test]
@@ -41,7 +41,7 @@ fn keys_are_listed_before_messages() {
     assert_eq!(keys, expected, "exactly the differing keys must be listed");
     assert!(text.contains("\nrun key: "), "{text}");
     assert!(
-        stderr(&compared).contains("First difference: /state, frame 0 (time 0.0 s), particle 0, ")
+        stderr(&compared).contains("first difference: /state, frame 0 (time 0.0 s), particle 0, ")
     );
 }
 
@@ -85,6 +85,6 @@ fn differing_versions_and_units_are_named() {
     let metadata = BTreeMap::from([("time_unit".to_owned(), "min".to_owned())]);
     Forgery { metadata, ..Forgery::default() }.write(&recording, &other);
     let compared = compare(&recording, &other);
-    assert_eq!(compared.status.code(), Some(4), "another time unit is a difference");
-    assert!(stderr(&compared).contains("First difference: time unit: \"s\" in "));
+    assert_eq!(compared.status.code(), Some(4), "numbers of another unit are other numbers");
+    assert!(stderr(&compared).contains("first difference: time unit: \"s\" in "));
 }

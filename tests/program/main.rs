@@ -5,6 +5,8 @@
 // Recordings rewritten with one change behind correct checksums.
 #[path = "../shared/forged_recording.rs"]
 mod forged_recording;
+#[path = "../shared/kinetoscope_program.rs"]
+mod kinetoscope_program;
 // A viewer of a run in progress, and the run.
 mod live_viewer;
 

@@ -65,7 +65,7 @@ fn series_of_unknown_length_is_named() {
     let (plan, _) = planned_and_recorded(manifest);
     let (series, bytes) =
         planned_and_recorded(&format!("{manifest}channels = [\"state\", \"per_collision\"]\n"));
-    let word = "and what each collision or contact takes";
+    let word = "plus the requested series of collisions or contacts";
     assert!(series.contains(word) && bytes as f64 > bound(&series), "{bytes} bytes, and {series}");
     assert!(!plan.contains(word), "control: {plan}");
 }

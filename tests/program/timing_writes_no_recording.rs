@@ -1,11 +1,11 @@
-//! Guarantee: `--time` prints one line per sweep point, the ratio of two velocity distributions with its error, and the machine. It writes
+//! Guarantee: `kinetoscope benchmark` prints one line per sweep point, the ratio of two velocity distributions with its error, and the machine. It writes
 //! no file except `timing.json` if a folder is given, and it rejects a manifest that cannot be run.
 //!
 //! The times themselves are not checked.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-use crate::forged_recording::{run_experiment, stderr, stdout};
+use crate::forged_recording::{kinetoscope, stderr, stdout};
 use kinetoscope_manifest::TimingTable;
 use std::fs;
 use std::path::PathBuf;
@@ -20,8 +20,8 @@ fn timing_prints_a_table_and_writes_no_recording() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("timed.toml");
     fs::write(&path, MANIFEST).unwrap();
-    let arguments = vec![PathBuf::from("--time"), path.clone()];
-    let asked = run_experiment(&arguments);
+    let arguments = vec![PathBuf::from("benchmark"), path.clone()];
+    let asked = kinetoscope(&arguments);
     let table = stdout(&asked);
     assert_eq!(asked.status.code(), Some(0), "{}", stderr(&asked));
     for line in ["discs = 5, variant = unmodified", "discs = 10, variant = modified", "processors"]
@@ -42,7 +42,7 @@ fn timing_prints_a_table_and_writes_no_recording() {
     // If a folder is given, it receives the table and nothing else.
     let output = folder.path().join("out");
     let named = [arguments.clone(), vec![PathBuf::from("--output"), output.clone()]].concat();
-    let asked = run_experiment(&named);
+    let asked = kinetoscope(&named);
     assert_eq!(asked.status.code(), Some(0), "{}", stderr(&asked));
     assert_eq!(fs::read_dir(output.join("timed")).unwrap().count(), 1);
     let written = fs::read_to_string(output.join("timed").join("timing.json")).unwrap();
@@ -54,7 +54,7 @@ fn timing_prints_a_table_and_writes_no_recording() {
     assert_eq!(comparison.ratios.len(), 2);
 
     fs::write(&path, MANIFEST.replace("width = 40.0", "width = 10.0\nradius = 4.9")).unwrap();
-    let refused = run_experiment(&arguments);
+    let refused = kinetoscope(&arguments);
     assert_eq!(refused.status.code(), Some(2), "{}", stdout(&refused));
     assert!(stderr(&refused).contains("random placement"), "{}", stderr(&refused));
 }

@@ -1,9 +1,9 @@
-//! Guarantee: `--why` reports for each run whether it will be executed, and which key, version or file is the reason; it executes no run.
+//! Guarantee: `kinetoscope why` reports for each run whether it will be executed, and which key, version or file is the reason; it executes no run.
 //! A description or a check is not a reason; the seed is.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
-use crate::forged_recording::{Forgery, record, recordings, run_experiment, stderr, stdout};
+use crate::forged_recording::{Forgery, kinetoscope, record, recordings, stderr, stdout};
 use kinetoscope_recording::reader::Recording;
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,11 +17,11 @@ fn why(folder: &Path, manifest: &str, set: &[&str]) -> String {
     fs::write(&path, manifest).unwrap();
     let output = folder.join("recordings");
     let before = recordings(&output.join("gas"));
-    let mut arguments = vec![PathBuf::from("--why"), "--output".into(), output.clone(), path];
+    let mut arguments = vec![PathBuf::from("why"), "--output".into(), output.clone(), path];
     for value in set {
         arguments.extend(["--set".into(), value.into()]);
     }
-    let asked = run_experiment(&arguments);
+    let asked = kinetoscope(&arguments);
     assert_eq!(asked.status.code(), Some(0), "{}", stderr(&asked));
     assert_eq!(recordings(&output.join("gas")), before, "no run must be executed");
     stdout(&asked)
@@ -120,7 +120,7 @@ fn impossible_run_is_reported() {
     let path = folder.path().join("unstable.toml");
     // The model rejects time steps at which such a strong damping diverges.
     fs::write(&path, "[model.dem]\ndamping_n_s_per_m = 1.5e3\n").unwrap();
-    let asked = run_experiment(["--why".as_ref(), path.as_os_str()]);
+    let asked = kinetoscope(["why".as_ref(), path.as_os_str()]);
     assert_eq!(asked.status.code(), Some(2), "{}", stderr(&asked));
     assert!(stdout(&asked).starts_with("unstable: can't be done: "), "{}", stdout(&asked));
 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
+use crate::kinetoscope_program;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;
@@ -80,6 +81,13 @@ impl Forgery<'_> {
         writer.finish().unwrap();
         fs::write(forged, writer.into_inner().into_inner()).unwrap();
     }
+}
+
+/// Executes `kinetoscope`.
+pub(crate) fn kinetoscope<A: AsRef<std::ffi::OsStr>>(
+    arguments: impl IntoIterator<Item = A>,
+) -> Output {
+    kinetoscope_program::kinetoscope().args(arguments).output().unwrap()
 }
 
 /// Executes `run-experiment`.

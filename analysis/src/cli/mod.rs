@@ -1,58 +1,86 @@
-//! The program `analyze-recordings`: from the command line to files, text and an exit code.
+//! The programs `analyze-recordings`, `kinetoscope analyze` and `kinetoscope export`: from arguments to files, text and an exit code.
 
 mod arguments;
 mod exit;
+mod export_arguments;
+
+pub use arguments::{AnalyzeArguments, EXIT_CODES};
+pub use export_arguments::ExportArguments;
 
 use crate::checks::baseline::Baseline;
 use crate::checks::ci_formats;
 use crate::export::{self, ExportFormat};
 use crate::input::{self, RecordingFolder};
-use crate::report::files;
 use crate::report::table::{Style, Terminal};
 use crate::report::{self, AnalysisOptions, AnalysisReport, analyze};
+use crate::report::{files, metric_files};
 use crate::run::cache::AnalysisCache;
-use crate::thumbnail::{ThumbnailFormat, ThumbnailOptions, thumbnail};
 use crate::write_file::{self, WriteError};
-use arguments::{Arguments, PictureArguments};
+use arguments::AnalyzeRecordings;
 use clap::Parser;
 pub use exit::AnalysisExit;
 use exit::CommandError;
 use kinetoscope_manifest::{Check, parse_checks};
+use kinetoscope_usage::Ended;
+use serde_json::json;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 /// Width of a table that is written to a file or a pipe.
 const PLAIN_WIDTH: usize = 100;
 
-/// Parses the command line, analyzes the recordings and reports.
+/// The program `analyze-recordings`.
 #[must_use]
 pub fn main() -> AnalysisExit {
-    let arguments = match Arguments::try_parse() {
-        Ok(arguments) => arguments,
-        Err(error) => {
-            // If even the message cannot be printed, the exit code still reports the error.
-            let _ = error.print();
-            return if error.use_stderr() { AnalysisExit::Usage } else { AnalysisExit::Done };
-        }
-    };
-    match run(&arguments) {
-        Ok(exit) => exit,
-        Err(CommandError { exit, message }) => {
-            eprintln!("error: {}", message.trim_end());
-            exit
+    match AnalyzeRecordings::try_parse() {
+        Ok(arguments) => arguments.analyze.execute(),
+        Err(error) => match kinetoscope_usage::report(&error, "analyze-recordings") {
+            Ended::Answered => AnalysisExit::Done,
+            Ended::Rejected => AnalysisExit::Usage,
+        },
+    }
+}
+
+impl AnalyzeArguments {
+    /// Analyzes the recordings and prints the results.
+    #[must_use]
+    pub fn execute(&self) -> AnalysisExit {
+        concluded(run(self))
+    }
+
+    /// Prints a text, unless only errors or JSON are requested.
+    fn say(&self, text: &str) {
+        if !self.quiet && !self.json {
+            print(text);
         }
     }
 }
 
-fn run(arguments: &Arguments) -> Result<AnalysisExit, CommandError> {
-    if arguments.metrics {
+/// Prints the error of a command, and returns its exit code.
+fn concluded(result: Result<AnalysisExit, CommandError>) -> AnalysisExit {
+    result.unwrap_or_else(|CommandError { exit, message }| {
+        complain(&format!("error: {}", message.trim_end()));
+        exit
+    })
+}
+
+/// Analyzes recordings and caches the results next to them.
+///
+/// # Errors
+/// The reasons why not all recordings were analyzed.
+pub fn cache(recordings: &[PathBuf]) -> Result<(), String> {
+    let sources = input::sources(recordings).map_err(|error| error.reason)?;
+    let errors = fill_caches(sources, &[], false);
+    if errors.is_empty() { Ok(()) } else { Err(errors.join("; ")) }
+}
+
+fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
+    if arguments.list_metrics {
         print(&report::metrics_reference());
         return Ok(AnalysisExit::Done);
     }
-    if let Some(file) = &arguments.picture.thumbnail {
-        return draw(&arguments.picture, file, &arguments.paths);
-    }
-    let wants_parquet = arguments.table || arguments.export.contains(&ExportFormat::Parquet);
+    let wants_parquet =
+        arguments.metrics_table || arguments.export.contains(&ExportFormat::Parquet);
     if wants_parquet && cfg!(not(feature = "parquet")) {
         return Err(CommandError::usage(export::NEEDS_PARQUET));
     }
@@ -70,8 +98,11 @@ fn run(arguments: &Arguments) -> Result<AnalysisExit, CommandError> {
             "{folder} is not on this machine: name a folder for the results with --output DIR"
         )));
     }
-    if arguments.remember {
-        return Ok(fill_caches(sources, arguments));
+    if arguments.cache_only {
+        let errors = fill_caches(sources, &arguments.snapshots_at, arguments.no_cache);
+        errors.iter().for_each(|error| complain(&format!("error: {error}")));
+        let exit = if errors.is_empty() { AnalysisExit::Done } else { AnalysisExit::Unreadable };
+        return Ok(exit);
     }
     let terminal = terminal();
     let several = sources.len() > 1;
@@ -84,19 +115,21 @@ fn run(arguments: &Arguments) -> Result<AnalysisExit, CommandError> {
         };
         let options = AnalysisOptions {
             checks: checks.clone(),
-            snapshots_at: arguments.pictures_at.clone(),
+            snapshots_at: arguments.snapshots_at.clone(),
             cache: AnalysisCache::in_folder(&folder),
-            fresh: arguments.fresh,
+            fresh: arguments.no_cache,
         };
         let mut report = analyze(&mut source, &options);
         if let Some(at) = baselines.iter().position(|old| old.experiment == report.name) {
             report.compare(&baselines.remove(at));
         }
-        print(&report.text(terminal));
-        export_all(&source, &arguments.export, &folder, terminal)?;
+        arguments.say(&report.text(terminal));
+        for line in export_all(&source, &arguments.export, &folder.join("export"), terminal)? {
+            arguments.say(&line);
+        }
         #[cfg(feature = "parquet")]
-        if arguments.table {
-            write_table(&report, &folder, terminal)?;
+        if arguments.metrics_table {
+            arguments.say(&write_table(&report, &folder, terminal)?);
         }
         reports.push((folder, report));
     }
@@ -107,72 +140,68 @@ fn run(arguments: &Arguments) -> Result<AnalysisExit, CommandError> {
         )));
     }
     write(arguments, &reports, terminal)?;
-    Ok(conclude(&reports, terminal))
+    let exit = conclude(&reports, terminal);
+    if arguments.json {
+        print(&json(&reports, exit));
+    }
+    Ok(exit)
 }
 
-/// Fills the caches of the folders and prints what could not be read.
-fn fill_caches(sources: Vec<RecordingFolder>, arguments: &Arguments) -> AnalysisExit {
-    let mut exit = AnalysisExit::Done;
+/// Metrics and checks of all experiments, as one JSON document.
+fn json(reports: &[(PathBuf, AnalysisReport)], exit: AnalysisExit) -> String {
+    let experiments = reports.iter().map(|(folder, report)| {
+        let metrics = metric_files::to_json(&report.name, report.model(), &report.metrics)
+            .ok()
+            .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
+        let checks = report.check_results.iter().map(|result| {
+            json!({ "subject": result.subject, "passed": result.passed, "finding": result.finding })
+        });
+        json!({
+            "folder": folder,
+            "analysis": metrics,
+            "checks": checks.collect::<Vec<_>>(),
+            "unreadable": report.unreadable,
+        })
+    });
+    let experiments: Vec<_> = experiments.collect();
+    format!("{:#}\n", json!({ "exit_code": exit as u8, "experiments": experiments }))
+}
+
+/// Fills the caches of the folders; returns the reasons why recordings could not be read.
+fn fill_caches(sources: Vec<RecordingFolder>, snapshots_at: &[f64], no_cache: bool) -> Vec<String> {
+    let mut errors = Vec::new();
     for mut source in sources {
         let options = AnalysisOptions {
             checks: Vec::new(),
-            snapshots_at: arguments.pictures_at.clone(),
+            snapshots_at: snapshots_at.to_vec(),
             cache: AnalysisCache::in_folder(&source.folder),
-            fresh: arguments.fresh,
+            fresh: no_cache,
         };
-        for why in report::fill_cache(&mut source, &options) {
-            eprintln!("{why}");
-            exit = AnalysisExit::Unreadable;
-        }
+        errors.append(&mut report::fill_cache(&mut source, &options));
     }
-    exit
+    errors
 }
 
-/// Draws the thumbnail of the one recording among the paths.
-fn draw(
-    picture: &PictureArguments,
-    file: &Path,
-    paths: &[PathBuf],
-) -> Result<AnalysisExit, CommandError> {
-    let format =
-        ThumbnailFormat::of(file, picture.thumbnail_frames).map_err(CommandError::usage)?;
-    let sources = input::sources(paths)?;
-    let recordings: Vec<(&RecordingFolder, &PathBuf)> = sources
-        .iter()
-        .flat_map(|source| source.files.iter().map(move |path| (source, path)))
-        .collect();
-    let [(source, path)] = recordings.as_slice() else {
-        return Err(CommandError::usage("a thumbnail is of one recording: name its file"));
-    };
-    let recording = source.recording(path).map_err(CommandError::unreadable)?;
-    let options = ThumbnailOptions { format, width: picture.thumbnail_width };
-    let drawn = thumbnail(&recording, options).map_err(CommandError::unreadable)?;
-    let size = drawn.len().div_ceil(1000);
-    write_file::replace(file, drawn)?;
-    print(&format!("written: {} ({size} kB)\n", file.display()));
-    Ok(AnalysisExit::Done)
-}
-
-/// Exports the recordings in all requested formats.
+/// Exports the recordings in all requested formats to a folder; returns one line per format for the user.
 fn export_all(
     source: &RecordingFolder,
     formats: &[ExportFormat],
     folder: &Path,
     terminal: Terminal,
-) -> Result<(), CommandError> {
-    let folder = folder.join("export");
+) -> Result<Vec<String>, CommandError> {
+    let mut lines = Vec::new();
     for format in formats {
-        let count = export::export(source, *format, &folder)?;
+        let count = export::export(source, *format, folder)?;
         let plural = if count == 1 { "recording" } else { "recordings" };
         let line = format!("exported: {count} {plural} to {}", folder.display());
-        print(&format!("{}\n", terminal.wrapped(&line, 2)));
+        lines.push(format!("{}\n", terminal.wrapped(&line, 2)));
     }
-    Ok(())
+    Ok(lines)
 }
 
 /// Writes all files and prints which.
 fn write(
-    arguments: &Arguments,
+    arguments: &AnalyzeArguments,
     reports: &[(PathBuf, AnalysisReport)],
     terminal: Terminal,
 ) -> Result<(), WriteError> {
@@ -183,30 +212,29 @@ fn write(
             if plots == 1 { "plot" } else { "plots" },
             folder.display()
         );
-        print(&format!("{}\n", terminal.wrapped(&line, 2)));
+        arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
     let all: Vec<_> = reports.iter().map(|(_, report)| report.checks()).collect();
     if let Some(path) = &arguments.junit {
         write_file::replace(path, ci_formats::junit(&all))?;
     }
-    if arguments.github {
+    if arguments.github_annotations {
         print(&ci_formats::github(&all));
     }
     Ok(())
 }
 
-/// Writes the metrics of all runs as one table and prints where.
+/// Writes the metrics of all runs as one table; returns a line for the user.
 #[cfg(feature = "parquet")]
 fn write_table(
     report: &AnalysisReport,
     folder: &Path,
     terminal: Terminal,
-) -> Result<(), WriteError> {
+) -> Result<String, WriteError> {
     let folder = folder.join("export");
     let rows = export::sweep_table::write(&report.metrics, &folder)?;
     let line = format!("table: {rows} metrics of runs in {}", folder.join("metrics").display());
-    print(&format!("{}\n", terminal.wrapped(&line, 2)));
-    Ok(())
+    Ok(format!("{}\n", terminal.wrapped(&line, 2)))
 }
 
 /// Prints a summary of failures and returns the worst exit code.
@@ -216,11 +244,11 @@ fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> Analys
     let unreadable: usize = reports.iter().map(|(_, report)| report.unreadable.len()).sum();
     if unreadable > 0 {
         let line = format!("{unreadable} unreadable: see above");
-        eprintln!("{}", terminal.paint(Style::Bad, &line));
+        complain(&terminal.paint(Style::Bad, &line));
     }
     if failed > 0 {
         let line = format!("{failed} of {} checks failed", check_results().count());
-        eprintln!("{}", terminal.paint(Style::Bad, &line));
+        complain(&terminal.paint(Style::Bad, &line));
         return AnalysisExit::CheckFailed;
     }
     if unreadable > 0 { AnalysisExit::Unreadable } else { AnalysisExit::Done }
@@ -247,7 +275,12 @@ fn terminal() -> Terminal {
     Terminal { width: width.max(40), colors }
 }
 
-/// Prints; a reader that closed the pipe (`| head`) is not an error.
+/// Prints a line to standard error. If it is closed, the exit code still reports the error.
+fn complain(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Prints a text to standard output. A closed pipe (`| head`) is not an error.
 fn print(text: &str) {
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
 }

@@ -22,6 +22,27 @@ pub fn metrics_of(name: &str) -> &'static [&'static Definition] {
     of_model(name).map_or(&[], |model| model.metrics)
 }
 
+/// Whether runs of a model, or a sweep over them, can have a metric of this name.
+#[must_use]
+pub fn is_metric(model: &str, name: &str) -> bool {
+    names_of(model).any(|known| known == name)
+}
+
+/// The metric whose name is nearest to a misspelled one, if one is near.
+#[must_use]
+pub fn nearest_metric(model: &str, name: &str) -> Option<&'static str> {
+    names_of(model)
+        .map(|known| (strsim::damerau_levenshtein(known, name), known))
+        .filter(|(distance, _)| *distance <= 1 + name.len() / 4)
+        .min()
+        .map(|(_, known)| known)
+}
+
+fn names_of(model: &str) -> impl Iterator<Item = &'static str> {
+    let sweeps = of_model(model).map_or(&[][..], |model| model.sweep_metrics);
+    metrics_of(model).iter().chain(sweeps).map(|definition| definition.name)
+}
+
 /// The observer of a run, with snapshots at its start, at these times, and at its end; `None` for an unregistered model.
 #[must_use]
 pub fn observer(config: &ModelConfig, snapshots_at: &[f64]) -> Option<Box<dyn PlottedObserver>> {

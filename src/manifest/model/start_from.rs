@@ -184,7 +184,8 @@ pub(super) use may_be_recorded;
 const START_FROM: Key = Key {
     name: "start_from",
     unit: "",
-    about: "A recording whose last frame is the start; its path is relative to the manifest's folder. Time and counts \
+    about: "A recording whose last frame is the start, or the manifest of an experiment with one run, which runs first if its \
+        recording is missing. The path is relative to the manifest's folder. Time and counts \
         begin at zero, and random streams with the run's own seed.",
 };
 
