@@ -21,6 +21,7 @@ mod canonical;
 mod comparison;
 mod schema;
 mod sidecar;
+mod start_manifests;
 mod starter;
 mod timing;
 
@@ -31,6 +32,7 @@ pub use diagnostics::Diagnostics;
 pub use experiment::{Experiment, Override, Run, parse, parse_with_recordings};
 pub use schema::json_schema;
 pub use sidecar::{ExperimentRecord, RunRecord};
+pub use start_manifests::{StartManifest, is_manifest_name, start_manifests};
 pub use starter::starter;
 pub use sweep::{Axis, Coordinate};
 pub use timing::{TimingComparison, TimingPoint, TimingRatio, TimingTable};

@@ -1,0 +1,65 @@
+//! Manifests that a manifest names in `start_from`: the experiments that must be recorded before it can run.
+
+use crate::diagnostics::Diagnostics;
+use crate::experiment::parse_toml;
+use crate::tree::{Node, Table, Value};
+
+/// A manifest that `start_from` names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StartManifest {
+    /// The path as written.
+    pub name: String,
+    /// The line of the path, from 1.
+    pub line: usize,
+}
+
+/// Whether a value of `start_from` names a manifest rather than a recording.
+#[must_use]
+pub fn is_manifest_name(name: &str) -> bool {
+    name.ends_with(".toml")
+}
+
+/// Lists the manifests that `start_from` names anywhere in a manifest, sweeps included, in the order of the file. A text
+/// that is not TOML lists what can be read of it.
+#[must_use]
+pub fn start_manifests(source: &str) -> Vec<StartManifest> {
+    let (root, _) = parse_toml(source, "", &mut Diagnostics::default());
+    let mut found = Vec::new();
+    search_table(&root, false, source, &mut found);
+    found
+}
+
+fn search_table(table: &Table, is_start: bool, source: &str, found: &mut Vec<StartManifest>) {
+    for entry in &table.entries {
+        let names_start = entry.key.rsplit('.').next() == Some("start_from");
+        search(&entry.node, is_start || names_start, source, found);
+    }
+}
+
+fn search(node: &Node, is_start: bool, source: &str, found: &mut Vec<StartManifest>) {
+    match &node.value {
+        Value::Text(name) if is_start && is_manifest_name(name) => {
+            let before = source.as_bytes().iter().take(node.span.start);
+            let line = 1 + before.filter(|&&byte| byte == b'\n').count();
+            found.push(StartManifest { name: name.clone(), line });
+        }
+        Value::Array(nodes) => {
+            nodes.iter().for_each(|node| search(node, is_start, source, found));
+        }
+        Value::Table(table) => search_table(table, is_start, source, found),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{StartManifest, start_manifests};
+
+    #[test]
+    fn every_start_manifest_is_listed_with_its_line() {
+        let source = "seed = 1\n[model.dem]\nstart_from = \"bed.toml\"\ndescription = \"not.toml\"\n\
+                      [sweep]\n\"model.dem.start_from\" = [\n  \"one.mcap\",\n  \"two.toml\",\n]\n";
+        let listed = |name: &str, line| StartManifest { name: name.to_owned(), line };
+        assert_eq!(start_manifests(source), [listed("bed.toml", 3), listed("two.toml", 8)]);
+    }
+}
