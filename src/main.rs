@@ -1,9 +1,8 @@
-//! `run-experiment`: arguments to exit code, nothing else.
+//! Program `run-experiment`: from arguments to an exit code.
 
-use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     kinetoscope::cli::allocator::keep_little();
-    kinetoscope::cli::Arguments::parse().execute().into()
+    kinetoscope::cli::run_experiment().into()
 }

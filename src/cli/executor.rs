@@ -1,16 +1,12 @@
-//! What the command line says of other machines: who does the runs, and which of them this process does.
+//! Options for what executes the runs: this process or a cluster, and the commands that its tasks execute.
 
-use crate::cli::exit::Exit;
-use crate::cli::output::Destination;
-use crate::executor::cluster::queue::{self, Errand};
+use crate::cli::output::OutputArguments;
+use crate::executor::cluster::queue::Errand;
 use crate::executor::cluster::scheduler::Engine;
 use crate::executor::cluster::task::{TaskCommand, dealt, keys};
-use crate::executor::progress::ProgressDisplay;
-use crate::interrupt::Interrupt;
-use crate::outputs::sidecars::{self, Failure};
-use crate::plan::{Plan, PlannedRun};
+use crate::outputs::sidecars;
+use crate::plan::Plan;
 use clap::{Args, ValueEnum};
-use kinetoscope_recording::recorder::Outcome;
 use std::fs;
 use std::io;
 use std::num::{NonZeroU64, NonZeroUsize};
@@ -18,20 +14,20 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
-/// Who does the runs.
+/// What executes the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Executor {
     /// This process
     Local,
-    /// Slurm: job arrays; Ctrl-C detaches, and the same command re-attaches
+    /// Slurm job arrays; Ctrl-C detaches, and the same command attaches again
     Slurm,
-    /// HyperQueue, through the site's `hq`: as Slurm
+    /// HyperQueue, through the program `hq`
     #[value(name = "hyperqueue")]
     HyperQueue,
 }
 
 impl Executor {
-    /// The engine that does tasks; `None` of this process.
+    /// The engine that executes tasks; `None` for this process.
     #[must_use]
     pub fn engine(self) -> Option<Engine> {
         match self {
@@ -42,66 +38,71 @@ impl Executor {
     }
 }
 
-/// Who does the runs, and which.
+/// What executes the runs, and which runs.
 #[derive(Debug, Args)]
-pub struct Distribution {
-    /// Who does the runs
+#[command(next_help_heading = "Cluster")]
+pub struct ExecutorArguments {
+    /// Execute the runs with
     #[arg(long, value_enum, default_value = "local")]
     pub executor: Executor,
-    /// Runs that a task of a cluster does one after the other, at most 1000 [default: so many that there are 200 tasks]
+    /// Number of runs per task of a cluster, at most 1000 [default: chosen for 200 tasks]
     #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>)]
     runs_per_task: Option<NonZeroUsize>,
-    /// Minutes that a task of a cluster may take; what is not done then goes on in the next [default: three times
-    /// what the plan expects of a slow processor]
+    /// Time limit of a task; unfinished runs resume in the next task [default: three times the expected time on a slow
+    /// processor]
     #[arg(long, value_name = "MINUTES", value_parser = at_least_one::<NonZeroU64>)]
     time_limit: Option<NonZeroU64>,
-    /// Write the runs to FILE as shell commands, one a line, each of which may be run again; and stop
+    /// Write the runs to FILE as shell commands, one per line, and stop; each command may be repeated
     #[arg(long, value_name = "FILE", conflicts_with_all = ["executor", "dry_run", "prune", "force"])]
     pub export_commands: Option<PathBuf>,
-    /// Do only the runs with these content keys: what a task of a cluster is asked
+    /// Execute only the runs with these keys, as a task of a cluster does
     #[arg(long, value_name = "KEY,…", value_delimiter = ',',
-          conflicts_with_all = ["executor", "export_commands", "why", "prune"])]
-    pub only: Option<Vec<String>>,
-    /// Analyze recordings where they are made: analyze-recordings reads none of them again
-    #[arg(long, conflicts_with_all = ["why", "time"])]
+          conflicts_with_all = ["executor", "export_commands", "prune"])]
+    pub only_keys: Option<Vec<String>>,
+    /// Analyze the recordings where they are written; a later analysis does not read them again
+    #[arg(long)]
     pub analyze: bool,
-    /// Folder that the paths of start_from are relative to: what a task of a cluster is told, whose manifest is a copy
-    /// [default: the manifest's]
-    #[arg(long, value_name = "DIR", requires = "only")]
-    starts_in: Option<PathBuf>,
+    /// Folder that paths of start_from are relative to, for a task with a copy of the manifest [default: the manifest's]
+    #[arg(long, value_name = "DIR", requires = "only_keys")]
+    pub start_from_dir: Option<PathBuf>,
 }
 
-/// A count of the command line.
+/// Parses a count of the command line.
 pub(crate) fn at_least_one<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| "write a whole number from 1".to_owned())
 }
 
-/// What of the rest of the command line a task has to know.
+/// The other options that a task needs.
 #[derive(Debug)]
-pub struct Rest<'a> {
+pub struct TaskOptions<'a> {
+    /// The subcommand of this program that executes runs, if it has subcommands.
+    pub subcommand: Option<&'static str>,
     /// The manifest.
     pub manifest: &'a Path,
-    /// Where recordings go.
-    pub destination: &'a Destination,
+    /// Where recordings are written.
+    pub output: &'a OutputArguments,
     /// The overrides of the manifest.
     pub overrides: &'a [String],
     /// Whether tasks analyze what they record.
     pub analyze: bool,
-    /// Threads of a run.
+    /// Threads per run.
     pub threads: Option<NonZeroUsize>,
     /// Time between checkpoints.
     pub checkpoint_every: Duration,
 }
 
-impl Rest<'_> {
+impl TaskOptions<'_> {
+    /// The command of a task.
+    ///
     /// # Errors
-    /// A path that can't be followed. The output folder must be there.
+    /// A path that cannot be resolved. The output folder must exist.
     fn command(&self) -> io::Result<TaskCommand> {
         Ok(TaskCommand {
             program: std::env::current_exe()?,
+            subcommand: self.subcommand,
             manifest: fs::canonicalize(self.manifest)?,
             starts_in: None,
-            destination: self.destination.words()?,
+            destination: self.output.words()?,
             overrides: self.overrides.to_vec(),
             analyze: self.analyze,
             threads: self.threads.map_or(1, NonZeroUsize::get),
@@ -110,20 +111,13 @@ impl Rest<'_> {
     }
 }
 
-impl Distribution {
-    /// The folder that the recordings are relative to that a manifest names.
-    #[must_use]
-    pub fn starts_in<'a>(&'a self, manifest: &'a Path) -> &'a Path {
-        let own = manifest.parent().unwrap_or(Path::new(""));
-        self.starts_in.as_deref().unwrap_or(own)
-    }
-
-    /// Writes one command a line to FILE, of as many runs each as `--runs-per-task` says (one).
+impl ExecutorArguments {
+    /// Writes one command per line to FILE, each for the number of runs that `--runs-per-task` states (1).
     ///
     /// # Errors
-    /// A file that can't be written.
-    pub fn export(&self, file: &Path, plan: &Plan, rest: &Rest<'_>) -> io::Result<usize> {
-        let command = rest.command()?;
+    /// A file that cannot be written.
+    pub fn export(&self, file: &Path, plan: &Plan, options: &TaskOptions<'_>) -> io::Result<usize> {
+        let command = options.command()?;
         let tasks = dealt(&plan.to_do_by_cost(), self.runs_per_task.map_or(1, NonZeroUsize::get));
         let lines: Vec<String> =
             tasks.iter().map(|runs| command.line(&keys(runs)) + "\n").collect();
@@ -131,88 +125,16 @@ impl Distribution {
         Ok(lines.len())
     }
 
-    /// Does the plan's runs on the cluster and says how it ended.
+    /// How the plan is submitted to a cluster.
     ///
     /// # Errors
-    /// As [`queue::run_all`].
-    pub fn run_on_cluster(
-        &self,
-        engine: Engine,
-        plan: &Plan,
-        rest: &Rest<'_>,
-        interrupt: &Interrupt,
-        progress: &ProgressDisplay,
-    ) -> io::Result<Conclusion> {
-        let errand = Errand {
+    /// A path that cannot be resolved. The output folder must exist.
+    pub fn submission(&self, engine: Engine, options: &TaskOptions<'_>) -> io::Result<Errand> {
+        Ok(Errand {
             engine,
-            command: rest.command()?,
+            command: options.command()?,
             runs_per_task: self.runs_per_task.map(NonZeroUsize::get),
             time_limit_min: self.time_limit.map(NonZeroU64::get),
-        };
-        let end = queue::run_all(plan, &errand, interrupt, progress)?;
-        progress.close();
-        Ok(concluded(end, plan))
-    }
-}
-
-/// How a plan ended that others did.
-#[derive(Debug)]
-pub struct Conclusion {
-    /// A line for each run that did not end well, and for what the cluster will not start.
-    pub complaints: Vec<String>,
-    /// What is there.
-    pub summary: String,
-    /// The exit code, but for a signal.
-    pub exit: Exit,
-}
-
-fn concluded(end: queue::End<'_>, plan: &Plan) -> Conclusion {
-    let mut conclusion =
-        Conclusion { complaints: Vec::new(), summary: String::new(), exit: Exit::Done };
-    let (mut recorded, mut left) = (0, 0);
-    for (run, end) in &end.results {
-        let (complaint, class) = match end {
-            None => {
-                left += 1;
-                continue;
-            }
-            Some(Ok(Outcome::Fault(fault))) => {
-                recorded += 1;
-                (format!("ended in a fault: {fault}"), Exit::RunFailed)
-            }
-            Some(Ok(_)) => {
-                recorded += 1;
-                continue;
-            }
-            Some(Err(Failure { is_retryable, message })) => {
-                let class = if *is_retryable { Exit::Retryable } else { Exit::RunFailed };
-                (message.clone(), class)
-            }
-        };
-        conclusion.complaints.push(format!("{}: {complaint}", run.stem));
-        if conclusion.exit != Exit::RunFailed {
-            conclusion.exit = class;
-        }
-    }
-    if let Some(hindrances) = end.hindrances {
-        conclusion.complaints.push(hindrances);
-        if conclusion.exit != Exit::RunFailed {
-            conclusion.exit = Exit::Retryable;
-        }
-    }
-    conclusion.summary = format!("{recorded} new recordings in {}", plan.folder.display());
-    if left > 0 {
-        conclusion.summary += &format!(
-            "\n{left} runs are left to the cluster: the same command waits for them again"
-        );
-    }
-    conclusion
-}
-
-/// A task leaves word of a run that has no recording, for who gave it the task.
-pub fn report_failure(folder: &Path, run: &PlannedRun, is_retryable: bool, message: &str) {
-    let failure = Failure { is_retryable, message: message.to_owned() };
-    if let Err(error) = sidecars::write_failure(folder, &run.stem, &failure) {
-        eprintln!("warning: no report of the failure of {}: {error}", run.stem);
+        })
     }
 }

@@ -1,47 +1,90 @@
-//! How the program ends, and what that means to the shell.
+//! Exit codes of the programs.
 
 use std::process::ExitCode;
 
 /// The exit codes as the help shows them.
 pub const EXIT_CODES: &str = "Exit codes:
   0    done
-  1    a run ended in a physical fault or failed for good
+  1    a run failed, or `doctor` found a problem
   2    bad manifest or arguments
-  4    --verify, --compare or --attested found a difference
-  5    a recording or an attestation is missing, unfinished, damaged or unknown; what could be read was compared
-  75   a disk or another input or output failed: the same command again may succeed
+  4    verify or compare found a difference
+  5    a recording or an attestation is missing, unfinished,
+       damaged or unknown; what could be read was compared
+  75   a disk or another input or output failed: the same
+       command may succeed later
   130  ended by Ctrl-C
   143  ended by SIGTERM";
 
 /// How the program ends. The numbers are documented and do not change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
-    /// Everything asked for is there.
+    /// Everything requested exists.
     Done,
     /// A run failed and would fail again.
     RunFailed,
     /// The manifest or the arguments are wrong.
     BadManifest,
-    /// What was compared differs.
+    /// The compared recordings differ.
     Differs,
-    /// A recording, or a part of it, can't be read or is not there.
+    /// A recording, or a part of it, cannot be read or is missing.
     Unreadable,
     /// A disk or another input or output failed.
     Retryable,
-    /// Ended by a signal; the code is 128 and its number.
+    /// Ended by a signal; the code is 128 plus its number.
     Signal(u8),
+}
+
+impl Exit {
+    /// The number that the shell sees.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::RunFailed => 1,
+            Self::BadManifest => 2,
+            Self::Differs => 4,
+            Self::Unreadable => 5,
+            Self::Retryable => 75,
+            Self::Signal(code) => code,
+        }
+    }
+
+    /// The worse of two exit codes: what a retry cannot repair is worse than what it can.
+    #[must_use]
+    pub fn worst(self, other: Self) -> Self {
+        if other.severity() > self.severity() { other } else { self }
+    }
+
+    const fn severity(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Retryable => 1,
+            Self::BadManifest => 2,
+            Self::Unreadable => 3,
+            Self::Differs => 4,
+            Self::RunFailed => 5,
+            Self::Signal(_) => 6,
+        }
+    }
 }
 
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
-        Self::from(match exit {
-            Exit::Done => 0,
-            Exit::RunFailed => 1,
-            Exit::BadManifest => 2,
-            Exit::Differs => 4,
-            Exit::Unreadable => 5,
-            Exit::Retryable => 75,
-            Exit::Signal(code) => code,
-        })
+        Self::from(exit.code())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Exit;
+
+    #[test]
+    fn worst_exit_code_does_not_depend_on_the_order() {
+        let ascending = [Exit::Done, Exit::Retryable, Exit::BadManifest, Exit::RunFailed];
+        for (index, &low) in ascending.iter().enumerate() {
+            for &high in &ascending[index..] {
+                assert_eq!((low.worst(high), high.worst(low)), (high, high));
+            }
+        }
     }
 }

@@ -1,6 +1,8 @@
-//! What the command line asks of recordings that are there: verify, compare, look at the attestation.
+//! `verify` and `compare`: recordings against a rerun, against their attestation, and against each other.
 
+use crate::cli::ResultArguments;
 use crate::cli::exit::Exit;
+use crate::cli::messages::{Failure, complain, print_json};
 use crate::executor::progress::{ProgressDisplay, Verbosity};
 use crate::interrupt::Interrupt;
 use crate::run::RunError;
@@ -10,68 +12,109 @@ use crate::verify::diff::Comparison;
 use crate::verify::{Finding, Verification, VerifyError, verify};
 use clap::Args;
 use kinetoscope_recording::reader::Outcome;
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// What is asked of recordings that are there.
+/// Rerun the run of a recording and compare; if both are equal, write an attestation.
 #[derive(Debug, Args)]
-#[group(
-    id = "evidence",
-    multiple = false,
-    conflicts_with_all = ["manifest", "output", "jobs", "overrides", "force", "dry_run", "why", "time", "live"]
-)]
-pub struct Evidence {
-    /// Do the run of a recording again and compare
-    #[arg(long, value_name = "RECORDING")]
-    verify: Option<PathBuf>,
-    /// Compare two recordings: manifests, versions, messages
-    #[arg(long, num_args = 2, value_names = ["RECORDING", "OTHER"])]
-    compare: Option<Vec<PathBuf>>,
-    /// Check that a recording is the one that --verify found good, without a re-run
-    #[arg(long, value_name = "RECORDING")]
-    attested: Option<PathBuf>,
+pub struct VerifyArguments {
+    /// Recording (*.mcap)
+    #[arg(value_name = "RECORDING")]
+    path: PathBuf,
+    /// Check that the recording is the file that was verified before, without a rerun
+    #[arg(long)]
+    check_attestation: bool,
+    #[command(flatten)]
+    result: ResultArguments,
 }
 
-/// What is said of recordings, and how the program ends.
+/// Compare two recordings: manifests, versions, messages.
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    /// Recording (*.mcap)
+    #[arg(value_name = "RECORDING")]
+    left: PathBuf,
+    /// Recording to compare with
+    #[arg(value_name = "OTHER")]
+    right: PathBuf,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl VerifyArguments {
+    /// Verifies the recording and prints the result.
+    #[must_use]
+    pub fn execute(&self) -> Exit {
+        let report = if self.check_attestation {
+            check_attestation(&self.path)
+        } else {
+            let is_silent = self.result.quiet || self.result.json;
+            verify_by_rerun(
+                &self.path,
+                if is_silent { Verbosity::Quiet } else { Verbosity::Normal },
+            )
+        };
+        report.print(&self.result)
+    }
+}
+
+impl CompareArguments {
+    /// Compares the recordings and prints the result.
+    #[must_use]
+    pub fn execute(&self) -> Exit {
+        let report = match compare_recordings(&self.left, &self.right) {
+            Ok(comparison) => compared(&comparison, &self.left, &self.right),
+            Err(error @ CompareError::Read(_)) => Report::error(Exit::Unreadable, &error),
+            Err(error @ CompareError::Io(_)) => Report::error(Exit::Retryable, &error),
+        };
+        report.print(&self.result)
+    }
+}
+
+/// Result of a comparison.
 #[derive(Debug)]
-pub struct Report {
+struct Report {
     /// What was found.
-    pub text: String,
-    /// What is wrong, to be said in any case.
-    pub complaint: Option<String>,
-    /// The exit code.
-    pub exit: Exit,
+    lines: Vec<String>,
+    /// What is wrong.
+    errors: Vec<String>,
+    exit: Exit,
 }
 
 impl Report {
-    fn complaint(exit: Exit, complaint: impl ToString) -> Self {
-        Self { text: String::new(), complaint: Some(complaint.to_string()), exit }
+    const fn equal() -> Self {
+        Self { lines: Vec::new(), errors: Vec::new(), exit: Exit::Done }
+    }
+
+    fn error(exit: Exit, error: &dyn std::fmt::Display) -> Self {
+        Self { lines: Vec::new(), errors: vec![error.to_string()], exit }
+    }
+
+    fn print(&self, result: &ResultArguments) -> Exit {
+        if result.json {
+            let equal = self.exit == Exit::Done;
+            print_json(&json!({
+                "exit_code": self.exit.code(),
+                "equal": equal,
+                "findings": self.lines,
+                "errors": self.errors,
+            }));
+        } else {
+            result.print(&self.lines.join("\n"), || json!(null));
+        }
+        for error in &self.errors {
+            complain(Failure::new(self.exit, error).text());
+        }
+        self.exit
     }
 }
 
-impl Evidence {
-    /// Does what was asked; `None` where nothing was.
-    #[must_use]
-    pub fn execute(&self, verbosity: Verbosity) -> Option<Report> {
-        if let Some(path) = &self.verify {
-            return Some(verified(path, verbosity));
-        }
-        if let Some([left, right]) = self.compare.as_deref() {
-            return Some(match compare_recordings(left, right) {
-                Ok(comparison) => compared(&comparison, left, right),
-                Err(error @ CompareError::Read(_)) => Report::complaint(Exit::Unreadable, error),
-                Err(error @ CompareError::Io(_)) => Report::complaint(Exit::Retryable, error),
-            });
-        }
-        self.attested.as_deref().map(attested)
-    }
-}
-
-fn verified(path: &Path, verbosity: Verbosity) -> Report {
+fn verify_by_rerun(path: &Path, verbosity: Verbosity) -> Report {
     let interrupt = match Interrupt::listen() {
         Ok(interrupt) => interrupt,
         Err(error) => {
-            let complaint = format!("cannot listen to Ctrl-C: {error}");
-            return Report::complaint(Exit::Retryable, complaint);
+            let error = format!("cannot listen to Ctrl-C: {error}");
+            return Report::error(Exit::Retryable, &error);
         }
     };
     let progress = ProgressDisplay::new(1, verbosity);
@@ -79,7 +122,7 @@ fn verified(path: &Path, verbosity: Verbosity) -> Report {
     let result = verify(path, &interrupt, &|done, of| bar.frame(done, of));
     progress.close();
     match result {
-        Ok(verification) => describe(&verification, path),
+        Ok(verification) => verified(&verification, path),
         Err(error) => {
             let exit = match &error {
                 VerifyError::Read(_) | VerifyError::Manifest(_) | VerifyError::Start(_) => {
@@ -92,76 +135,68 @@ fn verified(path: &Path, verbosity: Verbosity) -> Report {
                 VerifyError::Temporary(_) => Exit::Retryable,
                 VerifyError::Interrupted(code) => Exit::Signal(*code),
             };
-            Report::complaint(exit, error)
+            Report::error(exit, &error)
         }
     }
 }
 
-fn describe(verification: &Verification, path: &Path) -> Report {
-    let mut lines = notes(verification, path);
+fn verified(verification: &Verification, path: &Path) -> Report {
     let (verdict, mut report) = match &verification.finding {
         Finding::SameBytes { frames } => {
-            lines.push(format!("{frames} frames done again: equal in every byte"));
-            (
-                Some(Verdict::Bytes),
-                Report { text: String::new(), complaint: None, exit: Exit::Done },
-            )
+            let mut report = Report::equal();
+            report.lines.push(format!("{frames} frames rerun: equal in every byte"));
+            (Some(Verdict::Bytes), report)
         }
         Finding::Messages(comparison) => {
-            let report = judge(comparison, "the file", "the re-run");
+            let mut report = messages(comparison, "the file", "the rerun");
             if comparison.difference.is_none() {
                 let frames = comparison.equal_frames;
-                lines.push(format!(
-                    "{frames} frames done again: equal in every message, not in every byte"
+                report.lines.push(format!(
+                    "{frames} frames rerun: equal in every message, not in every byte"
                 ));
             }
-            let verdict = (report.exit == Exit::Done).then_some(Verdict::Messages);
-            (verdict, report)
+            ((report.exit == Exit::Done).then_some(Verdict::Messages), report)
         }
     };
-    let outcome = verification.recording.provenance().outcome.as_ref();
-    match outcome {
+    report.lines.splice(0..0, notes(verification, path));
+    match &verification.recording.provenance().outcome {
         Some(Outcome::Fault(fault)) if verdict.is_some() => {
-            lines.push(format!("Both end in the same fault: {fault}"));
+            report.lines.push(format!("both failed in the same way: {fault}"));
         }
         Some(Outcome::Interrupted) if verdict.is_some() => {
-            report.complaint =
-                Some("The run was interrupted: what is missing can't be compared".to_owned());
+            report.errors.push("the run was interrupted: the rest cannot be compared".to_owned());
             report.exit = Exit::Unreadable;
         }
         _ => {}
     }
     if !verification.key_fits {
-        let complaint =
-            "The content key in the file is not that of its manifest: one of them was changed";
-        let rest = report.complaint.map(|rest| format!("\n{rest}")).unwrap_or_default();
-        report.complaint = Some(format!("{complaint}{rest}"));
+        let error = "the run key in the file does not match its manifest: one of them was changed";
+        report.errors.insert(0, error.to_owned());
         report.exit = Exit::Differs;
     }
     if let (Some(verdict), Exit::Done) = (verdict, report.exit) {
-        lines.push(attest(verification, verdict));
+        report.lines.push(attest(verification, verdict));
     }
-    report.text = lines.join("\n");
     report
 }
 
-/// What is to be known of the file before the verdict.
+/// What differs between the program that recorded the file and this one.
 fn notes(verification: &Verification, path: &Path) -> Vec<String> {
     let mut lines = vec![path.display().to_string()];
     let provenance = verification.recording.provenance();
-    let (recorded, ours) = (&provenance.program_version, env!("CARGO_PKG_VERSION"));
-    if recorded != ours {
-        lines.push(format!("Recorded by version {recorded} of the program; this is {ours}"));
+    let (recorded, own) = (&provenance.program_version, env!("CARGO_PKG_VERSION"));
+    if recorded != own {
+        lines.push(format!("recorded by version {recorded} of the program; this is {own}"));
     }
-    let (recorded, ours) = (provenance.physics_version, verification.physics_version);
-    if recorded != ours {
+    let (recorded, own) = (provenance.physics_version, verification.physics_version);
+    if recorded != own {
         lines.push(format!(
-            "Recorded with physics version {recorded} of {}; this is {ours}: other numbers are to be expected",
+            "recorded with physics version {recorded} of {}; this is {own}: the numbers are expected to differ",
             provenance.model
         ));
     }
     for key in &verification.reinterpreted {
-        lines.push(format!("This version reads the manifest otherwise: {key}"));
+        lines.push(format!("this version reads the manifest differently: {key}"));
     }
     lines
 }
@@ -171,50 +206,48 @@ fn attest(verification: &Verification, verdict: Verdict) -> String {
     let written = Attestation::of(recording, verification.physics_version, verdict)
         .and_then(|attestation| attestation.write(recording.path()));
     match written {
-        Ok(path) => format!("Attested in {}", path.display()),
+        Ok(path) => format!("attested in {}", path.display()),
         Err(error) => format!(
-            "No attestation could be written to {}: {error}",
+            "warning: the attestation cannot be written to {}: {error}",
             attestation_path(recording.path()).display()
         ),
     }
 }
 
-/// The verdict on messages: a difference weighs more than an unreadable rest.
-fn judge(comparison: &Comparison, left: &str, right: &str) -> Report {
+/// Reports the first difference between the messages; it weighs more than an unreadable rest.
+fn messages(comparison: &Comparison, left: &str, right: &str) -> Report {
     if let Some(difference) = &comparison.difference {
-        let complaint = format!("First difference: {}", difference.describe(left, right));
-        return Report::complaint(Exit::Differs, complaint);
+        let error = format!("first difference: {}", difference.describe(left, right));
+        return Report::error(Exit::Differs, &error);
     }
-    if let Some(error) = &comparison.unreadable {
-        return Report::complaint(Exit::Unreadable, error);
+    match &comparison.unreadable {
+        Some(error) => Report::error(Exit::Unreadable, error),
+        None => Report::equal(),
     }
-    Report { text: String::new(), complaint: None, exit: Exit::Done }
 }
 
 fn compared(comparison: &RecordingComparison, left: &Path, right: &Path) -> Report {
     let (left, right) = (left.display().to_string(), right.display().to_string());
     let mut lines = vec![format!("{left} → {right}")];
     if comparison.keys.is_empty() {
-        lines.push("Equal manifests".to_owned());
+        lines.push("equal manifests".to_owned());
     } else {
-        lines.push("The manifests differ:".to_owned());
+        lines.push("the manifests differ:".to_owned());
         lines.extend(comparison.keys.iter().map(|key| format!("  {key}")));
     }
     for (what, [one, other]) in &comparison.versions {
         lines.push(format!("{what}: {one} → {other}"));
     }
-    let mut report = judge(&comparison.messages, &left, &right);
     let frames = comparison.messages.equal_frames;
     if comparison.same_bytes {
         lines.push(format!("{frames} frames: equal in every byte"));
     } else if comparison.messages.difference.is_none() {
         lines.push(format!("{frames} frames: equal in every message, not in every byte"));
     }
-    report.text = lines.join("\n");
-    report
+    Report { lines, ..messages(&comparison.messages, &left, &right) }
 }
 
-fn attested(path: &Path) -> Report {
+fn check_attestation(path: &Path) -> Report {
     let shown = path.display();
     match standing(path) {
         Ok(Standing::Attested(attestation)) => {
@@ -222,24 +255,25 @@ fn attested(path: &Path) -> Report {
                 Verdict::Bytes => "byte",
                 Verdict::Messages => "message",
             };
-            let text = format!(
-                "{shown} is the file whose run version {} did again ({} {}), equal in every {equal}",
+            let mut report = Report::equal();
+            report.lines.push(format!(
+                "{shown} is the file that version {} verified ({} {}): equal in every {equal}",
                 attestation.verified_by_program_version,
                 attestation.operating_system,
                 attestation.architecture
-            );
-            Report { text, complaint: None, exit: Exit::Done }
+            ));
+            report
         }
-        Ok(Standing::Changed(what)) => Report::complaint(
+        Ok(Standing::Changed(what)) => Report::error(
             Exit::Differs,
-            format!("{shown} has changed since it was verified: another {what}"),
+            &format!("{shown} has changed since it was verified: the {what} differs"),
         ),
-        Ok(Standing::Unattested(why)) => Report::complaint(
+        Ok(Standing::Unattested(why)) => Report::error(
             Exit::Unreadable,
-            format!(
-                "{shown} has no attestation ({why}). Write one: run-experiment --verify {shown}"
+            &format!(
+                "{shown} has no attestation ({why})\nhelp: write one with `kinetoscope verify {shown}`"
             ),
         ),
-        Err(error) => Report::complaint(Exit::Unreadable, format!("{shown}: {error}")),
+        Err(error) => Report::error(Exit::Unreadable, &format!("{shown}: {error}")),
     }
 }

@@ -1,43 +1,45 @@
-//! What the command line says of viewers, and what they are told.
+//! Options for live viewers, and the message that invites them.
 
 use crate::cli::exit::Exit;
+use crate::cli::messages::Failure;
 use crate::interrupt::Interrupt;
 use crate::live::{self, Live};
 use crate::plan::Plan;
 use clap::Args;
 use std::net::SocketAddr;
 
-/// Whether and where runs can be watched.
+/// Whether and where viewers can connect.
 #[derive(Debug, Args)]
-pub struct Watching {
-    /// Let Foxglove or Lichtblick watch the runs, by WebSocket, one run at a time; they never change or slow it. At port
-    /// 8765 of this machine alone, unless =PORT or =ADDRESS:PORT says otherwise
+#[command(next_help_heading = "Live view")]
+pub struct LiveArguments {
+    /// Serve the runs to Foxglove or Lichtblick by WebSocket, one run at a time, without changing or delaying them. Port
+    /// 8765 on this machine only, unless =PORT or =ADDRESS:PORT is given
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = "8765",
-          value_parser = live::address, conflicts_with_all = ["dry_run", "why", "time", "executor", "export_commands"])]
+          value_parser = live::address, conflicts_with_all = ["dry_run", "executor", "export_commands"])]
     live: Option<SocketAddr>,
-    /// Hold the runs that are watched to so many seconds of playback a second. They wait for the first viewer, and viewers
-    /// can pause, step and change the speed
+    /// Limit the runs to this number of seconds of playback per second. They wait for the first viewer; viewers can pause,
+    /// step and change the speed
     #[arg(long, value_name = "SPEED", requires = "live", value_parser = live::speed)]
     live_speed: Option<f64>,
 }
 
-impl Watching {
-    /// Opens the server, if one is asked for.
+impl LiveArguments {
+    /// Opens the server, if one is requested.
     ///
     /// # Errors
-    /// An address that can't be served at, with the user's next step.
-    pub fn open(&self, interrupt: &Interrupt) -> Result<Option<Live>, (Exit, String)> {
+    /// An address that cannot be served.
+    pub fn open(&self, interrupt: &Interrupt) -> Result<Option<Live>, Failure> {
         let Some(address) = self.live else { return Ok(None) };
         Live::open(address, self.live_speed, interrupt).map(Some).map_err(|error| {
-            let message = format!(
-                "cannot be watched at {address}: {error}\nAnother program may have this port: choose another, such as --live={}",
-                live::USUAL_PORT + 1
-            );
-            (Exit::Retryable, message)
+            Failure::new(Exit::Retryable, format!("cannot serve viewers at {address}: {error}"))
+                .help(format!(
+                    "another program may use this port: choose another, such as --live={}",
+                    live::USUAL_PORT + 1
+                ))
         })
     }
 
-    /// Where and how to watch.
+    /// The address for viewers, and how to connect.
     #[must_use]
     pub fn invitation(&self, live: &Live, plan: &Plan) -> String {
         let address = live.address();
@@ -48,11 +50,11 @@ impl Watching {
         text += match self.live_speed {
             Some(_) => "\n  waiting for the first viewer",
             None => {
-                "\n  the runs go as fast as they can: --live-speed 1 keeps the pace of playback"
+                "\n  the runs are not slowed down: --live-speed 1 limits them to playback speed"
             }
         };
         if !address.ip().is_loopback() {
-            text += "\n  whoever reaches this address can watch";
+            text += "\n  this address is open to every machine that reaches it";
         }
         text
     }

@@ -1,12 +1,80 @@
-//! What is said of a plan before its runs and after them.
+//! Messages of the programs: the plan before the runs, the summary after them, errors and the next command.
 
+use crate::cli::Program;
+use crate::cli::exit::Exit;
+use crate::executor::cluster::task::quoted;
 use crate::executor::progress::size;
 use crate::plan::{Plan, PlannedRun};
 use crate::run::Ending;
 use kinetoscope_manifest::Experiment;
 use kinetoscope_recording::recorder::Outcome;
+use std::fmt::Display;
+use std::io::{self, IsTerminal as _, Write as _};
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
-/// What tells a run from the others: its coordinates and replicate, or the experiment's name.
+/// An error that ends a command: its text as printed, and the exit code.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// The exit code.
+    pub exit: Exit,
+    text: String,
+}
+
+impl Failure {
+    /// An error without help.
+    pub fn new(exit: Exit, what: impl Display) -> Self {
+        Self { exit, text: format!("error: {what}") }
+    }
+
+    /// An error whose text is complete, such as that of a manifest with its underlined lines.
+    #[must_use]
+    pub fn rendered(exit: Exit, text: String) -> Self {
+        Self { exit, text: text.trim_end().to_owned() }
+    }
+
+    /// Adds the one thing to do.
+    #[must_use]
+    pub fn help(mut self, help: impl Display) -> Self {
+        self.text += &format!("\nhelp: {help}");
+        self
+    }
+
+    /// The text as printed.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Prints the error.
+    pub fn report(&self) -> Exit {
+        complain(&self.text);
+        self.exit
+    }
+}
+
+/// Prints a line to standard output. A closed pipe (`| head`) is not an error.
+pub fn print(text: &str) -> Exit {
+    let _ = writeln!(io::stdout(), "{text}");
+    Exit::Done
+}
+
+/// Prints a JSON document to standard output.
+pub fn print_json(document: &serde_json::Value) -> Exit {
+    print(&format!("{document:#}"))
+}
+
+/// Prints a line to standard error. If it is closed, the exit code still reports the error.
+pub fn complain(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Whether errors are colored: on a terminal, unless `NO_COLOR` is set.
+#[must_use]
+pub fn has_colors() -> bool {
+    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+}
+
+/// Names a run within its experiment: its coordinates and replicate, or the experiment's name.
 pub(crate) fn name_of(run: &PlannedRun, experiment: &Experiment) -> String {
     let mut parts: Vec<String> = run
         .run
@@ -20,17 +88,14 @@ pub(crate) fn name_of(run: &PlannedRun, experiment: &Experiment) -> String {
     if parts.is_empty() { experiment.name.clone() } else { parts.join(", ") }
 }
 
-/// The plan in a few lines: how many runs, what they take, and where their recordings go.
+/// Formats the plan summary printed before the runs start.
 pub(crate) fn describe(experiment: &Experiment, plan: &Plan, jobs: usize, place: &str) -> String {
     let to_do = plan.to_do();
-    let done = plan.runs.len() - to_do.len();
-    let mut text = format!("{}: {} ", experiment.name, experiment.model());
-    text += &match plan.runs.len() {
-        1 => "run".to_owned(),
-        runs => format!("runs, {runs}"),
-    };
+    let finished = plan.finished().count();
+    let mut text = format!("{}: {}, ", experiment.name, experiment.model());
+    text += &plural(plan.runs.len() as u64, "run");
     if experiment.replicates > 1 {
-        text += &format!(" ({} replicates each)", experiment.replicates);
+        text += &format!(" ({} replicates per point)", experiment.replicates);
     }
     let mut estimates = to_do.iter().filter_map(|run| run.estimate());
     let particles = counted(estimates.clone().map(|run| run.particles), "particle");
@@ -38,30 +103,37 @@ pub(crate) fn describe(experiment: &Experiment, plan: &Plan, jobs: usize, place:
     if let (Some(particles), Some(frames)) = (particles, frames) {
         text += &format!("\n  {particles}, {frames}, at most {}", size(plan.bytes_to_write()));
         if plan.runs.len() > 1 {
-            text += &format!(" in all, {jobs} at a time");
+            text += &format!(" in total, {jobs} in parallel");
         }
         if estimates.any(|run| run.has_series_on_request) {
-            text += "\n  and what each collision or contact takes, as its channel asks";
+            text += "\n  plus the requested series of collisions or contacts";
         }
     }
     text += &format!("\n  to {place}");
-    if done > 0 {
-        text += &format!("\n  {done} finished already, {} to do (--force does all)", to_do.len());
+    if finished > 0 {
+        let runs = plan.runs.len();
+        text += &format!(
+            "\n  {finished} of {runs} runs already finished (use --force to rerun {})",
+            if finished == 1 { "it" } else { "them" }
+        );
     }
     text
 }
 
-/// How many there are in the runs, from the fewest to the most, such as "5 to 50 particles"; `None` without runs.
-fn counted(counts: impl Iterator<Item = u64> + Clone, what: &str) -> Option<String> {
-    let (fewest, most) = (counts.clone().min()?, counts.max()?);
-    let plural = if most == 1 { "" } else { "s" };
-    let span = if fewest == most { most.to_string() } else { format!("{fewest} to {most}") };
-    Some(format!("{span} {what}{plural}"))
+/// Formats the range of a count over the runs, such as "5 to 50 particles"; `None` without runs.
+pub(crate) fn counted(counts: impl Iterator<Item = u64> + Clone, what: &str) -> Option<String> {
+    let (min, max) = (counts.clone().min()?, counts.max()?);
+    Some(if min == max { plural(max, what) } else { format!("{min} to {}", plural(max, what)) })
 }
 
-/// What was recorded, and what was stopped.
+/// Formats a count with its noun, such as "1 run" or "3 runs".
+pub(crate) fn plural(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Formats what was recorded and what was interrupted.
 pub(crate) fn summary(plan: &Plan, endings: &[&Ending]) -> String {
-    let (stopped, written): (Vec<&Ending>, Vec<&Ending>) =
+    let (interrupted, written): (Vec<&Ending>, Vec<&Ending>) =
         endings.iter().partition(|ending| ending.outcome == Outcome::Interrupted);
     let bytes: u64 = written.iter().map(|ending| ending.bytes).sum();
     let seconds: f64 = written.iter().map(|ending| ending.wall_time.as_secs_f64()).sum();
@@ -70,19 +142,59 @@ pub(crate) fn summary(plan: &Plan, endings: &[&Ending]) -> String {
     match written.as_slice() {
         [] => {}
         [ending] => lines.push(format!(
-            "Wrote {} ({}, {frames} frames in {seconds:.2} s)",
+            "Wrote {} ({}, {} in {seconds:.2} s)",
             ending.path.display(),
-            size(bytes)
+            size(bytes),
+            plural(frames, "frame")
         )),
         several => lines.push(format!(
-            "Wrote {} recordings to {} ({}, {frames} frames, {seconds:.1} s of running)",
+            "Wrote {} recordings to {} ({}, {frames} frames, {seconds:.1} s of computing)",
             several.len(),
             plan.folder.display(),
             size(bytes)
         )),
     }
-    lines.extend(stopped.iter().map(|ending| {
-        format!("Kept {} with {} frames so far", ending.path.display(), ending.frames)
+    lines.extend(interrupted.iter().map(|ending| {
+        format!("Kept {} with {} so far", ending.path.display(), plural(ending.frames, "frame"))
     }));
     lines.join("\n")
+}
+
+/// The error if the disk has less free space than the recordings need. `option` names their folder on the command line.
+pub(crate) fn disk_shortage(plan: &Plan, needed: u64, option: &str) -> Option<Failure> {
+    let existing = existing_ancestor(&plan.folder)?;
+    let free = fs4::available_space(&existing).ok()?;
+    (needed > free).then(|| {
+        let what = format!(
+            "the recordings need up to {}, but only {} is free in {}",
+            size(needed),
+            size(free),
+            existing.display()
+        );
+        Failure::new(Exit::Retryable, what).help(format!(
+            "free disk space, choose another folder with {option} DIR, or record less ([record] frames, channels)"
+        ))
+    })
+}
+
+/// The nearest folder above a path, or the path itself, that exists.
+pub(crate) fn existing_ancestor(path: &Path) -> Option<PathBuf> {
+    let existing = path.ancestors().find(|path| path.as_os_str().is_empty() || path.is_dir())?;
+    Some(if existing.as_os_str().is_empty() { PathBuf::from(".") } else { existing.to_owned() })
+}
+
+/// Formats the command that analyzes `places`, as the user can copy it.
+pub(crate) fn next_command(program: &Program<'_>, places: &[String], is_remote: bool) -> String {
+    let feature = if is_remote { " --features object-storage" } else { "" };
+    let command = program.analysis_command(feature);
+    let words: Vec<String> = places.iter().map(|place| word(place)).collect();
+    format!("\nNext:\n  {command} {}", words.join(" "))
+}
+
+/// Quotes a word of a command line to copy, if a shell requires it.
+pub(crate) fn word(text: &str) -> String {
+    let is_plain = |letter: char| {
+        letter.is_alphanumeric() || letter == MAIN_SEPARATOR || "._-=:,+@%/".contains(letter)
+    };
+    if text.chars().all(is_plain) { text.to_owned() } else { quoted(text) }
 }

@@ -1,4 +1,4 @@
-//! What the command line says of where recordings go: a folder, or object storage by way of one.
+//! Options for where recordings are written: a folder, or object storage through a spool folder.
 
 use crate::executor::cluster::task::quoted;
 use crate::outputs::upload::Depot;
@@ -9,25 +9,26 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Where recordings go.
+/// Where recordings are written.
 #[derive(Debug, Args)]
-pub struct Destination {
-    /// Folder of the recordings: they go to DIR/NAME. Or s3://BUCKET/PREFIX, in a program built with
+#[command(next_help_heading = "Output")]
+pub struct OutputArguments {
+    /// Folder of the recordings, which are written to DIR/NAME; or s3://BUCKET/PREFIX, in a program built with
     /// `--features object-storage` [default: recordings]
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Folder where runs are recorded whose recordings go to s3://: each is removed here when it is there
+    /// Local folder of recordings on their way to s3://; each is removed after its upload
     #[arg(long, value_name = "DIR", default_value = "spool")]
     spool: PathBuf,
-    /// Leave recordings in the spool when they are on s3://
+    /// Keep uploaded recordings in the spool folder
     #[arg(long)]
     keep_local: bool,
 }
 
-/// Where recordings go unless the command line says otherwise.
+/// The default folder of recordings.
 const USUAL: &str = "recordings";
 
-impl Destination {
+impl OutputArguments {
     fn output(&self) -> &Path {
         self.output.as_deref().unwrap_or(Path::new(USUAL))
     }
@@ -37,24 +38,10 @@ impl Destination {
         Address::is_one(self.output()).then(|| Address::parse(&text)).transpose()
     }
 
-    /// The folder that the command line names, if it does: a table of times goes there.
+    /// The local folder below which runs are recorded; below the spool folder, each address has its own.
     ///
     /// # Errors
-    /// An address: a table is no recording.
-    pub fn named_folder(&self) -> Result<Option<&Path>, String> {
-        match self.output.as_deref() {
-            Some(output) if Address::is_one(output) => Err(format!(
-                "a table of times goes into a folder, not to {}: give --output DIR, or leave it out",
-                output.display()
-            )),
-            folder => Ok(folder),
-        }
-    }
-
-    /// The folder of this machine below which runs are recorded: of the spool, one for each address.
-    ///
-    /// # Errors
-    /// An address that makes no sense.
+    /// An invalid address.
     pub fn folder(&self) -> Result<PathBuf, StoreError> {
         Ok(match self.address()? {
             None => self.output().to_owned(),
@@ -63,25 +50,25 @@ impl Destination {
         })
     }
 
-    /// Where the recordings of an experiment go from that folder, if anywhere.
+    /// Opens the object storage for the recordings of an experiment; `None` if they stay in the folder.
     ///
     /// # Errors
-    /// An address that makes no sense, or a program that was built without object storage.
+    /// An invalid address, or a program that was built without object storage.
     pub fn depot(&self, experiment: &str) -> Result<Option<Depot>, StoreError> {
         let address = self.address()?.map(|address| address.below(experiment));
         address.map(|address| Depot::open(&address, self.keep_local)).transpose()
     }
 
-    /// The option that names the folder of this machine.
+    /// The option that names the local folder.
     #[must_use]
     pub fn option_of_folder(&self) -> &'static str {
         if Address::is_one(self.output()) { "--spool" } else { "--output" }
     }
 
-    /// The part of a shell's command line that says the same from any working folder.
+    /// The same options for a shell, valid in any working folder.
     ///
     /// # Errors
-    /// A path that can't be followed. The folder must be there.
+    /// A path that cannot be resolved. The folder must exist.
     pub fn words(&self) -> io::Result<String> {
         if !Address::is_one(self.output()) {
             return Ok(format!("--output {}", absolute(self.output())?));
@@ -92,7 +79,7 @@ impl Destination {
     }
 }
 
-/// A path for a shell, from any working folder.
+/// An absolute path, quoted for a shell.
 fn absolute(path: &Path) -> io::Result<String> {
     Ok(quoted(&fs::canonicalize(path)?.display().to_string()))
 }

@@ -1,4 +1,4 @@
-//! `timing.json`: how long the runs of an experiment took on a machine. `run-experiment --time` writes it, reports show it, and no
+//! `timing.json`: how long the runs of an experiment took on a machine. `kinetoscope benchmark` writes it, reports show it, and no
 //! metric reads it.
 
 use crate::sweep::Coordinate;

@@ -172,7 +172,7 @@ impl Depot {
             }
             Ok(Put::Differs) => self.state().refused.push(format!(
                 "{}/{name} is there already and holds other bytes than {}. Both were kept: fetch it, compare the two with \
-                 --compare, and remove the one that is not wanted",
+                 `kinetoscope compare`, and remove the one that is not wanted",
                 self.address(),
                 file.display()
             )),

@@ -114,6 +114,14 @@ impl Plan {
         self.runs.iter().filter(|run| matches!(run.status, Status::ToDo(_))).collect()
     }
 
+    /// The runs whose recordings exist and are finished, with their outcomes.
+    pub fn finished(&self) -> impl Iterator<Item = (&PlannedRun, &Outcome)> {
+        self.runs.iter().filter_map(|run| match &run.status {
+            Status::Done(outcome) => Some((run, outcome)),
+            Status::ToDo(_) | Status::Refused(_) => None,
+        })
+    }
+
     /// The runs that are to be done, the costliest first: then no long run is left alone at the end.
     #[must_use]
     pub fn to_do_by_cost(&self) -> Vec<&PlannedRun> {

@@ -1,4 +1,4 @@
-//! `--time`: how long the runs of an experiment take. The engine alone, one run after the other, nothing recorded; the
+//! `kinetoscope benchmark`: how long the runs of an experiment take. The engine alone, one run after the other, nothing recorded; the
 //! figures belong to the machine and say so. Where a folder is named, the table goes beside the recordings there.
 //!
 //! Runs that differ in one key of two values are taken in turn (A B A B …), so that their ratio suffers least from what

@@ -133,6 +133,8 @@ pub struct Estimate {
     pub has_series_on_request: bool,
     /// Height of what a viewer shows, in the state's length unit.
     pub view_height: f64,
+    /// Length of the run, as the model counts it.
+    pub extent: Extent,
     /// How long the run takes beside the others of its experiment: particle steps, particle times, or events.
     pub relative_cost: f64,
     /// Memory that the run may take.
@@ -172,6 +174,7 @@ pub fn estimate(manifest: &RunManifest) -> Result<Estimate, Refusal> {
                 bytes: BYTES_BESIDE_FRAMES + frames * bytes_of_a_frame,
                 has_series_on_request: wants_opt_in::<M>(&self.0.record),
                 view_height: view_height(&model.scenery()),
+                extent: model.extent(),
                 relative_cost: relative_cost(model.extent(), particles),
                 memory_bytes: PROGRAM_BYTES + FRAMES_IN_MEMORY * bytes_of_a_frame,
             })

@@ -8,6 +8,8 @@ use std::path::PathBuf;
 pub struct TaskCommand {
     /// This program.
     pub program: PathBuf,
+    /// Its subcommand that executes runs, if it has subcommands.
+    pub subcommand: Option<&'static str>,
     /// The manifest.
     pub manifest: PathBuf,
     /// The folder that paths in it are relative to, where it is not the manifest's own.
@@ -28,27 +30,28 @@ impl TaskCommand {
     /// The command line for a shell. `keys` is put in as it is: content keys with commas between, or a shell's variable.
     #[must_use]
     pub fn line(&self, keys: &str) -> String {
-        let mut words = vec![
-            quoted(&self.program.display().to_string()),
+        let mut words = vec![quoted(&self.program.display().to_string())];
+        words.extend(self.subcommand.map(str::to_owned));
+        words.extend([
             quoted(&self.manifest.display().to_string()),
             self.destination.clone(),
             format!("--jobs 1 --threads {}", self.threads),
             format!("--checkpoint-every {}", self.checkpoint_every_s),
             "--quiet".to_owned(),
-        ];
+        ]);
         words.extend(self.overrides.iter().map(|text| format!("--set {}", quoted(text))));
         if self.analyze {
             words.push("--analyze".to_owned());
         }
         if let Some(folder) = &self.starts_in {
-            words.push(format!("--starts-in {}", quoted(&folder.display().to_string())));
+            words.push(format!("--start-from-dir {}", quoted(&folder.display().to_string())));
         }
-        words.push(format!("--only {keys}"));
+        words.push(format!("--only-keys {keys}"));
         words.join(" ")
     }
 }
 
-/// The content keys of a task's runs, as `--only` takes them.
+/// The content keys of a task's runs, as `--only-keys` takes them.
 #[must_use]
 pub fn keys(runs: &[&PlannedRun]) -> String {
     let keys: Vec<&str> = runs.iter().map(|run| run.content_key.as_str()).collect();

@@ -1,0 +1,68 @@
+//! `benchmark`: the time of each run without recording, as a table.
+
+use crate::cli::ResultArguments;
+use crate::cli::exit::Exit;
+use crate::cli::manifests::{ManifestArguments, ManifestReader};
+use crate::cli::messages::{Failure, print};
+use crate::cli::pipeline;
+use crate::cli::run::bad;
+use crate::outputs::sidecars;
+use crate::run::benchmark::{self, TimingError, time_table};
+use clap::Args;
+use kinetoscope_manifest::TimingTable;
+use kinetoscope_object_storage::address::Address;
+use serde_json::Value as Json;
+use std::path::PathBuf;
+
+/// Measure the time of every run, one at a time and without recording, and print a table.
+#[derive(Debug, Args)]
+pub struct BenchmarkArguments {
+    /// Manifest (TOML file)
+    #[arg(value_name = "MANIFEST")]
+    path: PathBuf,
+    #[command(flatten)]
+    manifest: ManifestArguments,
+    /// Write the table to DIR/NAME/timing.json as well; the report of the recordings there shows it
+    #[arg(long, value_name = "DIR", help_heading = "Output")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl BenchmarkArguments {
+    /// Measures, prints and writes the table.
+    #[must_use]
+    pub fn execute(&self) -> Exit {
+        self.measure().unwrap_or_else(|failure| failure.report())
+    }
+
+    fn measure(&self) -> Result<Exit, Failure> {
+        if let Some(output) = self.output.as_deref().filter(|output| Address::is_one(output)) {
+            return Err(bad(&format!("the table cannot be written to {}", output.display()))
+                .help("name a local folder with --output DIR"));
+        }
+        let overrides = self.manifest.overrides()?;
+        let output = self.output.clone().unwrap_or_else(|| PathBuf::from("recordings"));
+        let reader = ManifestReader { output, start_from_dir: None };
+        pipeline::order(std::slice::from_ref(&self.path), &overrides, &reader)?;
+        let experiment = reader.read(&self.path, &overrides)?;
+        let table = time_table(&experiment).map_err(|error| match error {
+            TimingError::Refused(refusal) => Failure::new(Exit::BadManifest, refusal),
+            TimingError::Fault(fault) => Failure::new(Exit::RunFailed, fault),
+        })?;
+        self.result.print(benchmark::text(&table).trim_end(), || json(&table));
+        let Some(folder) = &self.output else { return Ok(Exit::Done) };
+        let path = sidecars::write_timing(folder, &table).map_err(|error| {
+            Failure::new(Exit::Retryable, format!("the table cannot be written: {error}"))
+                .help("make the folder writable, or name another one with --output DIR")
+        })?;
+        if !self.result.json && !self.result.quiet {
+            print(&format!("Wrote {}", path.display()));
+        }
+        Ok(Exit::Done)
+    }
+}
+
+fn json(table: &TimingTable) -> Json {
+    serde_json::to_value(table).unwrap_or_default()
+}

@@ -1,0 +1,241 @@
+//! `check`: reads manifests and reports the plan with its steps, memory and expected time, without executing a run.
+
+use crate::cli::analysis::MetricLookup;
+use crate::cli::executor::at_least_one;
+use crate::cli::exit::Exit;
+use crate::cli::experiment::{Planned, Planner};
+use crate::cli::manifests::{ManifestArguments, ManifestReader, expand};
+use crate::cli::messages::{Failure, complain, counted, describe, plural, print_json};
+use crate::cli::output::OutputArguments;
+use crate::cli::pipeline::{self, Step};
+use crate::cli::run::bad;
+use crate::cli::{Program, ResultArguments, expected_time};
+use crate::executor::progress::size;
+use crate::run::Estimate;
+use clap::Args;
+use kinetoscope_manifest::{Experiment, Override};
+use kinetoscope_physics::model::Extent;
+use serde_json::{Value as Json, json};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+/// Read manifests and print the plan: runs, steps, disk space, memory and expected time.
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// Manifests (TOML files), or folders of manifests
+    #[arg(required = true, value_name = "MANIFEST")]
+    manifests: Vec<PathBuf>,
+    #[command(flatten)]
+    manifest: ManifestArguments,
+    #[command(flatten)]
+    output: OutputArguments,
+    /// Number of runs in parallel that the expected time assumes [default: number of CPUs]
+    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>, help_heading = "Execution")]
+    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl CheckArguments {
+    /// Checks every manifest; an error in one does not hide those of the others.
+    #[must_use]
+    pub fn execute(&self, program: &Program<'_>) -> Exit {
+        self.check_all(program).unwrap_or_else(|failure| failure.report())
+    }
+
+    fn check_all(&self, program: &Program<'_>) -> Result<Exit, Failure> {
+        let overrides = self.manifest.overrides()?;
+        let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
+        let reader = ManifestReader { output, start_from_dir: None };
+        let steps = pipeline::order(&expand(&self.manifests)?, &overrides, &reader)?;
+        let (mut exit, mut checked) = (Exit::Done, Vec::new());
+        for step in &steps {
+            match self.check(step, &overrides, &reader, program) {
+                Ok(json) => checked.push(json),
+                Err(failure) => exit = exit.worst(failure.report()),
+            }
+        }
+        if self.result.json {
+            print_json(&json!({ "exit_code": exit.code(), "experiments": checked }));
+        }
+        Ok(exit)
+    }
+
+    fn check(
+        &self,
+        step: &Step,
+        overrides: &[Override],
+        reader: &ManifestReader<'_>,
+        program: &Program<'_>,
+    ) -> Result<Json, Failure> {
+        if step.starts_from.iter().any(|manifest| reader.recording_of(manifest).is_err()) {
+            self.say(&pending(step));
+            return Ok(json!({ "manifest": step.manifest, "pending": step.starts_from }));
+        }
+        let experiment = reader.read(&step.manifest, step.overrides(overrides))?;
+        let planner = Planner { output: &self.output, keys: None, force: false, jobs: self.jobs };
+        let planned = planner.plan(&experiment)?;
+        planned.reject_refused(&experiment)?;
+        let checked = Checked::new(&step.manifest, &experiment, &planned, program);
+        self.say(&checked.text());
+        if !self.result.json {
+            checked.report_warnings();
+        }
+        Ok(checked.json())
+    }
+
+    fn say(&self, text: &str) {
+        if !self.result.json {
+            self.result.print(text, || Json::Null);
+        }
+    }
+}
+
+/// The plan of an experiment whose start has not been recorded yet.
+pub(crate) fn pending(step: &Step) -> String {
+    let names: Vec<String> =
+        step.starts_from.iter().map(|manifest| manifest.display().to_string()).collect();
+    format!(
+        "{}: starts from {}, which has no recording yet; planned when it has",
+        step.manifest.display(),
+        names.join(", ")
+    )
+}
+
+/// A manifest that was checked.
+pub(crate) struct Checked<'a> {
+    manifest: &'a Path,
+    experiment: &'a Experiment,
+    planned: &'a Planned,
+    seconds: Option<f64>,
+    /// Checks that name no metric: the metric, and the nearest name.
+    unknown: Vec<(String, Option<String>)>,
+}
+
+impl<'a> Checked<'a> {
+    /// Checks the plan of an experiment.
+    pub(crate) fn new(
+        manifest: &'a Path,
+        experiment: &'a Experiment,
+        planned: &'a Planned,
+        program: &Program<'_>,
+    ) -> Self {
+        let unknown = experiment.checks.iter().filter_map(|check| {
+            match program.analysis.lookup(experiment.model(), &check.metric) {
+                MetricLookup::Unknown(nearest) => Some((check.metric.clone(), nearest)),
+                MetricLookup::Known | MetricLookup::NotLinked => None,
+            }
+        });
+        Self {
+            manifest,
+            experiment,
+            planned,
+            seconds: expected_time::expected_seconds(&planned.plan, planned.jobs),
+            unknown: unknown.collect(),
+        }
+    }
+
+    fn estimates(&self) -> Vec<&Estimate> {
+        self.planned.plan.to_do().into_iter().filter_map(|run| run.estimate()).collect()
+    }
+
+    /// Memory of the runs that execute in parallel.
+    fn memory(&self) -> u64 {
+        let mut memory: Vec<u64> =
+            self.estimates().iter().map(|estimate| estimate.memory_bytes).collect();
+        memory.sort_unstable_by(|one, other| other.cmp(one));
+        memory.into_iter().take(self.planned.jobs).fold(0, u64::saturating_add)
+    }
+
+    /// The plan as text.
+    pub(crate) fn text(&self) -> String {
+        let Planned { plan, jobs, .. } = self.planned;
+        let mut text = describe(self.experiment, plan, *jobs, &self.planned.destination());
+        let estimates = self.estimates();
+        let of = |count: fn(Extent) -> Option<u64>| {
+            estimates.iter().filter_map(move |estimate| count(estimate.extent)).collect::<Vec<_>>()
+        };
+        for (counts, what) in [(of(steps), "step"), (of(events), "event")] {
+            if let Some(range) = counted(counts.into_iter(), what) {
+                text += &format!("\n  {range} per run");
+            }
+        }
+        if !estimates.is_empty() {
+            text += &format!("\n  memory: at most {}", size(self.memory()));
+            text += &match self.seconds {
+                Some(seconds) => {
+                    format!("\n  time: {} on this machine", expected_time::text(seconds))
+                }
+                None => "\n  time: unknown".to_owned(),
+            };
+        }
+        text += &format!("\n  {}", plural(self.experiment.checks.len() as u64, "check"));
+        text
+    }
+
+    /// Prints a warning for each check that names no metric.
+    pub(crate) fn report_warnings(&self) {
+        for (metric, nearest) in &self.unknown {
+            let model = self.experiment.model();
+            let help = match nearest {
+                Some(nearest) => format!("did you mean `{nearest}`?"),
+                None => "`kinetoscope analyze --list-metrics` lists all metrics".to_owned(),
+            };
+            let manifest = self.manifest.display();
+            complain(&format!(
+                "warning: {manifest}: a check names `{metric}`, which is not a metric of {model}\nhelp: {help}"
+            ));
+        }
+    }
+
+    /// The plan as JSON.
+    pub(crate) fn json(&self) -> Json {
+        let Planned { plan, jobs, .. } = self.planned;
+        let estimates = self.estimates();
+        let range = |values: Vec<u64>| match (values.iter().min(), values.iter().max()) {
+            (Some(min), Some(max)) => json!({ "min": min, "max": max }),
+            _ => Json::Null,
+        };
+        let counts = |count: &dyn Fn(&Estimate) -> Option<u64>| {
+            range(estimates.iter().filter_map(|estimate| count(estimate)).collect())
+        };
+        let unknown: Vec<Json> = self
+            .unknown
+            .iter()
+            .map(|(metric, nearest)| json!({ "metric": metric, "nearest": nearest }))
+            .collect();
+        json!({
+            "manifest": self.manifest,
+            "experiment": self.experiment.name,
+            "model": self.experiment.model(),
+            "runs": plan.runs.len(),
+            "finished": plan.finished().count(),
+            "to_do": plan.to_do().len(),
+            "place": self.planned.destination(),
+            "jobs": jobs,
+            "particles": counts(&|estimate| Some(estimate.particles)),
+            "frames": counts(&|estimate| Some(estimate.frames)),
+            "steps": counts(&|estimate| steps(estimate.extent)),
+            "events": counts(&|estimate| events(estimate.extent)),
+            "bytes": plan.bytes_to_write(),
+            "memory_bytes": self.memory(),
+            "expected_s": self.seconds,
+            "checks": self.experiment.checks.len(),
+            "unknown_metrics": unknown,
+        })
+    }
+}
+
+const fn steps(extent: Extent) -> Option<u64> {
+    match extent {
+        Extent::Steps { total, .. } => Some(total),
+        Extent::Events(_) | Extent::Time(_) => None,
+    }
+}
+
+const fn events(extent: Extent) -> Option<u64> {
+    match extent {
+        Extent::Events(total) => Some(total),
+        Extent::Steps { .. } | Extent::Time(_) => None,
+    }
+}

@@ -1,0 +1,456 @@
+//! One experiment from its manifest to its recordings: the plan, the execution, and the errors of the runs.
+
+use crate::cli::Program;
+use crate::cli::check;
+use crate::cli::executor::{Executor, TaskOptions};
+use crate::cli::exit::Exit;
+use crate::cli::messages::{Failure, complain, describe, disk_shortage, name_of, plural, summary};
+use crate::cli::output::OutputArguments;
+use crate::cli::results::{self, RunResult};
+use crate::cli::run::{RunArguments, bad};
+use crate::executor::cluster::queue;
+use crate::executor::cluster::scheduler::Engine;
+use crate::executor::local::{self, Workforce};
+use crate::executor::progress::ProgressDisplay;
+use crate::interrupt::Interrupt;
+use crate::outputs::sidecars;
+use crate::outputs::upload::Depot;
+use crate::plan::prune;
+use crate::plan::Plan;
+use crate::run::{Conduct, Ending};
+use kinetoscope_manifest::Experiment;
+use kinetoscope_recording::file;
+use serde_json::{Value as Json, json};
+use std::cell::OnceCell;
+use std::fs;
+use std::io;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+/// What decides the plan of an experiment.
+#[derive(Debug)]
+pub(crate) struct Planner<'a> {
+    pub(crate) output: &'a OutputArguments,
+    /// The keys of the runs to plan; all if `None`.
+    pub(crate) keys: Option<&'a [String]>,
+    pub(crate) force: bool,
+    pub(crate) jobs: Option<NonZeroUsize>,
+}
+
+/// A plan, and where its recordings go.
+#[derive(Debug)]
+pub(crate) struct Planned {
+    pub(crate) plan: Plan,
+    /// The object storage that recordings are uploaded to; `None` if they stay in the plan's folder.
+    pub(crate) depot: Option<Depot>,
+    /// Runs in parallel.
+    pub(crate) jobs: usize,
+}
+
+impl Planner<'_> {
+    /// Plans an experiment.
+    pub(crate) fn plan(&self, experiment: &Experiment) -> Result<Planned, Failure> {
+        let folder = self.output.folder().map_err(|error| bad(&error.to_string()))?;
+        let depot = self.output.depot(&experiment.name).map_err(|error| bad(&error.to_string()))?;
+        let mut plan = match self.keys {
+            None => Plan::new(experiment, &folder, self.force),
+            Some(keys) => Plan::of_keys(experiment, &folder, self.force, keys).map_err(|key| {
+                bad(&format!("no run has the key {key}"))
+                    .help("submit the runs again: the manifest or the program has changed since")
+            })?,
+        };
+        if let Some(depot) = &depot {
+            depot
+                .find(&mut plan, self.force)
+                .map_err(|(exit, message)| Failure::new(exit, message))?;
+        }
+        let processors = std::thread::available_parallelism().ok();
+        let jobs = self.jobs.or(processors).unwrap_or(NonZeroUsize::MIN).get();
+        let jobs = jobs.min(plan.to_do().len().max(1));
+        Ok(Planned { plan, depot, jobs })
+    }
+}
+
+impl Planned {
+    /// Rejects a plan with a run that cannot be executed.
+    pub(crate) fn reject_refused(&self, experiment: &Experiment) -> Result<(), Failure> {
+        let refused: Vec<String> = self
+            .plan
+            .refused()
+            .map(|(run, refusal)| format!("error: {}: {refusal}", name_of(run, experiment)))
+            .collect();
+        if refused.is_empty() {
+            return Ok(());
+        }
+        Err(Failure::rendered(Exit::BadManifest, refused.join("\n")))
+    }
+
+    /// Where the recordings are written, as the plan states it.
+    pub(crate) fn destination(&self) -> String {
+        let here = self.plan.folder.display().to_string();
+        match &self.depot {
+            None => here,
+            Some(depot) => format!("{} by way of {here}", depot.address()),
+        }
+    }
+
+    /// Where the recordings are in the end.
+    fn place(&self) -> String {
+        match &self.depot {
+            None => self.plan.folder.display().to_string(),
+            Some(depot) => depot.address().to_string(),
+        }
+    }
+}
+
+/// One experiment of a call of the program.
+pub(crate) struct Execution<'a> {
+    pub(crate) arguments: &'a RunArguments,
+    pub(crate) program: &'a Program<'a>,
+    pub(crate) manifest: &'a Path,
+    /// The overrides of the manifest, `KEY=VALUE`.
+    pub(crate) overrides: &'a [String],
+    pub(crate) force: bool,
+    pub(crate) experiment: &'a Experiment,
+    /// Listens to signals from the first run on.
+    pub(crate) interrupt: &'a OnceCell<Interrupt>,
+}
+
+/// An experiment after its execution.
+pub(crate) struct Executed {
+    pub(crate) exit: Exit,
+    pub(crate) name: String,
+    /// Where its recordings are, if they are complete and can be analyzed.
+    pub(crate) place: Option<String>,
+    pub(crate) is_remote: bool,
+    /// The summary, if it is requested.
+    pub(crate) json: Option<Json>,
+}
+
+impl Execution<'_> {
+    /// Executes the runs that have no recording yet.
+    pub(crate) fn run(&self) -> Result<Executed, Failure> {
+        let planner = Planner { force: self.force, ..self.arguments.planner() };
+        let planned = planner.plan(self.experiment)?;
+        self.reject_folder_options(&planned)?;
+        planned.reject_refused(self.experiment)?;
+        let Planned { plan, depot, jobs } = &planned;
+        let execution = &self.arguments.execution;
+        if execution.dry_run {
+            return Ok(self.dry_run(&planned));
+        }
+        self.say(&describe(self.experiment, plan, *jobs, &planned.destination()));
+        let at_once = if depot.is_some() { *jobs } else { plan.runs.len() };
+        let option = self.arguments.output.option_of_folder();
+        if let Some(failure) = disk_shortage(plan, plan.bytes_at_once(at_once), option) {
+            return Err(failure);
+        }
+        if self.force && self.arguments.executor.executor != Executor::Local {
+            return Err(bad(
+                "--force is not supported on a cluster, whose tasks skip finished runs",
+            )
+            .help("remove the recordings to rerun"));
+        }
+        let mut executed = self.execute(&planned)?;
+        if execution.prune && executed.exit == Exit::Done {
+            self.prune(plan)?;
+        }
+        if executed.exit != Exit::Done || self.arguments.executor.export_commands.is_some() {
+            executed.place = None;
+        }
+        Ok(executed)
+    }
+
+    fn say(&self, text: &str) {
+        self.arguments.messages.say(text);
+    }
+
+    fn is_task(&self) -> bool {
+        self.arguments.executor.only_keys.is_some()
+    }
+
+    /// Rejects options that need a folder of recordings when recordings go to object storage.
+    fn reject_folder_options(&self, planned: &Planned) -> Result<(), Failure> {
+        let arguments = self.arguments;
+        let options = [
+            (arguments.execution.prune, "--prune"),
+            (arguments.executor.analyze, "--analyze"),
+            (arguments.executor.executor != Executor::Local, "--executor"),
+        ];
+        match options.iter().find(|(is_given, _)| *is_given) {
+            Some((_, option)) if planned.depot.is_some() => {
+                Err(bad(&format!("{option} needs a local folder, but the recordings go to s3://"))
+                    .help("write them to a folder with --output DIR"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn dry_run(&self, planned: &Planned) -> Executed {
+        let checked = check::Checked::new(self.manifest, self.experiment, planned, self.program);
+        self.say(&checked.text());
+        if !self.arguments.messages.json {
+            checked.report_warnings();
+        }
+        let listed = self.arguments.execution.prune.then(|| self.prune(&planned.plan));
+        let exit = match listed {
+            Some(Err(failure)) => failure.report(),
+            Some(Ok(())) | None => Exit::Done,
+        };
+        Executed {
+            exit,
+            name: self.experiment.name.clone(),
+            place: None,
+            is_remote: false,
+            json: self.arguments.messages.json.then(|| checked.json()),
+        }
+    }
+
+    /// Removes stale recordings, or lists them in a dry run.
+    fn prune(&self, plan: &Plan) -> Result<(), Failure> {
+        let is_dry = self.arguments.execution.dry_run;
+        let removed = prune::stale(plan).and_then(|recordings| {
+            if !is_dry {
+                prune::remove(&recordings)?;
+            }
+            Ok(recordings)
+        });
+        let recordings = removed.map_err(|error| {
+            let what = format!("cannot prune {}: {error}", plan.folder.display());
+            Failure::new(Exit::Retryable, what)
+        })?;
+        let verb = if is_dry { "would be removed" } else { "removed" };
+        for recording in recordings {
+            self.say(&format!("stale, {verb}: {}", recording.display()));
+        }
+        Ok(())
+    }
+
+    fn listen(&self) -> Result<&Interrupt, Failure> {
+        if let Some(interrupt) = self.interrupt.get() {
+            return Ok(interrupt);
+        }
+        let interrupt = Interrupt::listen().map_err(|error| {
+            Failure::new(Exit::Retryable, format!("cannot listen to Ctrl-C: {error}"))
+        })?;
+        Ok(self.interrupt.get_or_init(|| interrupt))
+    }
+
+    fn execute(&self, planned: &Planned) -> Result<Executed, Failure> {
+        let Planned { plan, depot, .. } = planned;
+        let interrupt = self.listen()?;
+        // The side files exist when a task starts, and several tasks run at the same time.
+        let experiment = (!self.is_task()).then_some(self.experiment);
+        prepare_folder(experiment, plan).map_err(|error| {
+            let option = self.arguments.output.option_of_folder();
+            let what = format!("cannot write to {}: {error}", plan.folder.display());
+            Failure::new(Exit::Retryable, what)
+                .help(format!("make it writable, or choose another folder with {option} DIR"))
+        })?;
+        if let Some(depot) = depot {
+            depot.put_all(plan, !self.is_task(), &|| interrupt.is_raised());
+        }
+        if let Some(file) = &self.arguments.executor.export_commands {
+            self.export(file, plan)?;
+            return Ok(self.concluded(planned, &[], Exit::Done));
+        }
+        match self.arguments.executor.executor.engine() {
+            Some(engine) => self.execute_on_cluster(engine, planned, interrupt),
+            None => self.execute_here(planned, interrupt),
+        }
+    }
+
+    fn execute_here(&self, planned: &Planned, interrupt: &Interrupt) -> Result<Executed, Failure> {
+        let Planned { plan, depot, jobs } = planned;
+        let arguments = self.arguments;
+        let runs = plan.to_do_by_cost();
+        let live = if runs.is_empty() { None } else { arguments.live.open(interrupt)? };
+        if let Some(live) = &live {
+            self.say(&arguments.live.invitation(live, plan));
+        }
+        let progress = ProgressDisplay::new(runs.len(), arguments.messages.verbosity());
+        let stop = || interrupt.is_raised();
+        let results = local::run_all(
+            &runs,
+            &plan.folder,
+            self.workforce(*jobs),
+            Conduct {
+                interrupt,
+                checkpoint_every: arguments.execution.checkpoint_every,
+                on_frame: &|_, _| {},
+                live: live.as_ref(),
+            },
+            &progress,
+            &|run| {
+                if let Some(depot) = depot {
+                    depot.put_soon(run, &plan.folder, &stop);
+                }
+            },
+        );
+        progress.close();
+        drop(live);
+        if let Some(depot) = depot {
+            depot.put_all(plan, !self.is_task(), &stop);
+        }
+        if arguments.executor.analyze && !interrupt.is_raised() {
+            self.analyze(plan);
+        }
+        let endings: Vec<&Ending> =
+            results.iter().filter_map(|(_, result)| result.as_ref()?.as_ref().ok()).collect();
+        self.say(&summary(plan, &endings));
+        let results: Vec<RunResult<'_>> = results
+            .iter()
+            .map(|(run, result)| (*run, result.as_ref().map(results::of_run)))
+            .collect();
+        let exit = results::report_errors(plan, self.experiment, &results, self.is_task());
+        let exit = exit.worst(self.report_uploads(planned));
+        if results.is_empty() && exit == Exit::Done {
+            self.say(&format!("Nothing to do: all recordings are in {}", planned.place()));
+        }
+        let exit = match interrupt.exit_code() {
+            Some(code) => {
+                complain("Interrupted. Run the same command again to resume.");
+                Exit::Signal(code)
+            }
+            None => exit,
+        };
+        Ok(self.concluded(planned, &results, exit))
+    }
+
+    /// Analyzes the recordings of the plan; an error does not change the exit code of the runs.
+    fn analyze(&self, plan: &Plan) {
+        let recordings: Vec<PathBuf> = plan
+            .runs
+            .iter()
+            .map(|run| plan.folder.join(run.file_name()))
+            .filter(|path| path.exists())
+            .collect();
+        if recordings.is_empty() {
+            return;
+        }
+        if let Err(why) = self.program.analysis.cache(&recordings) {
+            complain(&format!("warning: not all recordings were analyzed: {why}"));
+        }
+    }
+
+    /// Prints the result of the uploads to object storage, and returns their exit code.
+    fn report_uploads(&self, planned: &Planned) -> Exit {
+        let Some(depot) = &planned.depot else { return Exit::Done };
+        let delivery = depot.delivery(&planned.plan);
+        if delivery.put > 0 {
+            let recordings = plural(delivery.put as u64, "recording");
+            self.say(&format!("Put {recordings} to {}", depot.address()));
+        }
+        delivery.complaints.iter().for_each(|complaint| complain(&format!("error: {complaint}")));
+        delivery.exit
+    }
+
+    fn task_options(&self) -> TaskOptions<'_> {
+        TaskOptions {
+            subcommand: self.program.run_subcommand,
+            manifest: self.manifest,
+            output: &self.arguments.output,
+            overrides: self.overrides,
+            analyze: self.arguments.executor.analyze,
+            threads: self.arguments.execution.threads,
+            checkpoint_every: self.arguments.execution.checkpoint_every,
+        }
+    }
+
+    fn export(&self, file: &Path, plan: &Plan) -> Result<(), Failure> {
+        let written = self.arguments.executor.export(file, plan, &self.task_options());
+        let commands = written.map_err(|error| {
+            let what = format!("cannot write the commands to {}: {error}", file.display());
+            Failure::new(Exit::Retryable, what)
+        })?;
+        self.say(&format!("Wrote {} to {}", plural(commands as u64, "command"), file.display()));
+        Ok(())
+    }
+
+    fn execute_on_cluster(
+        &self,
+        engine: Engine,
+        planned: &Planned,
+        interrupt: &Interrupt,
+    ) -> Result<Executed, Failure> {
+        let plan = &planned.plan;
+        let progress =
+            ProgressDisplay::new(plan.to_do().len(), self.arguments.messages.verbosity());
+        let failed = |error: io::Error| {
+            Failure::new(Exit::Retryable, format!("no more tasks could be submitted: {error}"))
+                .help("run the same command again to resume")
+        };
+        let submission =
+            self.arguments.executor.submission(engine, &self.task_options()).map_err(failed)?;
+        let end = queue::run_all(plan, &submission, interrupt, &progress).map_err(failed)?;
+        progress.close();
+        let results: Vec<RunResult<'_>> = end
+            .results
+            .into_iter()
+            .map(|(run, result)| (run, result.map(|result| result.map_err(results::of_task))))
+            .collect();
+        let mut exit = results::report_errors(plan, self.experiment, &results, self.is_task());
+        if let Some(reasons) = &end.hindrances {
+            complain(&format!("error: {reasons}"));
+            exit = exit.worst(Exit::Retryable);
+        }
+        let recorded = results.iter().filter(|(_, result)| matches!(result, Some(Ok(_)))).count();
+        let left = results.iter().filter(|(_, result)| result.is_none()).count();
+        self.say(&format!("{recorded} new recordings in {}", plan.folder.display()));
+        if left > 0 {
+            self.say(&format!(
+                "{} still on the cluster: run the same command again to wait for them",
+                plural(left as u64, "run")
+            ));
+        }
+        let exit = interrupt.exit_code().map_or(exit, Exit::Signal);
+        let executed = self.concluded(planned, &results, exit);
+        Ok(Executed { place: None, ..executed })
+    }
+
+    fn workforce(&self, jobs: usize) -> Workforce {
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads =
+            self.arguments.execution.threads.or_else(|| NonZeroUsize::new(processors / jobs));
+        Workforce {
+            jobs: NonZeroUsize::new(jobs).unwrap_or(NonZeroUsize::MIN),
+            threads: threads.unwrap_or(NonZeroUsize::MIN),
+        }
+    }
+
+    fn concluded(&self, planned: &Planned, results: &[RunResult<'_>], exit: Exit) -> Executed {
+        let is_json = self.arguments.messages.json;
+        Executed {
+            exit,
+            name: self.experiment.name.clone(),
+            place: Some(planned.place()),
+            is_remote: planned.depot.is_some(),
+            json: is_json.then(|| self.json(planned, results, exit)),
+        }
+    }
+
+    fn json(&self, planned: &Planned, results: &[RunResult<'_>], exit: Exit) -> Json {
+        json!({
+            "manifest": self.manifest,
+            "experiment": self.experiment.name,
+            "model": self.experiment.model(),
+            "place": planned.place(),
+            "exit_code": exit.code(),
+            "runs": results::json(&planned.plan, self.experiment, results),
+        })
+    }
+}
+
+/// Creates the folder of the recordings with its side files; a task removes the failures of earlier tasks.
+fn prepare_folder(experiment: Option<&Experiment>, plan: &Plan) -> io::Result<()> {
+    fs::create_dir_all(&plan.folder)?;
+    for (run, _) in plan.finished() {
+        file::remove_leftovers(&plan.folder, &run.stem).map_err(io::Error::other)?;
+    }
+    let Some(experiment) = experiment else {
+        let mut runs = plan.to_do().into_iter();
+        return runs.try_for_each(|run| sidecars::remove_failure(&plan.folder, &run.stem));
+    };
+    sidecars::write_experiment(experiment, plan)?;
+    sidecars::write_layout(plan)
+}

@@ -1,0 +1,275 @@
+//! `info`: reports what a file is; for a recording, its experiment, key, seed, versions, channels, frames and outcome.
+
+use crate::cli::ResultArguments;
+use crate::cli::exit::Exit;
+use crate::cli::messages::{Failure, plural};
+use crate::executor::progress::size;
+use clap::Args;
+use kinetoscope_manifest::parse_run;
+use kinetoscope_recording::error::{ReadError, ReadFault};
+use kinetoscope_recording::reader::{Outcome, Recording};
+use serde_json::{Value as Json, json};
+use std::collections::BTreeMap;
+use std::fs::{self, File, FileType};
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+/// Bytes at the start of a file that decide what it is.
+const HEAD_BYTES: u64 = 512;
+
+/// Report what a recording is: experiment, run key, seed, versions, channels, frames, outcome, size.
+#[derive(Debug, Args)]
+pub struct InfoArguments {
+    /// Recording (*.mcap), or any other file
+    #[arg(value_name = "FILE")]
+    path: PathBuf,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl InfoArguments {
+    /// Prints what the file is. The exit code is 0 only for a complete recording.
+    #[must_use]
+    pub fn execute(&self) -> Exit {
+        match self.describe() {
+            Ok(exit) => exit,
+            Err(failure) => {
+                if self.result.json {
+                    let text = failure.text().to_owned();
+                    self.result.print("", || json!({ "file": self.path, "error": text }));
+                }
+                failure.report()
+            }
+        }
+    }
+
+    fn describe(&self) -> Result<Exit, Failure> {
+        let path = self.path.as_path();
+        let unreadable =
+            |what: &str| Failure::new(Exit::Unreadable, format!("{} {what}", path.display()));
+        let kind = fs::metadata(path)
+            .map_err(|error| {
+                unreadable(&format!("cannot be read: {error}")).help("check the path")
+            })?
+            .file_type();
+        if kind.is_dir() {
+            let recordings = plural(recordings_in(path), "recording");
+            return Err(unreadable(&format!("is a folder with {recordings}"))
+                .help("name one recording, or use `kinetoscope analyze` for a folder"));
+        }
+        if let Some(special) = special_file(kind) {
+            return Err(unreadable(&format!("is {special}, not a recording"))
+                .help("name a recording (*.mcap)"));
+        }
+        let recording = Recording::open(path).map_err(|error| not_a_recording(path, &error))?;
+        let contents = Contents::read(&recording);
+        let report = Report { recording: &recording, contents: &contents };
+        self.result.print(&report.text(), || report.json());
+        match (&contents.error, &recording.provenance().outcome) {
+            (Some(error), _) => Err(Failure::new(Exit::Unreadable, error)),
+            (None, Some(Outcome::Complete | Outcome::Fault(_))) => Ok(Exit::Done),
+            (None, Some(Outcome::Interrupted) | None) => {
+                Err(unreadable("is not finished").help("run its manifest again to resume"))
+            }
+        }
+    }
+}
+
+/// Number of files of a folder that are named as recordings are.
+fn recordings_in(folder: &Path) -> u64 {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_recording = |path: PathBuf| path.extension().is_some_and(|end| end == "mcap");
+    entries.filter(|entry| is_recording(entry.path())).count() as u64
+}
+
+/// A file that is neither a regular file nor a folder: it is not opened, because that could block.
+fn special_file(kind: FileType) -> Option<&'static str> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt as _;
+        if kind.is_fifo() {
+            return Some("a named pipe (FIFO)");
+        }
+        if kind.is_socket() {
+            return Some("a socket");
+        }
+        if kind.is_char_device() || kind.is_block_device() {
+            return Some("a device");
+        }
+    }
+    (!kind.is_file()).then_some("a special file")
+}
+
+/// The error for a file that does not open as a recording, with what it is instead.
+fn not_a_recording(path: &Path, error: &ReadError) -> Failure {
+    if !matches!(error.fault, ReadFault::NotMcap | ReadFault::Torn { .. }) {
+        return Failure::new(Exit::Unreadable, error);
+    }
+    let mut head = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut head));
+    if let Err(error) = read {
+        let what = format!("{} cannot be read: {error}", path.display());
+        return Failure::new(Exit::Unreadable, what);
+    }
+    match kind_of(&head, path) {
+        Some((what, help)) => {
+            let what = format!("{} is {what}, not a recording", path.display());
+            Failure::new(Exit::Unreadable, what).help(help)
+        }
+        None => Failure::new(Exit::Unreadable, error),
+    }
+}
+
+/// What a file is by its first bytes, and what to do with it; `None` for the start of an MCAP file.
+fn kind_of(head: &[u8], path: &Path) -> Option<(&'static str, &'static str)> {
+    const NAME_ONE: &str = "name a recording (*.mcap)";
+    const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+    let ends_with = |end: &str| path.to_string_lossy().ends_with(end);
+    let signatures: [(&[u8], &'static str); 6] = [
+        (b"\x89PNG", "a PNG image"),
+        (b"\x1f\x8b", "gzip data: unpack it first"),
+        (b"PK\x03\x04", "a ZIP archive: unpack it first"),
+        (b"\x28\xb5\x2f\xfd", "Zstandard data: unpack it first"),
+        (b"PAR1", "a Parquet table"),
+        (b"\x7fELF", "a program"),
+    ];
+    if head.is_empty() {
+        return Some(("an empty file", "run its manifest again, or copy the file again"));
+    }
+    if head.starts_with(MAGIC) {
+        return None;
+    }
+    if let Some((_, what)) = signatures.iter().find(|(magic, _)| head.starts_with(magic)) {
+        return Some((what, NAME_ONE));
+    }
+    if ends_with(".checkpoint") {
+        return Some(("a checkpoint of a run", "run its manifest again to resume"));
+    }
+    let is_text = !head.contains(&0)
+        && std::str::from_utf8(head).map_or_else(|error| error.error_len().is_none(), |_| true);
+    Some(match (is_text, ends_with(".toml"), ends_with(".json")) {
+        (true, true, _) => ("a TOML file", "`kinetoscope check FILE` checks a manifest"),
+        (true, _, true) => ("a JSON file", NAME_ONE),
+        (true, ..) => ("a text file", NAME_ONE),
+        (false, ..) => ("a file of unknown bytes", NAME_ONE),
+    })
+}
+
+/// The frames of a recording, counted.
+struct Contents {
+    frames: u64,
+    /// Number of messages per channel.
+    messages: BTreeMap<String, u64>,
+    /// Time of the last frame, in the model's unit.
+    end_time: Option<f64>,
+    /// Why the rest cannot be read.
+    error: Option<ReadError>,
+}
+
+impl Contents {
+    fn read(recording: &Recording) -> Self {
+        let mut contents =
+            Self { frames: 0, messages: BTreeMap::new(), end_time: None, error: None };
+        let frames = match recording.frames() {
+            Ok(frames) => frames,
+            Err(error) => return Self { error: Some(error), ..contents },
+        };
+        for frame in frames {
+            match frame {
+                Ok(frame) => {
+                    contents.frames += 1;
+                    contents.end_time = Some(frame.clock.time);
+                    for message in frame.messages() {
+                        *contents.messages.entry(message.topic().to_owned()).or_default() += 1;
+                    }
+                }
+                Err(error) => {
+                    contents.error = Some(error);
+                    break;
+                }
+            }
+        }
+        contents
+    }
+}
+
+struct Report<'a> {
+    recording: &'a Recording,
+    contents: &'a Contents,
+}
+
+impl Report<'_> {
+    /// The experiment's name, which is the start of the file's.
+    fn experiment(&self) -> String {
+        let stem = self.recording.path().file_stem().unwrap_or_default().to_string_lossy();
+        stem.split("__").next().unwrap_or_default().to_owned()
+    }
+
+    fn outcome(&self) -> String {
+        match &self.recording.provenance().outcome {
+            Some(Outcome::Complete) => "complete".to_owned(),
+            Some(Outcome::Fault(fault)) => format!("failed: {fault}"),
+            Some(Outcome::Interrupted) => "interrupted".to_owned(),
+            None => "not finished".to_owned(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let provenance = self.recording.provenance();
+        let run = parse_run(self.recording.manifest()).ok();
+        let mut lines = vec![
+            ("experiment", self.experiment()),
+            ("model", provenance.model.clone()),
+            ("run key", provenance.content_key.clone()),
+        ];
+        if let Some(run) = run {
+            lines.push(("seed", format!("{}, replicate {}", run.seed, run.replicate)));
+        }
+        lines.push((
+            "versions",
+            format!(
+                "program {}, physics {}, schema {}",
+                provenance.program_version, provenance.physics_version, provenance.schema_version
+            ),
+        ));
+        lines.push(("outcome", self.outcome()));
+        let until = self.contents.end_time.map_or_else(String::new, |time| {
+            format!(", up to time {time} {}", provenance.time_unit).trim_end().to_owned()
+        });
+        lines.push(("frames", format!("{}{until}", self.contents.frames)));
+        lines.push(("size", size(self.recording.bytes())));
+        let mut text = self.recording.path().display().to_string();
+        for (name, value) in lines {
+            text += &format!("\n  {name:<11} {value}");
+        }
+        text += "\n  channels   ";
+        for (index, (topic, count)) in self.contents.messages.iter().enumerate() {
+            let start = if index == 0 { " " } else { "\n              " };
+            text += &format!("{start}{topic} ({})", plural(*count, "message"));
+        }
+        text
+    }
+
+    fn json(&self) -> Json {
+        let provenance = self.recording.provenance();
+        let run = parse_run(self.recording.manifest()).ok();
+        json!({
+            "file": self.recording.path(),
+            "experiment": self.experiment(),
+            "model": provenance.model,
+            "run_key": provenance.content_key,
+            "seed": run.as_ref().map(|run| run.seed),
+            "replicate": run.as_ref().map(|run| run.replicate),
+            "program_version": provenance.program_version,
+            "physics_version": provenance.physics_version,
+            "schema_version": provenance.schema_version,
+            "outcome": self.outcome(),
+            "frames": self.contents.frames,
+            "end_time": self.contents.end_time,
+            "time_unit": provenance.time_unit,
+            "bytes": self.recording.bytes(),
+            "channels": self.contents.messages,
+            "error": self.contents.error.as_ref().map(ToString::to_string),
+        })
+    }
+}

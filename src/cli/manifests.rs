@@ -1,0 +1,144 @@
+//! Reads the manifests of the command line: files, folders, and the manifests that `start_from` names.
+
+use crate::cli::exit::Exit;
+use crate::cli::messages::{Failure, has_colors};
+use crate::plan::restart_files::StartFiles;
+use crate::plan::{Plan, Status};
+use clap::Args;
+use kinetoscope_manifest::{Experiment, Override, is_manifest_name};
+use kinetoscope_recording::recorder::Outcome;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Changes to the manifests of the command line.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Manifest")]
+pub(crate) struct ManifestArguments {
+    /// Override a key of the manifest, such as model.gas.particles=5000
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+impl ManifestArguments {
+    /// The overrides as the manifest takes them.
+    pub(crate) fn overrides(&self) -> Result<Vec<Override>, Failure> {
+        let read = |text: &String| match text.split_once('=') {
+            Some((key, value)) => {
+                Ok(Override { key: key.trim().to_owned(), value: value.trim().to_owned() })
+            }
+            None => Err(Failure::new(Exit::BadManifest, format!("`--set {text}` has no value"))
+                .help("write KEY=VALUE, such as seed=7")),
+        };
+        self.set.iter().map(read).collect()
+    }
+}
+
+/// Replaces folders by the manifests in them, sorted by name; a manifest that is listed twice is kept once.
+pub(crate) fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut manifests = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            manifests.push(path.clone());
+            continue;
+        }
+        let entries = fs::read_dir(path).map_err(|error| {
+            let what = format!("cannot read the folder {}: {error}", path.display());
+            Failure::new(Exit::BadManifest, what)
+        })?;
+        let mut found: Vec<PathBuf> = entries
+            .flatten()
+            .map(|entry| entry.path())
+            .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
+            .collect();
+        if found.is_empty() {
+            let what = format!("the folder {} has no manifest (*.toml)", path.display());
+            return Err(Failure::new(Exit::BadManifest, what).help(CREATE_ONE));
+        }
+        found.sort();
+        manifests.append(&mut found);
+    }
+    let mut seen = BTreeSet::new();
+    manifests.retain(|path| seen.insert(canonical(path)));
+    Ok(manifests)
+}
+
+/// The path that identifies a file, whatever the working folder.
+pub(crate) fn canonical(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+}
+
+const CREATE_ONE: &str =
+    "`kinetoscope new gas > gas.toml` writes a manifest; experiments/first_run.toml is an example";
+
+/// Reads manifests. The recordings of manifests that `start_from` names are expected below `output`.
+#[derive(Debug)]
+pub(crate) struct ManifestReader<'a> {
+    /// Folder of all recordings.
+    pub(crate) output: PathBuf,
+    /// Folder of the paths of `start_from`, if it is not that of the manifest.
+    pub(crate) start_from_dir: Option<&'a Path>,
+}
+
+impl ManifestReader<'_> {
+    /// Folder that the paths of `start_from` in a manifest are relative to.
+    pub(crate) fn start_folder<'a>(&'a self, manifest: &'a Path) -> &'a Path {
+        self.start_from_dir.unwrap_or_else(|| manifest.parent().unwrap_or(Path::new("")))
+    }
+
+    /// Reads a manifest of the command line.
+    pub(crate) fn read(
+        &self,
+        manifest: &Path,
+        overrides: &[Override],
+    ) -> Result<Experiment, Failure> {
+        let source = fs::read_to_string(manifest).map_err(|error| {
+            let what = format!("cannot read the manifest {}: {error}", manifest.display());
+            Failure::new(Exit::BadManifest, what).help(CREATE_ONE)
+        })?;
+        self.parse(&source, manifest, overrides, self.start_folder(manifest)).map_err(
+            |diagnostics| Failure::rendered(Exit::BadManifest, diagnostics.render(has_colors())),
+        )
+    }
+
+    fn parse(
+        &self,
+        source: &str,
+        manifest: &Path,
+        overrides: &[Override],
+        start_folder: &Path,
+    ) -> Result<Experiment, kinetoscope_manifest::Diagnostics> {
+        let starts = StartFiles::relative_to(start_folder);
+        let origin = manifest.display().to_string();
+        let recordings = |name: &str| {
+            if !is_manifest_name(name) {
+                return starts.read(name);
+            }
+            let recording = self.recording_of(&start_folder.join(name))?;
+            starts.read(&canonical(&recording).to_string_lossy())
+        };
+        kinetoscope_manifest::parse_with_recordings(source, &origin, overrides, &recordings)
+    }
+
+    /// The finished recording of a manifest with one run. The manifests must not start from each other.
+    pub(crate) fn recording_of(&self, manifest: &Path) -> Result<PathBuf, String> {
+        let shown = manifest.display();
+        let source = fs::read_to_string(manifest)
+            .map_err(|error| format!("cannot read {shown}: {error}"))?;
+        let start_folder = manifest.parent().unwrap_or(Path::new(""));
+        let experiment = self
+            .parse(&source, manifest, &[], start_folder)
+            .map_err(|diagnostics| format!("{shown} has errors:\n{}", diagnostics.render(false)))?;
+        let plan = Plan::new(&experiment, &self.output, false);
+        let [run] = plan.runs.as_slice() else {
+            return Err(format!("{shown} has {} runs; must have 1", plan.runs.len()));
+        };
+        match &run.status {
+            Status::Done(Outcome::Complete) => Ok(plan.folder.join(run.file_name())),
+            Status::Done(_) => Err(format!("the run of {shown} failed")),
+            Status::ToDo(_) | Status::Refused(_) => {
+                Err(format!("{shown} has no recording in {}", plan.folder.display()))
+            }
+        }
+    }
+}

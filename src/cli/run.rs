@@ -1,0 +1,260 @@
+//! `run`: executes the experiments of one or several manifests, each after those that it starts from.
+
+use crate::cli::executor::{ExecutorArguments, at_least_one};
+use crate::cli::exit::Exit;
+use crate::cli::experiment::{Executed, Execution, Planner};
+use crate::cli::live::LiveArguments;
+use crate::cli::manifests::{ManifestArguments, ManifestReader, expand};
+use crate::cli::messages::{Failure, next_command, plural, print_json, word};
+use crate::cli::output::OutputArguments;
+use crate::cli::pipeline::{self, Step};
+use crate::cli::{MessageArguments, Program, check};
+use crate::interrupt::Interrupt;
+use clap::Args;
+use kinetoscope_manifest::{Experiment, Override};
+use serde_json::json;
+use std::cell::OnceCell;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Run the experiments of manifests: one MCAP recording per run, with every frame.
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// Manifests (TOML files), or folders of manifests
+    #[arg(required = true, value_name = "MANIFEST")]
+    manifests: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) manifest: ManifestArguments,
+    #[command(flatten)]
+    pub(crate) output: OutputArguments,
+    #[command(flatten)]
+    pub(crate) execution: ExecutionArguments,
+    #[command(flatten)]
+    pub(crate) executor: ExecutorArguments,
+    #[command(flatten)]
+    pub(crate) live: LiveArguments,
+    #[command(flatten)]
+    pub(crate) messages: MessageArguments,
+}
+
+/// Which runs are executed on this machine, and how many at the same time.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Execution")]
+pub struct ExecutionArguments {
+    /// Number of runs to execute in parallel [default: number of CPUs]
+    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>)]
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Number of threads per run [default: number of CPUs divided by the number of parallel runs]
+    #[arg(long, value_name = "N", value_parser = at_least_one::<NonZeroUsize>)]
+    pub(crate) threads: Option<NonZeroUsize>,
+    /// Rerun finished runs
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Time between checkpoints of a run, which resumes from the last one after a kill
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
+    pub(crate) checkpoint_every: Duration,
+    /// After all runs, remove recordings from the folder that the manifest no longer describes
+    #[arg(long)]
+    pub(crate) prune: bool,
+    /// Print what `kinetoscope check` prints, and stop
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+}
+
+/// Parses a duration of the command line.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().map_err(|_| "write a number of seconds, such as 5".to_owned())?;
+    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
+}
+
+/// An experiment that was read before the first run, or the errors in its manifest.
+enum Reading {
+    Read(Box<Experiment>),
+    /// It starts from an experiment that has no recording yet.
+    Pending,
+}
+
+impl RunArguments {
+    /// Executes the runs.
+    #[must_use]
+    pub fn execute(&self, program: &Program<'_>) -> Exit {
+        self.run_all(program).unwrap_or_else(|failure| failure.report())
+    }
+
+    fn run_all(&self, program: &Program<'_>) -> Result<Exit, Failure> {
+        let overrides = self.manifest.overrides()?;
+        let manifests = expand(&self.manifests)?;
+        self.reject_several(&manifests)?;
+        let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
+        let start_from_dir = self.executor.start_from_dir.as_deref();
+        let reader = ManifestReader { output, start_from_dir };
+        let steps = pipeline::order(&manifests, &overrides, &reader)?;
+        let experiments = self.read_all(&steps, &overrides, &reader)?;
+        let interrupt = OnceCell::new();
+        let mut session = Session {
+            arguments: self,
+            program,
+            reader: &reader,
+            overrides: &overrides,
+            interrupt: &interrupt,
+            executed: Vec::new(),
+        };
+        let mut exit = Exit::Done;
+        for (step, reading) in steps.iter().zip(experiments) {
+            exit = exit.worst(session.step(step, reading)?);
+            if matches!(exit, Exit::Signal(_)) {
+                break;
+            }
+        }
+        session.conclude(exit);
+        Ok(exit)
+    }
+
+    /// Rejects several manifests with an option that belongs to one.
+    fn reject_several(&self, manifests: &[PathBuf]) -> Result<(), Failure> {
+        let single = [
+            (self.executor.export_commands.is_some(), "--export-commands"),
+            (self.executor.only_keys.is_some(), "--only-keys"),
+        ];
+        match single.iter().find(|(is_given, _)| *is_given) {
+            Some((_, option)) if manifests.len() > 1 => {
+                let given = plural(manifests.len() as u64, "manifest");
+                Err(bad(&format!("{option} takes one manifest, found {given}")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Reads all manifests before the first run, so that an error in any of them stops the command.
+    fn read_all(
+        &self,
+        steps: &[Step],
+        overrides: &[Override],
+        reader: &ManifestReader<'_>,
+    ) -> Result<Vec<Reading>, Failure> {
+        let (mut readings, mut errors) = (Vec::new(), Vec::new());
+        let mut names: Vec<(String, &Path)> = Vec::new();
+        for step in steps {
+            if step.starts_from.iter().any(|manifest| reader.recording_of(manifest).is_err()) {
+                readings.push(Reading::Pending);
+                continue;
+            }
+            match reader.read(&step.manifest, step.overrides(overrides)) {
+                Ok(experiment) => {
+                    if let Some((name, other)) =
+                        names.iter().find(|(name, _)| *name == experiment.name)
+                    {
+                        let what = format!(
+                            "{} and {} have the same name {name:?}, and so the same folder",
+                            other.display(),
+                            step.manifest.display()
+                        );
+                        errors.push(bad(&what).help("set `name` in one of them").text().to_owned());
+                    }
+                    names.push((experiment.name.clone(), &step.manifest));
+                    readings.push(Reading::Read(Box::new(experiment)));
+                }
+                Err(failure) => errors.push(failure.text().to_owned()),
+            }
+        }
+        if errors.is_empty() {
+            return Ok(readings);
+        }
+        Err(Failure::rendered(Exit::BadManifest, errors.join("\n\n")))
+    }
+
+    pub(crate) fn planner(&self) -> Planner<'_> {
+        Planner {
+            output: &self.output,
+            keys: self.executor.only_keys.as_deref(),
+            force: self.execution.force,
+            jobs: self.execution.jobs,
+        }
+    }
+}
+
+impl Step {
+    /// The overrides of its manifest: those of the command line belong to the manifests that it names.
+    pub(crate) fn overrides<'a>(&self, overrides: &'a [Override]) -> &'a [Override] {
+        if self.is_named { overrides } else { &[] }
+    }
+}
+
+/// One call of the program, with what has been executed so far.
+struct Session<'a> {
+    arguments: &'a RunArguments,
+    program: &'a Program<'a>,
+    reader: &'a ManifestReader<'a>,
+    overrides: &'a [Override],
+    interrupt: &'a OnceCell<Interrupt>,
+    executed: Vec<Executed>,
+}
+
+impl Session<'_> {
+    /// Executes one manifest. The failure of one does not stop the others.
+    fn step(&mut self, step: &Step, reading: Reading) -> Result<Exit, Failure> {
+        let is_dry = self.arguments.execution.dry_run;
+        let experiment = match reading {
+            Reading::Read(experiment) => *experiment,
+            Reading::Pending if is_dry => {
+                self.arguments.messages.say(&check::pending(step));
+                return Ok(Exit::Done);
+            }
+            Reading::Pending => {
+                match self.reader.read(&step.manifest, step.overrides(self.overrides)) {
+                    Ok(experiment) => experiment,
+                    Err(failure) => return Ok(failure.report()),
+                }
+            }
+        };
+        let is_task = self.arguments.executor.only_keys.is_some();
+        if !step.is_named && (is_task || self.reader.recording_of(&step.manifest).is_ok()) {
+            return Ok(Exit::Done);
+        }
+        let execution = Execution {
+            arguments: self.arguments,
+            program: self.program,
+            manifest: &step.manifest,
+            overrides: if step.is_named { &self.arguments.manifest.set } else { &[] },
+            force: step.is_named && self.arguments.execution.force,
+            experiment: &experiment,
+            interrupt: self.interrupt,
+        };
+        Ok(match execution.run() {
+            Ok(executed) => {
+                let exit = executed.exit;
+                self.executed.push(executed);
+                exit
+            }
+            Err(failure) => failure.report(),
+        })
+    }
+
+    /// Prints the next command, or the summary as JSON.
+    fn conclude(&self, exit: Exit) {
+        let messages = &self.arguments.messages;
+        if messages.json {
+            let experiments: Vec<_> =
+                self.executed.iter().filter_map(|executed| executed.json.as_ref()).collect();
+            print_json(&json!({ "exit_code": exit.code(), "experiments": experiments }));
+            return;
+        }
+        let places: Vec<String> =
+            self.executed.iter().filter_map(|executed| executed.place.clone()).collect();
+        if exit == Exit::Done && !places.is_empty() {
+            let is_remote = self.executed.iter().any(|executed| executed.is_remote);
+            let mut next = next_command(self.program, &places, is_remote);
+            if let ([executed], true) = (self.executed.as_slice(), is_remote) {
+                let folder = Path::new("recordings").join(&executed.name);
+                next += &format!(" --output {}", word(&folder.display().to_string()));
+            }
+            messages.say(&next);
+        }
+    }
+}
+
+/// An error in the arguments.
+pub(crate) fn bad(what: &str) -> Failure {
+    Failure::new(Exit::BadManifest, what)
+}

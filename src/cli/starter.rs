@@ -1,0 +1,27 @@
+//! `new` prints a starter manifest, and `schema` the JSON Schema of manifests.
+
+use crate::cli::exit::Exit;
+use crate::cli::messages::print;
+use clap::Args;
+
+/// Print a commented starter manifest with every key, unit and default.
+#[derive(Debug, Args)]
+pub struct NewArguments {
+    /// The model of the experiment
+    #[arg(value_name = "MODEL", value_parser = ["dem", "gas", "packing", "orbit"])]
+    model: String,
+}
+
+impl NewArguments {
+    /// Prints the manifest.
+    #[must_use]
+    pub fn execute(&self) -> Exit {
+        kinetoscope_manifest::starter(&self.model).map_or(Exit::BadManifest, print)
+    }
+}
+
+/// Prints the JSON Schema of manifests.
+#[must_use]
+pub fn print_schema() -> Exit {
+    print(&kinetoscope_manifest::json_schema())
+}

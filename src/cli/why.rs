@@ -1,0 +1,74 @@
+//! `why`: reports for each run whether it would be executed, and what differs from the nearest recording.
+
+use crate::cli::exit::Exit;
+use crate::cli::experiment::Planner;
+use crate::cli::manifests::{ManifestArguments, ManifestReader};
+use crate::cli::messages::{Failure, name_of};
+use crate::cli::output::OutputArguments;
+use crate::cli::run::bad;
+use crate::cli::{ResultArguments, pipeline};
+use crate::plan::Status;
+use crate::plan::why::Earlier;
+use clap::Args;
+use serde_json::{Value as Json, json};
+use std::path::PathBuf;
+
+/// Report for each run whether it is finished, and otherwise which keys differ from the nearest recording.
+#[derive(Debug, Args)]
+pub struct WhyArguments {
+    /// Manifest (TOML file)
+    #[arg(value_name = "MANIFEST")]
+    path: PathBuf,
+    #[command(flatten)]
+    manifest: ManifestArguments,
+    #[command(flatten)]
+    output: OutputArguments,
+    #[command(flatten)]
+    result: ResultArguments,
+}
+
+impl WhyArguments {
+    /// Prints the reason for each run.
+    #[must_use]
+    pub fn execute(&self) -> Exit {
+        self.explain().unwrap_or_else(|failure| failure.report())
+    }
+
+    fn explain(&self) -> Result<Exit, Failure> {
+        let overrides = self.manifest.overrides()?;
+        let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
+        let reader = ManifestReader { output, start_from_dir: None };
+        pipeline::order(std::slice::from_ref(&self.path), &overrides, &reader)?;
+        let experiment = reader.read(&self.path, &overrides)?;
+        let planner = Planner { output: &self.output, keys: None, force: false, jobs: None };
+        let planned = planner.plan(&experiment)?;
+        if planned.depot.is_some() {
+            return Err(bad("`why` needs a local folder, but the recordings go to s3://")
+                .help("name a folder of recordings with --output DIR"));
+        }
+        let plan = &planned.plan;
+        let earlier = Earlier::in_folder(&plan.folder);
+        let (mut lines, mut runs) = (Vec::new(), Vec::<Json>::new());
+        for run in &plan.runs {
+            let name = name_of(run, &experiment);
+            let reason = earlier.reason(run, &plan.folder).to_string();
+            let status = match run.status {
+                Status::Done(_) => "finished",
+                Status::ToDo(_) => "to do",
+                Status::Refused(_) => "rejected",
+            };
+            lines.push(format!("{name}: {reason}"));
+            runs.push(json!({
+                "run": name,
+                "run_key": run.content_key.as_str(),
+                "status": status,
+                "reason": reason,
+            }));
+        }
+        self.result.print(
+            &lines.join("\n"),
+            || json!({ "experiment": experiment.name, "folder": plan.folder, "runs": runs }),
+        );
+        Ok(if plan.refused().next().is_some() { Exit::BadManifest } else { Exit::Done })
+    }
+}
