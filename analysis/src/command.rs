@@ -1,4 +1,4 @@
-//! The command line of `analyze-recordings`, and its exit codes.
+//! The command line of `analyze-recordings` and `kinetoscope analyze`, and its exit codes.
 
 use crate::baseline::Baseline;
 use crate::export::{self, Form};
@@ -7,86 +7,82 @@ use crate::input::{BadPath, Source};
 use crate::memory::Memory;
 use crate::report::{self, Report, Wishes, analyze};
 use crate::table::{Terminal, Tone};
-use crate::thumbnail::{PictureForm, ThumbnailError, Wish, thumbnail};
-use crate::{catalog, ci, input};
+use crate::{catalog, ci, input, metrics};
 use clap::Parser;
 use kinetoscope_manifest::{Check, parse_checks};
-use kinetoscope_recording::error::ReadError;
+use kinetoscope_usage::Ended;
+use serde_json::json;
 use std::io::{IsTerminal, Write};
-use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 /// The exit codes as the help shows them.
-const EXIT_CODES: &str = "Exit codes:
-  0    done, and all checks hold
+pub const EXIT_CODES: &str = "Exit codes:
+  0    done, and all checks pass
   2    bad arguments or checks file
-  3    a check failed or its metric is missing, or a metric has moved from the baseline
+  3    a check failed or its metric is missing, or a metric
+       has changed from the baseline
   5    some input is unreadable; the rest was analyzed
-  75   the results can't be written: the same command again may succeed";
+  75   the results cannot be written: the same command may
+       succeed later";
 
-/// Derive numbers with errors, plots and verdicts from recordings alone
+/// Compute metrics with standard errors, plots and checks from recordings
 ///
-/// Writes report.html, metrics.json, metrics.csv and a file a plot beside the recordings.
+/// Writes report.html, metrics.json, metrics.csv and one file per plot next to the recordings.
 #[derive(Debug, Parser)]
 #[command(name = "analyze-recordings", version, after_help = EXIT_CODES)]
-struct Arguments {
-    /// TOML file with [[checks]], judged beside those of the experiment
-    #[arg(long, value_name = "FILE")]
-    checks: Option<PathBuf>,
-    /// Folder for the results [default: that of the recordings]
-    #[arg(long, value_name = "DIR")]
-    output: Option<PathBuf>,
-    /// Draw the state at these times as well, in the model's unit, beside start and end
-    #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = finite)]
-    pictures_at: Vec<f64>,
-    /// Write the frames in forms of other programs as well, into the folder `export` of the results
-    #[arg(long, value_name = "FORM,…", value_delimiter = ',')]
-    export: Vec<Form>,
-    /// Write the metrics of all runs as one Parquet table as well, in folders `export/metrics/KEY=VALUE/` named by the
-    /// sweep's coordinates (in a program built with `--features parquet`)
-    #[arg(long)]
-    table: bool,
-    /// Read all recordings, also those that have not changed since they were analyzed last
-    #[arg(long)]
-    fresh: bool,
-    /// Remember in the folder `.analyzed` what was found, and write nothing else: what a task of a cluster does, so that the
-    /// analysis of the whole sweep reads no recording again
-    #[arg(long, conflicts_with_all = ["checks", "export", "baseline", "junit", "github", "output"])]
-    remember: bool,
-    /// Compare with the metrics.json of an earlier analysis: exit code 3 if a metric has moved by more than 4 common
-    /// standard errors
-    #[arg(long, value_name = "FILE")]
-    baseline: Vec<PathBuf>,
-    /// Write the verdicts as JUnit XML
-    #[arg(long, value_name = "FILE")]
-    junit: Option<PathBuf>,
-    /// Print what failed as annotations of a GitHub workflow
-    #[arg(long)]
-    github: bool,
+struct AnalyzeRecordings {
     #[command(flatten)]
-    picture: PictureArguments,
-    /// Print the reference of all metrics (Markdown) and stop
-    #[arg(long, exclusive = true)]
-    metrics: bool,
-    /// Recordings, and folders of recordings; also on object storage as s3://BUCKET/PREFIX, in a program built with
-    /// `--features object-storage`
-    #[arg(required_unless_present = "metrics", value_name = "PATH")]
-    paths: Vec<PathBuf>,
+    analyze: AnalyzeArguments,
 }
 
-/// A picture of one recording, in the place of an analysis.
+/// Compute metrics with standard errors, plots and checks from recordings.
 #[derive(Debug, clap::Args)]
-struct PictureArguments {
-    /// Draw the one recording that is named as a small picture, a .png or .svg, and stop
-    #[arg(long, value_name = "FILE",
-          conflicts_with_all = ["checks", "output", "pictures_at", "export", "fresh", "baseline", "junit", "github"])]
-    thumbnail: Option<PathBuf>,
-    /// Pictures of a thumbnail that moves (.png as APNG), evenly spread over the recording; 1 is its last frame
-    #[arg(long, value_name = "N", default_value = "1", requires = "thumbnail")]
-    thumbnail_frames: NonZeroU32,
-    /// Width of a thumbnail in pixels, from 64 to 4096
-    #[arg(long, value_name = "PIXELS", default_value = "480", requires = "thumbnail", value_parser = width)]
-    thumbnail_width: NonZeroU32,
+pub struct AnalyzeArguments {
+    /// Recordings, and folders of recordings; also on object storage as s3://BUCKET/PREFIX, in a program built with
+    /// `--features object-storage`
+    #[arg(required_unless_present = "list_metrics", value_name = "PATH")]
+    paths: Vec<PathBuf>,
+    /// Print the reference of all metrics (Markdown) and stop
+    #[arg(long, exclusive = true)]
+    list_metrics: bool,
+    /// Read all recordings, including those that have not changed since their last analysis
+    #[arg(long)]
+    no_cache: bool,
+    /// Write the cache `.analysis-cache` only, as a task of a cluster does, so that a later analysis reads no recording again
+    #[arg(long, conflicts_with_all = ["checks", "export", "baseline", "junit", "github_annotations", "output", "json"])]
+    cache_only: bool,
+    /// TOML file with [[checks]] in addition to those of the experiment
+    #[arg(long, value_name = "FILE", help_heading = "Checks")]
+    checks: Option<PathBuf>,
+    /// Compare with the metrics.json of an earlier analysis: exit code 3 if a metric has changed by more than 4 combined
+    /// standard errors
+    #[arg(long, value_name = "FILE", help_heading = "Checks")]
+    baseline: Vec<PathBuf>,
+    /// Write the results of the checks as JUnit XML
+    #[arg(long, value_name = "FILE", help_heading = "Checks")]
+    junit: Option<PathBuf>,
+    /// Print failed checks as annotations of a GitHub workflow
+    #[arg(long, help_heading = "Checks")]
+    github_annotations: bool,
+    /// Folder for the results [default: that of the recordings]
+    #[arg(long, value_name = "DIR", help_heading = "Output")]
+    output: Option<PathBuf>,
+    /// Draw the state at these times as well, in the model's unit, in addition to start and end
+    #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = finite, help_heading = "Output")]
+    snapshots_at: Vec<f64>,
+    /// Write the frames in the formats of other programs as well, to the folder `export` of the results
+    #[arg(long, value_name = "FORMAT,…", value_delimiter = ',', help_heading = "Output")]
+    export: Vec<Form>,
+    /// Write the metrics of all runs as one Parquet table as well, in folders `export/metrics/KEY=VALUE/` named by the
+    /// coordinates of the sweep (in a program built with `--features parquet`)
+    #[arg(long, help_heading = "Output")]
+    metrics_table: bool,
+    /// Print errors only
+    #[arg(long, short, help_heading = "Messages")]
+    quiet: bool,
+    /// Print metrics and checks as JSON
+    #[arg(long, conflicts_with = "github_annotations", help_heading = "Messages")]
+    json: bool,
 }
 
 /// How the command ended.
@@ -108,36 +104,58 @@ pub enum Exit {
 /// Width of a table that goes to a file or a pipe.
 const PLAIN_WIDTH: usize = 100;
 
-/// Reads the command line, analyzes and reports.
+/// The program `analyze-recordings`.
 #[must_use]
 pub fn main() -> Exit {
-    let arguments = match Arguments::try_parse() {
-        Ok(arguments) => arguments,
-        Err(error) => {
-            // Where even the message can't be printed, the exit code still says it.
-            let _ = error.print();
-            return if error.use_stderr() { Exit::Usage } else { Exit::Done };
-        }
-    };
-    match run(&arguments) {
-        Ok(exit) => exit,
-        Err((exit, message)) => {
-            eprintln!("error: {}", message.trim_end());
-            exit
+    match AnalyzeRecordings::try_parse() {
+        Ok(arguments) => arguments.analyze.execute(),
+        Err(error) => match kinetoscope_usage::report(&error, "analyze-recordings") {
+            Ended::Answered => Exit::Done,
+            Ended::Rejected => Exit::Usage,
+        },
+    }
+}
+
+impl AnalyzeArguments {
+    /// Analyzes the recordings and prints the results.
+    #[must_use]
+    pub fn execute(&self) -> Exit {
+        concluded(run(self))
+    }
+
+    /// Prints a text, unless errors only or JSON are requested.
+    fn say(&self, text: &str) {
+        if !self.quiet && !self.json {
+            print(text);
         }
     }
 }
 
-fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
-    if arguments.metrics {
+/// Prints the error of a command, and returns its exit code.
+pub(crate) fn concluded(result: Result<Exit, (Exit, String)>) -> Exit {
+    result.unwrap_or_else(|(exit, message)| {
+        complain(&format!("error: {}", message.trim_end()));
+        exit
+    })
+}
+
+/// Analyzes recordings and caches the results next to them.
+///
+/// # Errors
+/// Why not all recordings were analyzed.
+pub fn cache(recordings: &[PathBuf]) -> Result<(), String> {
+    let sources = input::sources(recordings).map_err(|BadPath { why, .. }| why)?;
+    let errors = cache_sources(sources, &[], false);
+    if errors.is_empty() { Ok(()) } else { Err(errors.join("; ")) }
+}
+
+fn run(arguments: &AnalyzeArguments) -> Result<Exit, (Exit, String)> {
+    if arguments.list_metrics {
         print(&catalog::reference());
         return Ok(Exit::Done);
     }
-    if let Some(file) = &arguments.picture.thumbnail {
-        return draw(&arguments.picture, file, &arguments.paths);
-    }
     let usage = |message| (Exit::Usage, message);
-    let wants_parquet = arguments.table || arguments.export.contains(&Form::Parquet);
+    let wants_parquet = arguments.metrics_table || arguments.export.contains(&Form::Parquet);
     if wants_parquet && cfg!(not(feature = "parquet")) {
         return Err(usage(export::NEEDS_PARQUET.to_owned()));
     }
@@ -155,8 +173,10 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
             "{folder} is not on this machine: name a folder for the results with --output DIR"
         )));
     }
-    if arguments.remember {
-        return Ok(remember(sources, arguments));
+    if arguments.cache_only {
+        let errors = cache_sources(sources, &arguments.snapshots_at, arguments.no_cache);
+        errors.iter().for_each(|error| complain(&format!("error: {error}")));
+        return Ok(if errors.is_empty() { Exit::Done } else { Exit::Unreadable });
     }
     let terminal = terminal();
     let several = sources.len() > 1;
@@ -169,20 +189,22 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
         };
         let wishes = Wishes {
             checks: checks.clone(),
-            pictures_at: arguments.pictures_at.clone(),
+            pictures_at: arguments.snapshots_at.clone(),
             memory: Memory::beside(&folder),
-            fresh: arguments.fresh,
+            fresh: arguments.no_cache,
         };
         let mut report = analyze(&mut source, &wishes);
         if let Some(at) = baselines.iter().position(|old| old.experiment == report.name) {
             report.compare(&baselines.remove(at));
         }
-        print(&report.text(terminal));
-        export_all(&source, &arguments.export, &folder, terminal)?;
+        arguments.say(&report.text(terminal));
+        for line in export_all(&source, &arguments.export, &folder.join("export"), terminal)? {
+            arguments.say(&line);
+        }
         #[cfg(feature = "parquet")]
-        if arguments.table {
+        if arguments.metrics_table {
             let failed = |export::ExportError(why)| (Exit::Retry, why);
-            write_table(&report, &folder, terminal).map_err(failed)?;
+            arguments.say(&write_table(&report, &folder, terminal).map_err(failed)?);
         }
         reports.push((folder, report));
     }
@@ -191,82 +213,76 @@ fn run(arguments: &Arguments) -> Result<Exit, (Exit, String)> {
         return Err(usage(format!("the baseline is of {name}, which is not among the recordings")));
     }
     write(arguments, &reports, terminal).map_err(|error| (Exit::Retry, error.to_string()))?;
-    Ok(conclude(&reports, terminal))
+    let exit = conclude(&reports, terminal);
+    if arguments.json {
+        print(&json(&reports, exit));
+    }
+    Ok(exit)
+}
+
+/// Metrics and checks of all experiments, as one JSON document.
+fn json(reports: &[(PathBuf, Report)], exit: Exit) -> String {
+    let experiments = reports.iter().map(|(folder, report)| {
+        let metrics = metrics::to_json(&report.name, report.model(), &report.metrics)
+            .ok()
+            .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
+        let checks = report.verdicts.iter().map(|verdict| {
+            json!({ "subject": verdict.subject, "passed": verdict.holds, "finding": verdict.finding })
+        });
+        json!({
+            "folder": folder,
+            "analysis": metrics,
+            "checks": checks.collect::<Vec<_>>(),
+            "unreadable": report.unreadable,
+        })
+    });
+    let experiments: Vec<_> = experiments.collect();
+    format!("{:#}\n", json!({ "exit_code": exit as u8, "experiments": experiments }))
 }
 
 /// Finds the recordings behind the paths.
-fn sources(paths: &[PathBuf]) -> Result<Vec<Source>, (Exit, String)> {
+pub(crate) fn sources(paths: &[PathBuf]) -> Result<Vec<Source>, (Exit, String)> {
     input::sources(paths).map_err(|BadPath { why, is_retryable }| {
         (if is_retryable { Exit::Retry } else { Exit::Usage }, why)
     })
 }
 
-/// Analyses and remembers; what could not be read is named.
-fn remember(sources: Vec<Source>, arguments: &Arguments) -> Exit {
-    let mut exit = Exit::Done;
+/// Analyzes the recordings and writes the cache only; returns why recordings could not be read.
+fn cache_sources(sources: Vec<Source>, snapshots_at: &[f64], no_cache: bool) -> Vec<String> {
+    let mut errors = Vec::new();
     for mut source in sources {
         let wishes = Wishes {
             checks: Vec::new(),
-            pictures_at: arguments.pictures_at.clone(),
+            pictures_at: snapshots_at.to_vec(),
             memory: Memory::beside(&source.folder),
-            fresh: arguments.fresh,
+            fresh: no_cache,
         };
-        for why in report::remember(&mut source, &wishes) {
-            eprintln!("{why}");
-            exit = Exit::Unreadable;
-        }
+        errors.append(&mut report::remember(&mut source, &wishes));
     }
-    exit
+    errors
 }
 
-/// Draws the one recording among the paths.
-fn draw(
-    picture: &PictureArguments,
-    file: &Path,
-    paths: &[PathBuf],
-) -> Result<Exit, (Exit, String)> {
-    let usage = |message: &str| (Exit::Usage, message.to_owned());
-    let form = PictureForm::of(file, picture.thumbnail_frames).map_err(usage)?;
-    let sources = sources(paths)?;
-    let recordings: Vec<(&Source, &PathBuf)> = sources
-        .iter()
-        .flat_map(|source| source.files.iter().map(move |path| (source, path)))
-        .collect();
-    let [(source, path)] = recordings.as_slice() else {
-        return Err(usage("a thumbnail is of one recording: name its file"));
-    };
-    let unread = |error: ReadError| (Exit::Unreadable, error.to_string());
-    let recording = source.recording(path).map_err(unread)?;
-    let wish = Wish { form, width: picture.thumbnail_width };
-    let unreadable = |error: ThumbnailError| (Exit::Unreadable, error.to_string());
-    let drawn = thumbnail(&recording, wish).map_err(unreadable)?;
-    let size = drawn.len().div_ceil(1000);
-    files::replace(file, drawn).map_err(|error| (Exit::Retry, error.to_string()))?;
-    print(&format!("written: {} ({size} kB)\n", file.display()));
-    Ok(Exit::Done)
-}
-
-/// Exports the recordings in all forms that were asked for.
-fn export_all(
+/// Exports the recordings in all requested formats to a folder; returns one line per format for the user.
+pub(crate) fn export_all(
     source: &Source,
-    forms: &[Form],
+    formats: &[Form],
     folder: &Path,
     terminal: Terminal,
-) -> Result<(), (Exit, String)> {
-    let folder = folder.join("export");
-    for form in forms {
+) -> Result<Vec<String>, (Exit, String)> {
+    let mut lines = Vec::new();
+    for format in formats {
         let failed = |export::ExportError(why)| (Exit::Retry, why);
-        let count = export::export(source, *form, &folder).map_err(failed)?;
+        let count = export::export(source, *format, folder).map_err(failed)?;
         let plural = if count == 1 { "recording" } else { "recordings" };
         let line = format!("exported: {count} {plural} to {}", folder.display());
-        print(&format!("{}\n", terminal.wrapped(&line, 2)));
+        lines.push(format!("{}\n", terminal.wrapped(&line, 2)));
     }
-    Ok(())
+    Ok(lines)
 }
 
 /// Writes all files, and says which.
 fn write(
-    arguments: &Arguments,
+    arguments: &AnalyzeArguments,
     reports: &[(PathBuf, Report)],
     terminal: Terminal,
 ) -> Result<(), WriteError> {
@@ -277,13 +293,13 @@ fn write(
             if plots == 1 { "plot" } else { "plots" },
             folder.display()
         );
-        print(&format!("{}\n", terminal.wrapped(&line, 2)));
+        arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
     let all: Vec<&Report> = reports.iter().map(|(_, report)| report).collect();
     if let Some(path) = &arguments.junit {
         files::replace(path, ci::junit(&all))?;
     }
-    if arguments.github {
+    if arguments.github_annotations {
         print(&ci::github(&all));
     }
     Ok(())
@@ -295,12 +311,11 @@ fn write_table(
     report: &Report,
     folder: &Path,
     terminal: Terminal,
-) -> Result<(), export::ExportError> {
+) -> Result<String, export::ExportError> {
     let folder = folder.join("export");
     let rows = export::sweep_table::write(&report.metrics, &folder)?;
     let line = format!("table: {rows} metrics of runs in {}", folder.join("metrics").display());
-    print(&format!("{}\n", terminal.wrapped(&line, 2)));
-    Ok(())
+    Ok(format!("{}\n", terminal.wrapped(&line, 2)))
 }
 
 /// The gravest of what happened, and a last word on it.
@@ -310,11 +325,11 @@ fn conclude(reports: &[(PathBuf, Report)], terminal: Terminal) -> Exit {
     let unreadable: usize = reports.iter().map(|(_, report)| report.unreadable.len()).sum();
     if unreadable > 0 {
         let line = format!("{unreadable} unreadable: see above");
-        eprintln!("{}", terminal.paint(Tone::Bad, &line));
+        complain(&terminal.paint(Tone::Bad, &line));
     }
     if failed > 0 {
         let line = format!("{failed} of {} checks failed", verdicts().count());
-        eprintln!("{}", terminal.paint(Tone::Bad, &line));
+        complain(&terminal.paint(Tone::Bad, &line));
         return Exit::CheckFailed;
     }
     if unreadable > 0 { Exit::Unreadable } else { Exit::Done }
@@ -332,19 +347,14 @@ fn read_baseline(path: &Path) -> Result<Baseline, String> {
     Baseline::read(&text).map_err(|why| format!("{} {why}", path.display()))
 }
 
-/// A picture's width that programs can show.
-fn width(text: &str) -> Result<NonZeroU32, String> {
-    let width = text.parse().ok().filter(|width: &NonZeroU32| (64..=4096).contains(&width.get()));
-    width.ok_or_else(|| "must be a number from 64 to 4096".to_owned())
-}
-
 /// A finite number.
 fn finite(text: &str) -> Result<f64, String> {
     let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| "must be a number".to_owned())
 }
 
-fn terminal() -> Terminal {
+/// The terminal that standard output goes to, or a plain page.
+pub(crate) fn terminal() -> Terminal {
     let interactive = std::io::stdout().is_terminal();
     let size = terminal_size::terminal_size().filter(|_| interactive);
     let columns = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
@@ -353,7 +363,12 @@ fn terminal() -> Terminal {
     Terminal { width: width.max(40), colors }
 }
 
-/// Prints; a reader that went away (`| head`) is no error.
-fn print(text: &str) {
+/// Prints a line to standard error. If it is closed, the exit code still reports the error.
+fn complain(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Prints a text to standard output. A closed pipe (`| head`) is not an error.
+pub(crate) fn print(text: &str) {
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
 }

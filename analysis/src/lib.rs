@@ -6,6 +6,7 @@
 #![allow(clippy::disallowed_methods)]
 
 pub mod command;
+pub mod export_command;
 pub mod input;
 pub mod memory;
 mod remote;

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Folder of the remembered analyses, beside the results. It can be deleted at any time.
-pub const FOLDER: &str = ".analyzed";
+pub const FOLDER: &str = ".analysis-cache";
 
 /// What must be the same for an analysis to be taken from memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

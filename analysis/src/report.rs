@@ -234,7 +234,7 @@ fn timing_beside(source: &Source, notes: &mut Vec<String>) -> Option<TimingTable
         Err(error) => format!("is no timing table: {error}"),
     };
     notes.push(format!(
-        "{} {complaint}; not shown. run-experiment --time --output writes it anew",
+        "{} {complaint}; not shown. `kinetoscope benchmark --output` writes it again",
         path.display()
     ));
     None

@@ -60,6 +60,23 @@ pub fn of_model(model: &str) -> &'static [&'static Definition] {
     }
 }
 
+/// Whether runs of a model, or a sweep over them, can have a metric of this name.
+#[must_use]
+pub fn is_metric(model: &str, name: &str) -> bool {
+    of_model(model).iter().chain(sweep::ALL).any(|definition| definition.name == name)
+}
+
+/// The metric whose name is nearest to a misspelled one, if one is near.
+#[must_use]
+pub fn nearest_metric(model: &str, name: &str) -> Option<&'static str> {
+    let names = of_model(model).iter().chain(sweep::ALL).map(|definition| definition.name);
+    names
+        .map(|known| (strsim::damerau_levenshtein(known, name), known))
+        .filter(|(distance, _)| *distance <= 1 + name.len() / 4)
+        .min()
+        .map(|(_, known)| known)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,0 +1,125 @@
+//! Program `kinetoscope`: every subcommand. `run-experiment` is its `run`, `analyze-recordings` its `analyze`.
+
+use clap::{CommandFactory as _, Parser, Subcommand};
+use clap_complete::Shell;
+use kinetoscope::cli::analysis::{Analysis, MetricLookup};
+use kinetoscope::cli::benchmark::BenchmarkArguments;
+use kinetoscope::cli::check::CheckArguments;
+use kinetoscope::cli::doctor::DoctorArguments;
+use kinetoscope::cli::exit::{EXIT_CODES, Exit};
+use kinetoscope::cli::info::InfoArguments;
+use kinetoscope::cli::inspect::{CompareArguments, VerifyArguments};
+use kinetoscope::cli::run::RunArguments;
+use kinetoscope::cli::starter::{NewArguments, print_schema};
+use kinetoscope::cli::why::WhyArguments;
+use kinetoscope::cli::{Program, messages};
+use kinetoscope_analysis::catalog;
+use kinetoscope_analysis::command::{self, AnalyzeArguments};
+use kinetoscope_analysis::export_command::ExportArguments;
+use kinetoscope_usage::Ended;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Reproducible particle experiments: a manifest in, recordings and checked physics out.
+#[derive(Debug, Parser)]
+#[command(name = "kinetoscope", version, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+#[command(subcommand_help_heading = "Subcommands", disable_help_subcommand = true)]
+enum Command {
+    #[command(after_help = EXIT_CODES)]
+    Run(RunArguments),
+    New(NewArguments),
+    #[command(after_help = EXIT_CODES)]
+    Check(CheckArguments),
+    #[command(after_help = EXIT_CODES)]
+    Verify(VerifyArguments),
+    #[command(after_help = EXIT_CODES)]
+    Compare(CompareArguments),
+    #[command(after_help = EXIT_CODES)]
+    Why(WhyArguments),
+    #[command(after_help = EXIT_CODES)]
+    Info(InfoArguments),
+    #[command(after_help = EXIT_CODES)]
+    Benchmark(BenchmarkArguments),
+    #[command(after_help = command::EXIT_CODES)]
+    Analyze(AnalyzeArguments),
+    #[command(after_help = command::EXIT_CODES)]
+    Export(ExportArguments),
+    /// Print the JSON Schema of manifests, for editors
+    Schema,
+    /// Print the completions for a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    Doctor(DoctorArguments),
+}
+
+/// The analysis, as a library.
+struct LinkedAnalysis;
+
+impl Analysis for LinkedAnalysis {
+    fn cache(&self, recordings: &[PathBuf]) -> Result<(), String> {
+        command::cache(recordings)
+    }
+
+    fn lookup(&self, model: &str, metric: &str) -> MetricLookup {
+        if catalog::is_metric(model, metric) {
+            return MetricLookup::Known;
+        }
+        MetricLookup::Unknown(catalog::nearest_metric(model, metric).map(str::to_owned))
+    }
+}
+
+/// The optional features, and whether this program was built with them.
+const FEATURES: [(&str, bool); 2] =
+    [("object-storage", cfg!(feature = "object-storage")), ("parquet", cfg!(feature = "parquet"))];
+
+fn main() -> ExitCode {
+    kinetoscope::cli::allocator::keep_little();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            return match kinetoscope_usage::report(&error, &called()) {
+                Ended::Answered => Exit::Done,
+                Ended::Rejected => Exit::BadManifest,
+            }
+            .into();
+        }
+    };
+    let program = Program::kinetoscope(&LinkedAnalysis);
+    match &arguments.command {
+        Command::Run(arguments) => arguments.execute(&program).into(),
+        Command::New(arguments) => arguments.execute().into(),
+        Command::Check(arguments) => arguments.execute(&program).into(),
+        Command::Verify(arguments) => arguments.execute().into(),
+        Command::Compare(arguments) => arguments.execute().into(),
+        Command::Why(arguments) => arguments.execute().into(),
+        Command::Info(arguments) => arguments.execute().into(),
+        Command::Benchmark(arguments) => arguments.execute().into(),
+        Command::Analyze(arguments) => ExitCode::from(arguments.execute() as u8),
+        Command::Export(arguments) => ExitCode::from(arguments.execute() as u8),
+        Command::Schema => print_schema().into(),
+        Command::Completions { shell } => print_completions(*shell).into(),
+        Command::Doctor(arguments) => arguments.execute(&FEATURES).into(),
+    }
+}
+
+/// The program with the subcommand that was called, for the help of an error.
+fn called() -> String {
+    let command = Arguments::command();
+    let subcommand = std::env::args().nth(1).filter(|name| command.find_subcommand(name).is_some());
+    subcommand.map_or_else(|| "kinetoscope".to_owned(), |name| format!("kinetoscope {name}"))
+}
+
+/// Prints completions; the generator itself would panic at a closed pipe.
+fn print_completions(shell: Shell) -> Exit {
+    let mut text = Vec::new();
+    clap_complete::generate(shell, &mut Arguments::command(), "kinetoscope", &mut text);
+    messages::print(String::from_utf8_lossy(&text).trim_end())
+}
