@@ -1,31 +1,36 @@
-//! Promise: an attestation is written by a successful `--verify` alone, names nothing of the host but its kind, and holds for the
+//! Promise: an attestation is written by a successful `kinetoscope verify` alone, names nothing of the host but its kind, and holds for the
 //! bytes that were verified and no others.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 mod forged_recording;
 
-use forged_recording::{Forgery, record, run_experiment, stderr, stdout};
+use forged_recording::{Forgery, kinetoscope, record, stderr, stdout};
+use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 use std::process::Output;
 
 const ORBIT: &str = "[model.orbit]\nduration_days = 100.0\n[record]\nframes = 20\n";
 
-fn call(what: &str, recording: &Path) -> Output {
-    run_experiment([what.as_ref(), recording.as_os_str()])
+const ATTESTATION: &[&str] = &["verify", "--check-attestation"];
+
+fn call(what: &[&str], recording: &Path) -> Output {
+    let mut arguments: Vec<&OsStr> = what.iter().map(AsRef::as_ref).collect();
+    arguments.push(recording.as_os_str());
+    kinetoscope(arguments)
 }
 
 #[test]
 fn it_holds_until_the_file_changes() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "orbit", ORBIT);
-    let before = call("--attested", &recording);
+    let before = call(ATTESTATION, &recording);
     assert_eq!(before.status.code(), Some(5), "nobody has verified it");
-    assert!(stderr(&before).contains("run-experiment --verify"), "{}", stderr(&before));
+    assert!(stderr(&before).contains("kinetoscope verify"), "{}", stderr(&before));
 
-    assert_eq!(call("--verify", &recording).status.code(), Some(0));
-    let attested = call("--attested", &recording);
+    assert_eq!(call(&["verify"], &recording).status.code(), Some(0));
+    let attested = call(ATTESTATION, &recording);
     assert_eq!(attested.status.code(), Some(0), "{}", stderr(&attested));
     assert!(stdout(&attested).contains("equal in every byte"));
 
@@ -33,24 +38,24 @@ fn it_holds_until_the_file_changes() {
     let mut flipped = bytes.clone();
     flipped[bytes.len() / 2] ^= 1;
     fs::write(&recording, &flipped).unwrap();
-    let changed = call("--attested", &recording);
+    let changed = call(ATTESTATION, &recording);
     assert_eq!(changed.status.code(), Some(4));
-    assert!(stderr(&changed).contains("another SHA-256"), "{}", stderr(&changed));
+    assert!(stderr(&changed).contains("the SHA-256 differs"), "{}", stderr(&changed));
 
     fs::write(&recording, &bytes[..bytes.len() - 1]).unwrap();
-    let shorter = call("--attested", &recording);
+    let shorter = call(ATTESTATION, &recording);
     assert_eq!(shorter.status.code(), Some(4));
-    assert!(stderr(&shorter).contains("another size"), "{}", stderr(&shorter));
+    assert!(stderr(&shorter).contains("the size differs"), "{}", stderr(&shorter));
 
     fs::write(&recording, &bytes).unwrap();
-    assert_eq!(call("--attested", &recording).status.code(), Some(0));
+    assert_eq!(call(ATTESTATION, &recording).status.code(), Some(0));
 }
 
 #[test]
 fn it_says_these_things_and_no_more() {
     let folder = tempfile::tempdir().unwrap();
     let recording = record(folder.path(), "orbit", ORBIT);
-    call("--verify", &recording);
+    call(&["verify"], &recording);
     let text = fs::read_to_string(recording.with_extension("verified.json")).unwrap();
     let keys: Vec<&str> = text.lines().filter_map(|line| line.split('"').nth(1)).collect();
     let expected = [
@@ -74,8 +79,8 @@ fn a_verdict_on_messages_says_so() {
     let recording = record(folder.path(), "orbit", ORBIT);
     let other = folder.path().join("other.mcap");
     Forgery::default().write(&recording, &other);
-    call("--verify", &other);
-    let attested = call("--attested", &other);
+    call(&["verify"], &other);
+    let attested = call(ATTESTATION, &other);
     assert_eq!(attested.status.code(), Some(0), "{}", stderr(&attested));
     assert!(stdout(&attested).contains("equal in every message"));
 }
@@ -87,7 +92,7 @@ fn a_folder_that_cannot_be_written_is_no_failure() {
     let recording = record(folder.path(), "orbit", ORBIT);
     // A folder under the attestation's name refuses the file, for every user.
     fs::create_dir_all(recording.with_extension("verified.json").join("taken")).unwrap();
-    let verified = call("--verify", &recording);
+    let verified = call(&["verify"], &recording);
     assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));
     let text = stdout(&verified);
     assert!(text.contains("equal in every byte"), "{text}");

@@ -1,11 +1,11 @@
-//! Promise: `--compare` names the keys of the two manifests that differ, then versions, then the first message that differs; equal
+//! Promise: `kinetoscope compare` names the keys of the two manifests that differ, then versions, then the first message that differs; equal
 //! messages are exit code 0, others 4.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 mod forged_recording;
 
-use forged_recording::{Forgery, record, run_experiment, stderr, stdout};
+use forged_recording::{Forgery, kinetoscope, record, stderr, stdout};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ const GAS: &str =
     "seed = 6\n[model.gas]\nparticles = 50\nduration_s = 0.02\n[record]\nframes = 20\n";
 
 fn compare(left: &Path, right: &Path) -> Output {
-    run_experiment(["--compare".as_ref(), left.as_os_str(), right.as_os_str()])
+    kinetoscope(["compare".as_ref(), left.as_os_str(), right.as_os_str()])
 }
 
 #[test]
@@ -26,7 +26,7 @@ fn a_copy_is_equal_in_every_byte() {
     fs::copy(&recording, &copy).unwrap();
     let compared = compare(&recording, &copy);
     assert_eq!(compared.status.code(), Some(0), "{}", stderr(&compared));
-    assert!(stdout(&compared).contains("Equal manifests\n21 frames: equal in every byte"));
+    assert!(stdout(&compared).contains("equal manifests\n21 frames: equal in every byte"));
 }
 
 #[test]
@@ -43,7 +43,7 @@ fn keys_come_before_messages() {
     assert_eq!(keys, expected, "the keys that differ, and no other");
     assert!(text.contains("\ncontent key: "), "{text}");
     assert!(
-        stderr(&compared).contains("First difference: /state, frame 0 (time 0.0 s), particle 0, ")
+        stderr(&compared).contains("first difference: /state, frame 0 (time 0.0 s), particle 0, ")
     );
 }
 
@@ -88,5 +88,5 @@ fn other_versions_and_other_units_are_named() {
     Forgery { metadata, ..Forgery::default() }.write(&recording, &other);
     let compared = compare(&recording, &other);
     assert_eq!(compared.status.code(), Some(4), "numbers of another unit are other numbers");
-    assert!(stderr(&compared).contains("First difference: time unit: \"s\" in "));
+    assert!(stderr(&compared).contains("first difference: time unit: \"s\" in "));
 }

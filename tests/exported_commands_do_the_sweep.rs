@@ -57,7 +57,7 @@ fn an_unknown_key_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let manifest = folder.path().join("sweep.toml");
     fs::write(&manifest, SWEEP).unwrap();
-    let output = program().arg(&manifest).args(["--only", "0123"]).output().unwrap();
+    let output = program().arg(&manifest).args(["--only-keys", "0123"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("no run has the content key 0123"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no run has the key 0123"));
 }

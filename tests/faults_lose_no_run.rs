@@ -123,7 +123,7 @@ fn ctrl_c_and_sigterm_keep_what_there_is_and_say_so() {
         signal(&child, name);
         let ended = child.wait_with_output().unwrap();
         assert_eq!(ended.status.code(), Some(code), "{}", said(&ended));
-        assert!(said(&ended).contains("The same command goes on from here"), "{}", said(&ended));
+        assert!(said(&ended).contains("Run the same command again to resume"), "{}", said(&ended));
         let partial = place
             .files()
             .into_iter()

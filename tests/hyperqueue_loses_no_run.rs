@@ -170,7 +170,7 @@ fn full_harness_of_hyperqueue() {
     Command::new("kill").args(["-INT", &waiting.id().to_string()]).status().unwrap();
     let left = waiting.wait_with_output().unwrap();
     assert_eq!(left.status.code(), Some(130));
-    assert!(String::from_utf8_lossy(&left.stdout).contains("are left to the cluster"));
+    assert!(String::from_utf8_lossy(&left.stdout).contains("still on the cluster"));
 
     let waiting = on_hyperqueue(&queue, &manifest, &output);
     wait("a task", || !programs_about(&tasks_folder).is_empty());

@@ -102,7 +102,7 @@ fn disturbed(replicates: usize, moments: u64) {
     interrupt(&waiting);
     let left = cluster.end_of(waiting, MINUTE, |_| {});
     assert_eq!(left.status.code(), Some(130), "{}", complaints(&cluster));
-    assert!(said(&left).contains("are left to the cluster"), "{}", said(&left));
+    assert!(said(&left).contains("still on the cluster"), "{}", said(&left));
 
     let waiting = on_slurm(&cluster, &manifest, &output);
     cluster.wait("a running task", MINUTE, || {
@@ -170,7 +170,7 @@ fn held_tasks_are_named_and_go_on_when_released() {
     let ended = cluster.end_of(waiting, MINUTE * 2, |_| {});
     assert_eq!(ended.status.code(), Some(75), "{}{}", said(&ended), complaints(&cluster));
     assert!(said(&ended).contains("22 new recordings"), "{}", said(&ended));
-    assert!(said(&ended).contains("2 runs are left to the cluster"), "{}", said(&ended));
+    assert!(said(&ended).contains("2 runs still on the cluster"), "{}", said(&ended));
 
     // The same command submits nothing beside the held task, and says what to type.
     let again = cluster.end_of(on_slurm(&cluster, &manifest, &output), MINUTE, |_| {});

@@ -10,6 +10,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod kinetoscope_program;
+
 use kinetoscope_recording::reader::Recording;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -274,7 +276,13 @@ fn a_sweep_reuses_a_bed_and_its_key_follows_the_state() {
 
     let other = bench.run("other", &("seed = 5\n".to_owned() + &bed(0.3, "", "", 0.02)));
     fs::copy(other, bench.path("elsewhere/other.mcap")).unwrap();
-    let why = bench.experiment("sweep", &moved, &["--why"]);
+    let why = kinetoscope_program::kinetoscope()
+        .arg("why")
+        .arg(bench.path("sweep.toml"))
+        .arg("--output")
+        .arg(bench.path(""))
+        .output()
+        .unwrap();
     assert_eq!(words(&why).matches("model.dem.start_from: ").count(), 3, "{}", words(&why));
 
     // A task of a cluster has a copy of the manifest, and is told where the paths in it begin.
@@ -286,14 +294,15 @@ fn a_sweep_reuses_a_bed_and_its_key_follows_the_state() {
     let task = |more: &[&str]| {
         let mut command = program();
         command.arg(copy.join("sweep.toml")).arg("--output").arg(bench.path("again"));
-        command.args(["--quiet", "--only", &key]).args(more).output().unwrap().status.code()
+        command.args(["--quiet", "--only-keys", &key]).args(more).output().unwrap().status.code()
     };
-    assert_eq!(task(&["--starts-in", bench.path("").to_str().unwrap()]), Some(0));
+    assert_eq!(task(&["--start-from-dir", bench.path("").to_str().unwrap()]), Some(0));
     assert_eq!(task(&[]), Some(2));
     let again = recordings(&bench.path("again/sweep"));
     assert!(again.len() == 1 && fs::read(&again[0]).unwrap() == fs::read(&before[0]).unwrap());
 
-    let verified = |file: &Path| program().arg("--verify").arg(file).output().unwrap();
+    let verified =
+        |file: &Path| kinetoscope_program::kinetoscope().arg("verify").arg(file).output().unwrap();
     let output = verified(&before[0]);
     assert!(words(&output).contains("equal in every byte"), "{}", words(&output));
     fs::remove_file(&recording).unwrap();

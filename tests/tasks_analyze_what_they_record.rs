@@ -39,7 +39,7 @@ fn each_task_hands_its_recordings_to_the_analysis() {
     }
     let asked = fs::read_to_string(&log).unwrap();
     let files: Vec<usize> = asked.lines().map(|line| line.matches(".mcap").count()).collect();
-    assert!(files == [2, 1] && asked.starts_with("--remember "), "{asked}");
+    assert!(files == [2, 1] && asked.starts_with("--cache-only "), "{asked}");
 
     script("exit 5");
     let again = run(&["--force"]);

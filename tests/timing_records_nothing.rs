@@ -1,11 +1,11 @@
-//! Promise: `--time` prints one line a point of the sweep, the ratio of two velocity laws with its error, and the machine;
+//! Promise: `kinetoscope benchmark` prints one line a point of the sweep, the ratio of two velocity laws with its error, and the machine;
 //! it writes no file, but `timing.json` where a folder is named. A manifest that can't be run is refused as otherwise. Timings themselves are not judged.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 mod forged_recording;
 
-use forged_recording::{run_experiment, stderr, stdout};
+use forged_recording::{kinetoscope, stderr, stdout};
 use kinetoscope_manifest::TimingTable;
 use std::fs;
 use std::path::PathBuf;
@@ -20,8 +20,8 @@ fn a_table_is_printed_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("timed.toml");
     fs::write(&path, MANIFEST).unwrap();
-    let arguments = vec![PathBuf::from("--time"), path.clone()];
-    let asked = run_experiment(&arguments);
+    let arguments = vec![PathBuf::from("benchmark"), path.clone()];
+    let asked = kinetoscope(&arguments);
     let table = stdout(&asked);
     assert_eq!(asked.status.code(), Some(0), "{}", stderr(&asked));
     for line in ["discs = 5, variant = unmodified", "discs = 10, variant = modified", "processors"]
@@ -38,7 +38,7 @@ fn a_table_is_printed_and_nothing_is_written() {
     // Where a folder is named, the table stands there as well, and nothing else.
     let output = folder.path().join("out");
     let named = [arguments.clone(), vec![PathBuf::from("--output"), output.clone()]].concat();
-    let asked = run_experiment(&named);
+    let asked = kinetoscope(&named);
     assert_eq!(asked.status.code(), Some(0), "{}", stderr(&asked));
     assert_eq!(fs::read_dir(output.join("timed")).unwrap().count(), 1);
     let written = fs::read_to_string(output.join("timed").join("timing.json")).unwrap();
@@ -50,7 +50,7 @@ fn a_table_is_printed_and_nothing_is_written() {
     assert_eq!(comparison.ratios.len(), 2);
 
     fs::write(&path, MANIFEST.replace("width = 40.0", "width = 10.0\nradius = 4.9")).unwrap();
-    let refused = run_experiment(&arguments);
+    let refused = kinetoscope(&arguments);
     assert_eq!(refused.status.code(), Some(2), "{}", stdout(&refused));
     assert!(stderr(&refused).contains("random placement"), "{}", stderr(&refused));
 }

@@ -1,4 +1,4 @@
-//! Promise: `--verify` does the run of a recording again and finds it equal in every byte: for each model, for a run that
+//! Promise: `kinetoscope verify` does the run of a recording again and finds it equal in every byte: for each model, for a run that
 //! ended in a fault, and for every compression. A recording of another version of the program is equal in its messages.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
@@ -6,7 +6,7 @@
 mod forged_recording;
 mod small_experiments;
 
-use forged_recording::{Forgery, record, run_experiment, stderr, stdout};
+use forged_recording::{Forgery, kinetoscope, record, stderr, stdout};
 use kinetoscope_recording::reader::{Outcome, Recording};
 use small_experiments::MANIFESTS;
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ const FAULT: &str = "seed = 3\n[model.dem]\ndiscs = 30\nwidth_m = 0.01\nheight_m
     damping_n_s_per_m = 1.5e3\nstability = \"warn\"\n[record]\nframes = 20\n";
 
 fn verify(recording: &Path) -> std::process::Output {
-    run_experiment(["--verify".as_ref(), recording.as_os_str()])
+    kinetoscope(["verify".as_ref(), recording.as_os_str()])
 }
 
 #[test]
@@ -29,7 +29,7 @@ fn every_model_is_equal_in_every_byte() {
         let verified = verify(&recording);
         assert_eq!(verified.status.code(), Some(0), "{name}: {}", stderr(&verified));
         let text = stdout(&verified);
-        assert!(text.contains(" frames done again: equal in every byte"), "{name}: {text}");
+        assert!(text.contains(" frames rerun: equal in every byte"), "{name}: {text}");
     }
 }
 
@@ -54,7 +54,7 @@ fn a_fault_is_found_again() {
     assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));
     let text = stdout(&verified);
     assert!(text.contains("equal in every byte"), "{text}");
-    assert!(text.contains(&format!("Both end in the same fault: {fault}")), "{text}");
+    assert!(text.contains(&format!("both failed in the same way: {fault}")), "{text}");
 
     let forged = folder.path().join("forged.mcap");
     let metadata = BTreeMap::from([("outcome_detail".to_owned(), "another fault".to_owned())]);
@@ -62,7 +62,7 @@ fn a_fault_is_found_again() {
     let verified = verify(&forged);
     assert_eq!(verified.status.code(), Some(4));
     let expected = format!(
-        "First difference: outcome: ended in a fault: another fault in the file, ended in a fault: {fault} in the re-run"
+        "first difference: outcome: ended in a fault: another fault in the file, ended in a fault: {fault} in the rerun"
     );
     assert!(stderr(&verified).contains(&expected), "{}", stderr(&verified));
 }
@@ -77,10 +77,7 @@ fn other_bytes_with_the_same_messages_are_said_to_be_so() {
     let verified = verify(&other);
     assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));
     let text = stdout(&verified);
-    assert!(
-        text.contains("21 frames done again: equal in every message, not in every byte"),
-        "{text}"
-    );
+    assert!(text.contains("21 frames rerun: equal in every message, not in every byte"), "{text}");
 }
 
 #[test]
@@ -104,8 +101,8 @@ fn other_versions_are_named_and_compared() {
     let verified = verify(&other);
     assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));
     let text = stdout(&verified);
-    assert!(text.contains("Recorded by version 0.0.9 of the program"), "{text}");
-    assert!(text.contains(&format!("Recorded with physics version {physics} of gas")), "{text}");
+    assert!(text.contains("recorded by version 0.0.9 of the program"), "{text}");
+    assert!(text.contains(&format!("recorded with physics version {physics} of gas")), "{text}");
     assert!(text.contains("equal in every message"), "{text}");
 }
 

@@ -7,7 +7,7 @@
 mod forged_recording;
 mod small_experiments;
 
-use forged_recording::{Forgery, MessageChange, record, run_experiment, stderr, stdout};
+use forged_recording::{Forgery, MessageChange, kinetoscope, record, stderr, stdout};
 use kinetoscope_recording::channels::{Channel, PackingTemperature};
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use prost::Message as _;
@@ -45,14 +45,14 @@ impl Packing {
         path
     }
 
-    /// What `--verify` says when messages are changed so.
+    /// What `verify` says when messages are changed so.
     fn changed(&self, change: MessageChange<'_>) -> Output {
         verify(&self.forged(&Forgery { message: Some(change), ..Forgery::default() }))
     }
 }
 
 fn verify(recording: &Path) -> Output {
-    run_experiment(["--verify".as_ref(), recording.as_os_str()])
+    kinetoscope(["verify".as_ref(), recording.as_os_str()])
 }
 
 fn assert_differs(verified: &Output, expected: &str) {
@@ -86,7 +86,7 @@ fn one_bit_of_the_state() {
     let column = &table.columns()[COLUMN];
     let time = frame.clock.time;
     let expected = format!(
-        "First difference: /state, frame 5 (time {time:?}), particle 7, {column}: {wrong:?} in the file, {right:?} in the re-run"
+        "first difference: /state, frame 5 (time {time:?}), particle 7, {column}: {wrong:?} in the file, {right:?} in the re-run"
     );
     assert_differs(&verified, &expected);
 }
@@ -110,7 +110,7 @@ fn numbers_that_print_alike_are_told_apart_by_their_bits() {
             .write(&packing.recording, &packing.folder.path().join(name));
     }
     let two = packing.folder.path().join("two.mcap");
-    let compared = run_experiment(["--compare".as_ref(), one.as_os_str(), two.as_os_str()]);
+    let compared = kinetoscope(["compare".as_ref(), one.as_os_str(), two.as_os_str()]);
     assert_eq!(compared.status.code(), Some(4));
     let text = stderr(&compared);
     assert!(text.contains("NaN (bits 0x7ff8000000000000) in "), "{text}");
@@ -129,7 +129,7 @@ fn one_field_of_a_channel() {
         true
     });
     let expected = format!(", a2: {:?} in the file, {:?} in the re-run", wrong.a2, right.a2);
-    assert_differs(&verified, "First difference: /temperature, frame 2 (time ");
+    assert_differs(&verified, "first difference: /temperature, frame 2 (time ");
     assert_differs(&verified, &expected);
 }
 
@@ -143,11 +143,11 @@ fn a_drawing_a_text_and_a_missing_message() {
         }
         true
     });
-    assert_differs(&drawing, "First difference: /discs, frame 4 (time ");
+    assert_differs(&drawing, "first difference: /discs, frame 4 (time ");
     assert_differs(&drawing, ": the messages differ from byte ");
 
     let missing = packing.changed(&|topic, index, _| (topic, index) != ("/pressure", 3));
-    assert_differs(&missing, "First difference: /pressure, frame 3 (time ");
+    assert_differs(&missing, "first difference: /pressure, frame 3 (time ");
     assert_differs(&missing, ": there is none in the file");
 
     let line = packing.frame(0).log_lines()[0].text.clone();
@@ -158,7 +158,7 @@ fn a_drawing_a_text_and_a_missing_message() {
         }
         true
     });
-    assert_differs(&text, "First difference: /log, frame 0 (time 0.0): \"X");
+    assert_differs(&text, "first difference: /log, frame 0 (time 0.0): \"X");
     assert_differs(&text, &format!("\"{line}\" in the re-run"));
 }
 
@@ -168,7 +168,7 @@ fn frames_cut_off_behind_a_whole_file() {
     let verified = packing.changed(&|_, index, _| index < 9);
     assert_differs(
         &verified,
-        "First difference: number of frames: the file has only 9 (complete), all of them equal",
+        "first difference: number of frames: the file has only 9 (complete), all of them equal",
     );
 }
 
@@ -178,8 +178,8 @@ fn a_manifest_with_another_seed() {
     let reseed = |text: &str| text.replace("seed = 8\n", "seed = 9\n");
     let forged = packing.forged(&Forgery { manifest: Some(&reseed), ..Forgery::default() });
     let verified = verify(&forged);
-    assert_differs(&verified, "The content key in the file is not that of its manifest");
-    assert_differs(&verified, "First difference: /state, frame 0 (time 0.0), particle 0, x: ");
+    assert_differs(&verified, "the run key in the file does not match its manifest");
+    assert_differs(&verified, "first difference: /state, frame 0 (time 0.0), particle 0, x: ");
     // A forger who makes the key fit is found by the messages alone.
     let opened = Recording::open(&forged).unwrap();
     let provenance = opened.provenance();
@@ -191,8 +191,8 @@ fn a_manifest_with_another_seed() {
     let metadata = BTreeMap::from([("content_key".to_owned(), key.to_string())]);
     let forged = packing.forged(&Forgery { manifest: Some(&reseed), metadata, message: None });
     let verified = verify(&forged);
-    assert!(!stderr(&verified).contains("content key"), "{}", stderr(&verified));
-    assert_differs(&verified, "First difference: /state, frame 0 (time 0.0), particle 0, x: ");
+    assert!(!stderr(&verified).contains("run key"), "{}", stderr(&verified));
+    assert_differs(&verified, "first difference: /state, frame 0 (time 0.0), particle 0, x: ");
 }
 
 #[test]
@@ -205,7 +205,7 @@ fn of_a_torn_or_unfinished_file_the_intact_part_is_compared() {
     let verified = verify(&torn);
     assert_eq!(verified.status.code(), Some(5), "{}", stderr(&verified));
     assert!(stderr(&verified).contains("are intact, the rest is lost"), "{}", stderr(&verified));
-    assert!(stdout(&verified).contains("frames done again: equal in every message"));
+    assert!(stdout(&verified).contains("frames rerun: equal in every message"));
     assert!(!torn.with_extension("verified.json").exists(), "half a file is not attested");
 
     let interrupted = BTreeMap::from([("outcome".to_owned(), "interrupted".to_owned())]);
@@ -217,7 +217,7 @@ fn of_a_torn_or_unfinished_file_the_intact_part_is_compared() {
     });
     let verified = verify(&partial);
     assert_eq!(verified.status.code(), Some(5), "{}", stderr(&verified));
-    assert!(stdout(&verified).contains("9 frames done again: equal in every message"));
+    assert!(stdout(&verified).contains("9 frames rerun: equal in every message"));
     assert!(stderr(&verified).contains("was interrupted"), "{}", stderr(&verified));
     assert!(!partial.with_extension("verified.json").exists(), "half a run is not attested");
 
@@ -234,7 +234,7 @@ fn of_a_torn_or_unfinished_file_the_intact_part_is_compared() {
     });
     let bytes = fs::read(&changed).unwrap();
     fs::write(&torn, &bytes[..bytes.len() / 2]).unwrap();
-    assert_differs(&verify(&torn), "First difference: /state, frame 1 (time ");
+    assert_differs(&verify(&torn), "first difference: /state, frame 1 (time ");
 }
 
 #[test]

@@ -1,11 +1,11 @@
-//! Promise: `--why` says of each run whether it is to be done and for which key, version or file, and does none. A description
+//! Promise: `kinetoscope why` says of each run whether it is to be done and for which key, version or file, and does none. A description
 //! or a check decides nothing; the seed does.
 
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
 mod forged_recording;
 
-use forged_recording::{Forgery, record, recordings, run_experiment, stderr, stdout};
+use forged_recording::{Forgery, kinetoscope, record, recordings, stderr, stdout};
 use kinetoscope_recording::reader::Recording;
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,11 +19,11 @@ fn why(folder: &Path, manifest: &str, set: &[&str]) -> String {
     fs::write(&path, manifest).unwrap();
     let output = folder.join("recordings");
     let before = recordings(&output.join("gas"));
-    let mut arguments = vec![PathBuf::from("--why"), "--output".into(), output.clone(), path];
+    let mut arguments = vec![PathBuf::from("why"), "--output".into(), output.clone(), path];
     for value in set {
         arguments.extend(["--set".into(), value.into()]);
     }
-    let asked = run_experiment(&arguments);
+    let asked = kinetoscope(&arguments);
     assert_eq!(asked.status.code(), Some(0), "{}", stderr(&asked));
     assert_eq!(recordings(&output.join("gas")), before, "nothing is done");
     stdout(&asked)
@@ -124,7 +124,7 @@ fn a_run_that_cannot_be_done_is_said_to_be_so() {
     let path = folder.path().join("unstable.toml");
     // The model refuses steps at which so strong a damping diverges.
     fs::write(&path, "[model.dem]\ndamping_n_s_per_m = 1.5e3\n").unwrap();
-    let asked = run_experiment(["--why".as_ref(), path.as_os_str()]);
+    let asked = kinetoscope(["why".as_ref(), path.as_os_str()]);
     assert_eq!(asked.status.code(), Some(2), "{}", stderr(&asked));
     assert!(stdout(&asked).starts_with("unstable: can't be done: "), "{}", stdout(&asked));
 }

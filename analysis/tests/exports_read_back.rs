@@ -81,7 +81,7 @@ fn csv_has_every_number_to_the_bit() {
 #[cfg(not(feature = "parquet"))]
 fn a_program_without_parquet_says_how_to_have_it() {
     let folder = Folder::write(MANIFEST, frames);
-    for asked in [["--export", "csv,parquet"].as_slice(), &["--table"]] {
+    for asked in [["--export", "csv,parquet"].as_slice(), &["--metrics-table"]] {
         let said = analyze(&[asked, &[folder.name()]].concat());
         assert_eq!(said.code, 2, "{}", said.text);
         assert!(said.text.contains("--features parquet"), "{}", said.text);
@@ -148,7 +148,7 @@ fn duckdb_and_polars_read_the_table_of_a_sweep() {
     let sweep = sweep.replace("name =", "replicates = 2\nname =");
     let folder = Folder::write(&sweep, frames);
     for _ in 0..2 {
-        let said = analyze(&["--table", folder.path().to_str().unwrap()]);
+        let said = analyze(&["--metrics-table", folder.path().to_str().unwrap()]);
         assert_eq!(said.code, 0, "{}", said.text);
     }
     let part = "export/metrics/restitution=0.25/boundary=walls/metrics.parquet";

@@ -19,7 +19,7 @@ fn document(name: &str) -> String {
 fn the_document_is_what_the_table_says() {
     assert!(
         document("metrics.md") == kinetoscope_analysis::catalog::reference(),
-        "docs/metrics.md is old: run `cargo run --bin analyze-recordings -- --metrics > docs/metrics.md`"
+        "docs/metrics.md is old: run `cargo run --bin analyze-recordings -- --list-metrics > docs/metrics.md`"
     );
 }
 

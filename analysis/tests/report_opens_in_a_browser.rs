@@ -140,7 +140,7 @@ addEventListener("message", (message) => { document.title = message.data; });
 #[ignore = "needs chromium"]
 fn a_report_opens_without_an_error_on_a_screen_and_on_a_phone() {
     let folder = Folder::write(MANIFEST, frames);
-    let said = analyze(&["--pictures-at", "0.5", folder.path().to_str().unwrap()]);
+    let said = analyze(&["--snapshots-at", "0.5", folder.path().to_str().unwrap()]);
     assert_eq!(said.code, 0, "{}", said.text);
     let page = folder.path().join("report.html");
     let text = fs::read_to_string(&page).unwrap();

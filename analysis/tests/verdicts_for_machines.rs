@@ -45,7 +45,7 @@ fn junit_counts_and_github_names_what_failed() {
     let folder = Folder::write(MANIFEST, frames(9.0));
     fs::write(folder.file(3), "no recording, but <&> \"this\"").unwrap();
     let file = folder.path().join("verdicts.xml");
-    let said = analyze(&["--github", "--junit", file.to_str().unwrap(), folder.name()]);
+    let said = analyze(&["--github-annotations", "--junit", file.to_str().unwrap(), folder.name()]);
     assert_eq!(said.code, 3, "{}", said.text);
     let annotation =
         "::error title=gas%3A pressure.mean_square_formula::measured 2 N/m, expected at most 1";
@@ -109,7 +109,7 @@ fn a_baseline_of_something_else_is_refused_and_a_lost_metric_fails() {
 }
 
 /// A recording whose bytes were changed behind its time of change is not read again, and is as soon as it is touched or
-/// --fresh is given: so the numbers did come from memory.
+/// --no-cache is given: so the numbers did come from memory.
 #[test]
 fn an_unchanged_recording_is_not_read_again() {
     let quiet = MANIFEST.split("[[checks]]").next().unwrap();
@@ -131,7 +131,7 @@ fn an_unchanged_recording_is_not_read_again() {
     assert_eq!(again.code, 0, "{}", again.text);
     assert!(first == fs::read(folder.path().join("metrics.json")).unwrap());
     assert!(report == fs::read(folder.path().join("report.html")).unwrap());
-    assert_eq!(analyze(&["--fresh", folder.name()]).code, 5);
+    assert_eq!(analyze(&["--no-cache", folder.name()]).code, 5);
     fs::write(&recording, &whole).unwrap();
     assert_eq!(analyze(&[folder.name()]).code, 0);
     assert!(first == fs::read(folder.path().join("metrics.json")).unwrap());
@@ -147,7 +147,7 @@ fn what_tasks_remembered_is_put_together_without_the_frames() {
     let folder = Folder::write(quiet, frames(10.0));
     for index in 0..folder.files.len() {
         let file = folder.file(index);
-        assert_eq!(analyze(&["--remember", file.to_str().unwrap()]).code, 0);
+        assert_eq!(analyze(&["--cache-only", file.to_str().unwrap()]).code, 0);
         let changed = fs::metadata(&file).unwrap().modified().unwrap();
         let mut bytes = fs::read(&file).unwrap();
         let middle = bytes.len() * 2 / 3;
@@ -162,7 +162,7 @@ fn what_tasks_remembered_is_put_together_without_the_frames() {
         let of = |folder: &Folder| fs::read(folder.path().join(file)).unwrap();
         assert!(of(&folder) == of(&read), "{file}");
     }
-    assert_eq!(analyze(&["--fresh", folder.name()]).code, 5);
+    assert_eq!(analyze(&["--no-cache", folder.name()]).code, 5);
 }
 
 /// The commands of the workflow's steps, in order.

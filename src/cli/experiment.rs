@@ -180,7 +180,9 @@ impl Execution<'_> {
         match options.iter().find(|(is_given, _)| *is_given) {
             Some((_, option)) if planned.depot.is_some() => {
                 Err(bad(&format!("{option} needs a local folder, but the recordings go to s3://"))
-                    .help("write them to a folder with --output DIR"))
+                    .help(
+                        "name a folder with --output DIR; other machines record to s3:// with the commands of --export-commands FILE",
+                    ))
             }
             _ => Ok(()),
         }

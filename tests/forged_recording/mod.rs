@@ -3,6 +3,9 @@
 #![allow(dead_code, reason = "each test uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test's own failure")]
 
+#[path = "../kinetoscope_program/mod.rs"]
+mod kinetoscope_program;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;
@@ -81,6 +84,13 @@ impl Forgery<'_> {
         writer.finish().unwrap();
         fs::write(forged, writer.into_inner().into_inner()).unwrap();
     }
+}
+
+/// Calls `kinetoscope`.
+pub(crate) fn kinetoscope<A: AsRef<std::ffi::OsStr>>(
+    arguments: impl IntoIterator<Item = A>,
+) -> Output {
+    kinetoscope_program::kinetoscope().args(arguments).output().unwrap()
 }
 
 /// Calls `run-experiment`.

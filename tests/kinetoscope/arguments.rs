@@ -1,0 +1,153 @@
+//! Guarantee: wrong arguments end with exit code 2, `error:` and `help:`; help and long output tolerate a closed pipe.
+
+use super::{Bench, GAS, call, command};
+use std::process::Stdio;
+
+const SUBCOMMANDS: [&str; 13] = [
+    "run",
+    "new",
+    "check",
+    "verify",
+    "compare",
+    "why",
+    "info",
+    "benchmark",
+    "analyze",
+    "export",
+    "schema",
+    "completions",
+    "doctor",
+];
+
+#[test]
+fn help_lists_every_subcommand_and_each_has_its_own() {
+    let help = call(["--help"]);
+    assert_eq!(help.code, Some(0));
+    for subcommand in SUBCOMMANDS {
+        let line = help.out.lines().find(|line| line.trim_start().starts_with(subcommand));
+        assert!(line.is_some_and(|line| line.trim().len() > subcommand.len()), "{}", help.out);
+        let own = call([subcommand, "--help"]);
+        assert_eq!(own.code, Some(0), "{subcommand}: {}", own.err);
+        assert!(own.out.contains("Usage: kinetoscope"), "{}", own.out);
+        assert!(!own.out.contains("[`") && !own.out.contains("::"), "{}", own.out);
+    }
+}
+
+#[test]
+fn options_of_run_are_grouped() {
+    let help = call(["run", "--help"]).out;
+    for heading in ["Manifest:", "Output:", "Execution:", "Cluster:", "Live view:", "Messages:"] {
+        assert!(help.lines().any(|line| line == heading), "{heading} in {help}");
+    }
+}
+
+#[test]
+fn old_flags_name_their_replacement() {
+    for (arguments, help) in [
+        (&["run", "--verify", "x.mcap"] as &[&str], "kinetoscope verify RECORDING"),
+        (&["--compare", "x.mcap", "y.mcap"], "kinetoscope compare RECORDING OTHER"),
+        (&["run", "--attested", "x.mcap"], "kinetoscope verify --check-attestation RECORDING"),
+        (&["run", "--why", "x.toml"], "kinetoscope why MANIFEST"),
+        (&["--new", "gas"], "kinetoscope new MODEL"),
+        (&["--schema"], "kinetoscope schema"),
+        (&["run", "--time", "x.toml"], "kinetoscope benchmark MANIFEST"),
+        (&["run", "--only", "0123", "x.toml"], "--only-keys"),
+        (&["run", "--starts-in", ".", "x.toml"], "--start-from-dir"),
+        (&["analyze", "--metrics"], "kinetoscope analyze --list-metrics"),
+        (
+            &["analyze", "--thumbnail", "x.png", "x"],
+            "kinetoscope export --thumbnail FILE RECORDING",
+        ),
+        (&["analyze", "--fresh", "x"], "--no-cache"),
+        (&["analyze", "--remember", "x"], "--cache-only"),
+        (&["analyze", "--pictures-at", "1", "x"], "--snapshots-at"),
+        (&["analyze", "--table", "x"], "--metrics-table"),
+        (&["analyze", "--github", "x"], "--github-annotations"),
+    ] {
+        let called = call(arguments);
+        assert_eq!(called.code, Some(2), "{arguments:?}: {}", called.err);
+        assert!(called.err.starts_with("error: unknown option `--"), "{}", called.err);
+        assert!(called.err.contains(&format!("\nhelp: use `{help}`\n")), "{}", called.err);
+        assert_eq!(called.out, "");
+    }
+}
+
+#[test]
+fn misspelled_names_name_the_nearest() {
+    for (arguments, expected) in [
+        (
+            &["verfy", "x.mcap"] as &[&str],
+            "error: unknown subcommand `verfy`\nhelp: did you mean `verify`?\n",
+        ),
+        (
+            &["zzz"],
+            "error: unknown subcommand `zzz`\nhelp: `kinetoscope --help` lists the subcommands\n",
+        ),
+        (
+            &["run", "--forse", "x"],
+            "error: unknown option `--forse`\nhelp: did you mean `--force`?\n",
+        ),
+    ] {
+        let called = call(arguments);
+        assert_eq!((called.code, called.err.as_str()), (Some(2), expected));
+    }
+}
+
+#[test]
+fn missing_arguments_are_errors_with_help() {
+    for subcommand in ["run", "check", "verify", "compare", "why", "info", "benchmark", "analyze"] {
+        let called = call([subcommand]);
+        assert_eq!(called.code, Some(2), "{subcommand}");
+        let help = format!("\nhelp: `kinetoscope {subcommand} --help` lists the options\n");
+        assert!(called.err.starts_with("error: ") && called.err.ends_with(&help), "{}", called.err);
+    }
+}
+
+#[test]
+fn closed_pipes_are_not_errors() {
+    let bench = Bench::new();
+    let manifest = bench.write("gas.toml", GAS);
+    let manifest = manifest.to_str().unwrap();
+    for arguments in [
+        &["schema"] as &[&str],
+        &["new", "dem"],
+        &["analyze", "--list-metrics"],
+        &["completions", "bash"],
+        &["--help"],
+        &["check", manifest],
+        &["doctor"],
+    ] {
+        let mut child = command()
+            .args(arguments)
+            .current_dir(bench.path(""))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let ended = child.wait_with_output().unwrap();
+        let err = String::from_utf8_lossy(&ended.stderr).into_owned();
+        assert!(!err.contains("panicked"), "{arguments:?}: {err}");
+        assert_eq!(ended.status.code(), Some(0), "{arguments:?}: {err}");
+    }
+}
+
+#[test]
+fn output_has_no_color_codes_without_a_terminal() {
+    let bench = Bench::new();
+    bench.write("bad.toml", "[model.gas]\nparticle = 3\n");
+    let called = bench.call(&["check", "bad.toml"]);
+    assert_eq!(called.code, Some(2));
+    assert!(called.err.contains("particle") && !called.err.contains('\u{1b}'), "{}", called.err);
+}
+
+#[test]
+fn short_reports_fit_sixty_columns() {
+    let bench = Bench::new();
+    bench.write("gas.toml", GAS);
+    for arguments in [&["check", "gas.toml"] as &[&str], &["doctor"]] {
+        let called = bench.call(arguments);
+        let widest = called.out.lines().map(|line| line.chars().count()).max();
+        assert!(widest <= Some(80), "{}", called.out);
+    }
+}

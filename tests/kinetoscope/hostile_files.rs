@@ -1,0 +1,68 @@
+//! Guarantee: `info` reports what any file is, ends with exit code 5 unless it is a finished recording, and never panics.
+
+use super::{Bench, Called};
+use std::fs;
+use std::process::Command;
+
+fn assert_reported(called: &Called, what: &str) {
+    assert_eq!(called.code, Some(5), "{what}: {}{}", called.out, called.err);
+    assert!(
+        called.err.starts_with("error: ") && called.err.contains(what),
+        "{what}: {}",
+        called.err
+    );
+    assert!(!called.err.contains("panicked"), "{}", called.err);
+}
+
+#[test]
+fn files_that_are_not_recordings_are_named() {
+    let bench = Bench::new();
+    let files: [(&str, &[u8], &str); 9] = [
+        ("empty", b"", "an empty file"),
+        ("text.mcap", b"hello", "a text file"),
+        ("manifest.toml", b"seed = 1\n", "a TOML file"),
+        ("table.json", b"{}", "a JSON file"),
+        ("picture.png", b"\x89PNG\r\n\x1a\n", "a PNG image"),
+        ("packed.gz", b"\x1f\x8b\x08", "gzip data"),
+        ("bytes", b"\0\x01\x02\xff", "a file of unknown bytes"),
+        ("magic.mcap", b"\x89MCAP0\r\n", "is cut off"),
+        ("half.mcap", b"\x89MCAP0\r\n\x01\xff\xff\xff\xff\xff\xff\xff\xff", "error: "),
+    ];
+    for (name, bytes, what) in files {
+        fs::write(bench.path(name), bytes).unwrap();
+        assert_reported(&bench.call(&["info", name]), what);
+        let json = bench.call(&["info", "--json", name]);
+        assert!(json.json()["error"].as_str().unwrap().starts_with("error: "), "{}", json.out);
+    }
+    fs::create_dir(bench.path("folder")).unwrap();
+    assert_reported(&bench.call(&["info", "folder"]), "is a folder with 0 recordings");
+    assert_reported(&bench.call(&["info", "missing"]), "cannot be read");
+}
+
+#[cfg(unix)]
+#[test]
+fn special_files_are_named_without_waiting() {
+    let bench = Bench::new();
+    assert!(Command::new("mkfifo").arg(bench.path("fifo")).status().unwrap().success());
+    assert_reported(&bench.call(&["info", "fifo"]), "a named pipe (FIFO)");
+    assert_reported(&bench.call(&["info", "/dev/zero"]), "a device");
+}
+
+#[test]
+fn damaged_recordings_are_described_as_far_as_they_are_intact() {
+    let bench = Bench::new();
+    let recording = bench.recording();
+    let bytes = fs::read(&recording).unwrap();
+    for length in (0..bytes.len()).step_by(bytes.len() / 40) {
+        fs::write(bench.path("cut.mcap"), &bytes[..length]).unwrap();
+        assert_reported(&bench.call(&["info", "cut.mcap"]), "cut.mcap");
+    }
+    for place in (0..bytes.len()).step_by(bytes.len() / 40) {
+        let mut flipped = bytes.clone();
+        flipped[place] ^= 0xff;
+        fs::write(bench.path("flipped.mcap"), flipped).unwrap();
+        let called = bench.call(&["info", "flipped.mcap"]);
+        assert!(matches!(called.code, Some(0 | 5)), "{place}: {}", called.err);
+        assert!(!called.err.contains("panicked"), "{place}: {}", called.err);
+    }
+}
