@@ -148,6 +148,6 @@ fn short_reports_fit_sixty_columns() {
     for arguments in [&["check", "gas.toml"] as &[&str], &["doctor"]] {
         let called = bench.call(arguments);
         let widest = called.out.lines().map(|line| line.chars().count()).max();
-        assert!(widest <= Some(80), "{}", called.out);
+        assert!(widest <= Some(60), "{}", called.out);
     }
 }
