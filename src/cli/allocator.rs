@@ -1,17 +1,17 @@
-//! How the system's allocator keeps what the program has freed.
+//! How the system's allocator keeps freed memory.
 //!
-//! A run's memory is made by one thread and freed by another, large pieces again and again. With glibc's own choice, a heap for
-//! each thread and large pieces kept for later, a run of 10^6 discs held 440 MB of which it used at most 340; with one
-//! heap and large pieces given back it held 343, in the same time. (The peak that `/usr/bin/time -v run-experiment --threads 1`
-//! tells of `discs = 1000000`, `width_m = height_m = 1.03`, `placement = "lattice"`, `velocity_deviation_m_per_s = 0.3`,
+//! One thread allocates the memory of a run and another frees it, large blocks again and again. With the default of glibc (one
+//! heap per thread, large blocks kept) a run of 10^6 discs held 440 MB, of which it used at most 340. With one heap and large
+//! blocks returned it held 343, in the same time. (Peak reported by `/usr/bin/time -v run-experiment --threads 1` for
+//! `discs = 1000000`, `width_m = height_m = 1.03`, `placement = "lattice"`, `velocity_deviation_m_per_s = 0.3`,
 //! `stiffness_n_per_m = 4e5`, `duration_s = 0.001`, `every_steps = 70`.)
 
-/// Has all threads share one heap, and large pieces go back to the system once they are free. For the program's start;
-/// where the allocator is another, nothing happens.
+/// Makes all threads share one heap and returns large freed blocks to the system. Called once, at the start of the program;
+/// does nothing with another allocator.
 pub fn keep_little() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        /// Smaller pieces are used again too often to be given back.
+        /// Smaller blocks are reused too often to be returned.
         const LARGE_BYTES: libc::c_int = 4 << 20;
         // SAFETY: `mallopt` takes two numbers and sets two of the allocator's own; it has no precondition but that
         // nobody else calls it, and nobody does. A refused number leaves things as they were.

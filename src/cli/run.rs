@@ -4,7 +4,7 @@ use crate::cli::executor::{ExecutorArguments, at_least_one};
 use crate::cli::exit::Exit;
 use crate::cli::experiment::{Executed, Execution, Planner};
 use crate::cli::live::LiveArguments;
-use crate::cli::manifests::{ManifestArguments, ManifestReader, expand};
+use crate::cli::manifests::{ManifestArguments, ManifestReader, canonical, expand};
 use crate::cli::messages::{Failure, next_command, plural, print_json, word};
 use crate::cli::output::OutputArguments;
 use crate::cli::pipeline::{self, Step};
@@ -152,6 +152,9 @@ impl RunArguments {
                         );
                         errors.push(bad(&what).help("set `name` in one of them").text().to_owned());
                     }
+                    if let Some(failure) = several_starts(step, steps, &experiment) {
+                        errors.push(failure.text().to_owned());
+                    }
                     names.push((experiment.name.clone(), &step.manifest));
                     readings.push(Reading::Read(Box::new(experiment)));
                 }
@@ -179,6 +182,21 @@ impl Step {
     pub(crate) fn overrides<'a>(&self, overrides: &'a [Override]) -> &'a [Override] {
         if self.is_named { overrides } else { &[] }
     }
+}
+
+/// The error if another manifest starts from an experiment with several runs.
+fn several_starts(step: &Step, steps: &[Step], experiment: &Experiment) -> Option<Failure> {
+    let is_start = |other: &&Step| {
+        other.starts_from.iter().any(|start| canonical(start) == canonical(&step.manifest))
+    };
+    let other = steps.iter().find(is_start).filter(|_| experiment.runs.len() != 1)?;
+    let what = format!(
+        "{} starts from {}, which has {} runs; must have 1",
+        other.manifest.display(),
+        step.manifest.display(),
+        experiment.runs.len()
+    );
+    Some(bad(&what).help("name the recording (*.mcap) of one of its runs"))
 }
 
 /// One call of the program, with what has been executed so far.

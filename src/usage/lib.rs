@@ -49,8 +49,8 @@ pub fn message(error: &clap::Error, command: &str) -> String {
             };
             format!("error: unknown subcommand `{name}`\nhelp: {help}")
         }
-        ErrorKind::MissingSubcommand | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            format!("error: no subcommand given\nhelp: `{command} --help` lists the subcommands")
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            error.render().to_string().trim_end().to_owned()
         }
         _ => {
             let text = error.render().to_string();

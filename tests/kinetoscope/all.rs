@@ -20,7 +20,8 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// A short experiment of few particles.
-const GAS: &str = "seed = 1\n[model.gas]\nparticles = 20\nduration_s = 0.001\n[record]\nframes = 4\n";
+const GAS: &str =
+    "seed = 1\n[model.gas]\nparticles = 20\nduration_s = 0.001\n[record]\nframes = 4\n";
 
 /// Result of a call.
 struct Called {

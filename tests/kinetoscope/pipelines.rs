@@ -127,5 +127,7 @@ fn a_start_without_one_recording_is_rejected() {
     bench.write("bed.toml", &format!("replicates = 2\n{BED}"));
     let several = bench.call(&["run", "--quiet", "next.toml"]);
     assert_eq!(several.code, Some(2), "{}", several.err);
-    assert!(several.err.contains("bed.toml has 2 runs; must have 1"), "{}", several.err);
+    let what = "error: next.toml starts from bed.toml, which has 2 runs; must have 1\n";
+    assert!(several.err.starts_with(what), "{}", several.err);
+    assert!(!bench.path("recordings").exists(), "no run was started");
 }
