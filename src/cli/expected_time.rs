@@ -22,7 +22,9 @@ pub(crate) fn expected_seconds(plan: &Plan, jobs: usize) -> Option<f64> {
     let cost = |run: &PlannedRun| run.estimate().map_or(0.0, |estimate| estimate.relative_cost);
     let total: f64 = runs.iter().map(|run| cost(run)).sum();
     let of_all = longest * total / cost(costliest);
-    Some(longest.max(of_all / jobs as f64)).filter(|seconds| seconds.is_finite())
+    let in_parallel = of_all / jobs as f64;
+    let seconds = if in_parallel > longest { in_parallel } else { longest };
+    seconds.is_finite().then_some(seconds)
 }
 
 fn seconds_of_run(run: &PlannedRun) -> Option<f64> {

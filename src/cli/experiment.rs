@@ -130,9 +130,9 @@ pub(crate) struct Executed {
 impl Execution<'_> {
     /// Executes the runs that have no recording yet.
     pub(crate) fn run(&self) -> Result<Executed, Failure> {
+        self.reject_folder_options()?;
         let planner = Planner { force: self.force, ..self.arguments.planner() };
         let planned = planner.plan(self.experiment)?;
-        self.reject_folder_options(&planned)?;
         planned.reject_refused(self.experiment)?;
         let Planned { plan, depot, jobs } = &planned;
         let execution = &self.arguments.execution;
@@ -170,7 +170,7 @@ impl Execution<'_> {
     }
 
     /// Rejects options that need a folder of recordings when recordings go to object storage.
-    fn reject_folder_options(&self, planned: &Planned) -> Result<(), Failure> {
+    fn reject_folder_options(&self) -> Result<(), Failure> {
         let arguments = self.arguments;
         let options = [
             (arguments.execution.prune, "--prune"),
@@ -178,7 +178,7 @@ impl Execution<'_> {
             (arguments.executor.executor != Executor::Local, "--executor"),
         ];
         match options.iter().find(|(is_given, _)| *is_given) {
-            Some((_, option)) if planned.depot.is_some() => {
+            Some((_, option)) if arguments.output.is_remote() => {
                 Err(bad(&format!("{option} needs a local folder, but the recordings go to s3://"))
                     .help(
                         "name a folder with --output DIR; other machines record to s3:// with the commands of --export-commands FILE",

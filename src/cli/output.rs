@@ -59,10 +59,16 @@ impl OutputArguments {
         address.map(|address| Depot::open(&address, self.keep_local)).transpose()
     }
 
+    /// Whether recordings are written to object storage.
+    #[must_use]
+    pub fn is_remote(&self) -> bool {
+        Address::is_one(self.output())
+    }
+
     /// The option that names the local folder.
     #[must_use]
     pub fn option_of_folder(&self) -> &'static str {
-        if Address::is_one(self.output()) { "--spool" } else { "--output" }
+        if self.is_remote() { "--spool" } else { "--output" }
     }
 
     /// The same options for a shell, valid in any working folder.
@@ -70,7 +76,7 @@ impl OutputArguments {
     /// # Errors
     /// A path that cannot be resolved. The folder must exist.
     pub fn words(&self) -> io::Result<String> {
-        if !Address::is_one(self.output()) {
+        if !self.is_remote() {
             return Ok(format!("--output {}", absolute(self.output())?));
         }
         let (address, spool) = (self.output().display().to_string(), absolute(&self.spool)?);

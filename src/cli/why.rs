@@ -35,6 +35,10 @@ impl WhyArguments {
     }
 
     fn explain(&self) -> Result<Exit, Failure> {
+        if self.output.is_remote() {
+            return Err(bad("`why` needs a local folder, but the recordings go to s3://")
+                .help("name a folder of recordings with --output DIR"));
+        }
         let overrides = self.manifest.overrides()?;
         let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
         let reader = ManifestReader { output, start_from_dir: None };
@@ -42,10 +46,6 @@ impl WhyArguments {
         let experiment = reader.read(&self.path, &overrides)?;
         let planner = Planner { output: &self.output, keys: None, force: false, jobs: None };
         let planned = planner.plan(&experiment)?;
-        if planned.depot.is_some() {
-            return Err(bad("`why` needs a local folder, but the recordings go to s3://")
-                .help("name a folder of recordings with --output DIR"));
-        }
         let plan = &planned.plan;
         let earlier = Earlier::in_folder(&plan.folder);
         let (mut lines, mut runs) = (Vec::new(), Vec::<Json>::new());
