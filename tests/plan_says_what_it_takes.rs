@@ -64,7 +64,7 @@ fn a_series_that_no_plan_can_count_is_told() {
     let (plan, _) = planned_and_recorded(manifest);
     let (series, bytes) =
         planned_and_recorded(&format!("{manifest}channels = [\"state\", \"per_collision\"]\n"));
-    let word = "and what each collision or contact takes";
+    let word = "plus the requested series of collisions or contacts";
     assert!(series.contains(word) && bytes as f64 > bound(&series), "{bytes} bytes, and {series}");
     assert!(!plan.contains(word), "control: {plan}");
 }

@@ -127,7 +127,7 @@ fn a_manifest_of_another_version_is_read_as_far_as_it_is_understood() {
     let older = forge(&|text| text.replace("propagation = \"exact\"\n", ""));
     assert_eq!(older.status.code(), Some(0), "{}", stderr(&older));
     let note =
-        "This version reads the manifest otherwise: model.gas.propagation: (none) → \"exact\"";
+        "this version reads the manifest differently: model.gas.propagation: (none) → \"exact\"";
     assert!(stdout(&older).contains(note), "{}", stdout(&older));
 
     let newer = forge(&|text| text.replace("propagation = \"exact\"\n", "viscosity = 1.0\n"));

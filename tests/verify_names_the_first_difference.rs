@@ -86,7 +86,7 @@ fn one_bit_of_the_state() {
     let column = &table.columns()[COLUMN];
     let time = frame.clock.time;
     let expected = format!(
-        "first difference: /state, frame 5 (time {time:?}), particle 7, {column}: {wrong:?} in the file, {right:?} in the re-run"
+        "first difference: /state, frame 5 (time {time:?}), particle 7, {column}: {wrong:?} in the file, {right:?} in the rerun"
     );
     assert_differs(&verified, &expected);
 }
@@ -128,7 +128,7 @@ fn one_field_of_a_channel() {
         }
         true
     });
-    let expected = format!(", a2: {:?} in the file, {:?} in the re-run", wrong.a2, right.a2);
+    let expected = format!(", a2: {:?} in the file, {:?} in the rerun", wrong.a2, right.a2);
     assert_differs(&verified, "first difference: /temperature, frame 2 (time ");
     assert_differs(&verified, &expected);
 }
@@ -159,7 +159,7 @@ fn a_drawing_a_text_and_a_missing_message() {
         true
     });
     assert_differs(&text, "first difference: /log, frame 0 (time 0.0): \"X");
-    assert_differs(&text, &format!("\"{line}\" in the re-run"));
+    assert_differs(&text, &format!("\"{line}\" in the rerun"));
 }
 
 #[test]
