@@ -201,7 +201,8 @@ pub(super) fn start_keys<T: MayBeRecorded>(
     if let Some(recorded) = keys.optional(
         "start_from",
         "",
-        "A recording whose last frame is the start; its path is relative to the manifest's folder. Time and counts begin \
+        "A recording whose last frame is the start, or the manifest of an experiment with one run, which runs first if its \
+        recording is missing. The path is relative to the manifest's folder. Time and counts begin \
         at zero, and random streams with the run's own seed.",
         recorded,
     ) {
