@@ -9,7 +9,7 @@ use crate::simd::registers::{InstructionSet, Register};
 #[derive(Clone, Copy)]
 pub(in crate::dem) struct LawRegisters<R> {
     pub(super) zero: R,
-    one: R,
+    pub(super) one: R,
     least_distance: R,
     stiffness: R,
     least_force: R,

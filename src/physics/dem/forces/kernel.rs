@@ -162,8 +162,8 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
                 contacts +=
                     self.find_kinematics::<FRICTION, ROLLING>(&groups, springs, batch, start);
                 if FRICTION || N == 1 {
-                    for number in 0..batch.count {
-                        let group = batch.groups[number % BATCH];
+                    for number in 0..Ord::min(batch.count, BATCH) {
+                        let group = batch.groups[number];
                         self.add_forces::<FRICTION, ROLLING, MIXED>(
                             &groups,
                             springs,
@@ -172,7 +172,7 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
                         );
                     }
                 } else {
-                    for group in 0..groups.first.len() {
+                    for group in 0..Ord::min(groups.first.len(), BATCH) {
                         self.add_forces::<FRICTION, ROLLING, MIXED>(
                             &groups,
                             springs,
@@ -202,8 +202,8 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
         let Self { instructions, law, context, sums, .. } = self;
         let BlockView { positions, velocities, radii, .. } = context.discs;
         let mut bound = instructions.splat(sums.max_overlap.bound());
-        let (mut contacts, mut count) = (0, 0);
-        for group in 0..groups.first.len() {
+        let (mut contacts, mut count) = (law.zero, 0);
+        for group in 0..Ord::min(groups.first.len(), BATCH) {
             let ends = [&groups.first[group], &groups.second[group]];
             let reach = instructions.load(&groups.reach[group]);
             // SAFETY: the caller checked the indices.
@@ -229,7 +229,7 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
             let mut contact = law.kinematics(separation, distance_squared, reach, velocity);
             contact.overlap = contact.overlap.or_zero(mask);
             contact.separating_speed = contact.separating_speed.or_zero(mask);
-            contacts += mask.bits().count_ones() as usize;
+            contacts = contacts + law.one.or_zero(mask);
             let deeper = bound.is_less(contact.overlap).bits();
             if deeper != 0 {
                 let mut overlaps = [0.0; N];
@@ -240,20 +240,23 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
                 }
                 bound = instructions.splat(sums.max_overlap.bound());
             }
-            batch.contacts[count % BATCH].normal = contact.normal;
-            batch.contacts[count % BATCH].overlap = contact.overlap;
-            batch.contacts[count % BATCH].separating_speed = contact.separating_speed;
+            let place = if FRICTION || N == 1 { count % BATCH } else { group };
+            batch.contacts[place].normal = contact.normal;
+            batch.contacts[place].overlap = contact.overlap;
+            batch.contacts[place].separating_speed = contact.separating_speed;
             if FRICTION {
-                batch.contacts[count % BATCH].sliding_speed = contact.sliding_speed;
-                batch.masks[count % BATCH] = mask;
+                batch.contacts[place].sliding_speed = contact.sliding_speed;
+                batch.masks[place] = mask;
             }
             if FRICTION || N == 1 {
-                batch.groups[count % BATCH] = group;
+                batch.groups[place] = group;
             }
             count += 1;
         }
         batch.count = count;
-        contacts
+        let mut lanes = [0.0; N];
+        instructions.store(contacts, &mut lanes);
+        lanes.iter().sum::<f64>() as usize
     }
 
     /// The second pass: adds the forces of a group; its springs advance by a step. The three numbers are its place in the batch, its
@@ -269,7 +272,7 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
         batch: &Batch<I::Register>,
         [number, group, start]: [usize; 3],
     ) {
-        let (contact, mask) = (&batch.contacts[number % BATCH], batch.masks[number % BATCH]);
+        let (contact, mask) = (&batch.contacts[number], batch.masks[number]);
         let ends = [&groups.first[group], &groups.second[group]];
         let damping = self.instructions.load(&groups.damping[group]);
         let normal = self.law.normal_force(contact, damping);
