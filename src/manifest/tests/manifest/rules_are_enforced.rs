@@ -334,7 +334,7 @@ fn gas_discs_and_listed_speeds_must_be_consistent() {
         ("wall_speed_m_per_s", "1"),
         ("wall_temperature_k", "300"),
         ("orifice_width_m", "0.1"),
-        ("position_distribution", "\"radius\""),
+        ("position_distribution", "\"uniform-in-radius\""),
     ] {
         let more = if key == "propagation" { "time_step_s = 1e-6\n" } else { "" };
         rejected(
@@ -420,7 +420,7 @@ fn orbits_must_start_outside_the_sun() {
         "must be an array of 3 numbers",
     );
     rejected(
-        "[model.orbit]\nstart = \"barycentric\" # <-",
+        "[model.orbit]\nstart = \"geocentric\" # <-",
         "\"barycentric\", \"heliocentric\" or { position_au",
     );
     rejected("[model.orbit]\nduration_days = 0.1 # <-", "shorter than one time step");
