@@ -145,7 +145,7 @@ impl SceneBuilder {
                 line_list(points, width, self.layer(3.0), color::NEARLY_BLACK)
             })
             .collect();
-        update(SceneEntity { lines, ..entity("contacts", time) })
+        update(SceneEntity { lines, ..entity("force_chains", time) })
     }
 
     /// Contact forces drawn at most, where no two are equal.

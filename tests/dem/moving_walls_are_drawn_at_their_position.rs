@@ -15,7 +15,7 @@ use kinetoscope_recording::scenery::Wall;
 
 fn run(motion: &str) -> Dem {
     let manifest = format!(
-        "[model.dem]\ndiscs = 1\nwidth_m = 0.02\nheight_m = 0.04\nduration_s = 0.06\nregion_m = [[0, 0], [0.01, 0.04]]\n\
+        "[model.dem]\ndiscs = 1\nwidth_m = 0.02\nheight_m = 0.04\nduration_s = 0.06\nplacement_region_m = [[0, 0], [0.01, 0.04]]\n\
          walls = [{{ from_m = [0.012, 0.0], to_m = [0.012, 0.02]{motion} }}]\n"
     );
     let experiment = parse(&manifest, "gate.toml", &[]).unwrap_or_else(|errors| panic!("{errors}"));

@@ -22,7 +22,7 @@ fn bytes_per_disc(more: &str) -> u64 {
     let side = 1.03 * (DISCS as f64 / 1e6).sqrt();
     let manifest = format!(
         "seed = 5\n[model.dem]\ndiscs = {DISCS}\nwidth_m = {side}\nheight_m = {side}\nduration_s = 0.001\n\
-         stiffness_n_per_m = 4e5\nplacement = \"lattice\"\nvelocity_deviation_m_per_s = 0.3\n{more}\n[record]\nevery_steps = 70\n"
+         stiffness_n_per_m = 4e5\nplacement = \"lattice\"\nvelocity_std_m_per_s = 0.3\n{more}\n[record]\nevery_steps = 70\n"
     );
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bed.toml");

@@ -120,7 +120,7 @@ fn playback_longer_than_viewers_support_is_rejected_before_the_run() {
     let path = folder.path().join("century.toml");
     let plan = |rate: &str| {
         let manifest = format!(
-            "[model.orbit]\nduration_days = 36525.0\n[record]\nframes = 36525\nplayback_rate = {rate}\n"
+            "[model.orbit]\nduration_days = 36525.0\n[record]\nframes = 36525\nplayback_fps = {rate}\n"
         );
         fs::write(&path, manifest).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_run-experiment"));

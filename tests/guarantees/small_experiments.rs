@@ -22,7 +22,7 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     (
         "dem_verlet_clamped_mixed_radii",
         "seed = 4\n[model.dem]\ndiscs = 30\nradius_m = { min = 4e-4, max = 6e-4 }\nwidth_m = 0.01\nheight_m = 0.01\n\
-         duration_s = 0.03\nintegrator = \"velocity-verlet\"\nforce_tail = \"clamped\"\n[record]\nframes = 20\n",
+         duration_s = 0.03\nintegrator = \"velocity-verlet\"\nlimit_damping = true\n[record]\nframes = 20\n",
     ),
     (
         "dem_implicit_dashpot",
@@ -35,7 +35,7 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     ),
     (
         "gas_stepped",
-        "seed = 7\n[model.gas]\nparticles = 50\nduration_s = 0.02\npropagation = \"stepped\"\ntime_step_s = 3e-5\n\
+        "seed = 7\n[model.gas]\nparticles = 50\nduration_s = 0.02\npropagation = \"time-stepped\"\ntime_step_s = 3e-5\n\
          [record]\nframes = 20\n",
     ),
     ("packing", "seed = 8\n[model.packing]\ndiscs = 40\n[record]\nframes = 20\n"),
@@ -50,8 +50,8 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     ),
     (
         "dem_rubbing_in_a_drum",
-        "seed = 10\n[model.dem]\ndiscs = 60\nradius_m = { mean = 5e-4, deviation = 5e-5 }\nwidth_m = 0.016\nheight_m = 0.016\n\
-         friction = 0.5\nrolling_friction = 0.05\nduration_s = 0.03\nregion_m = [[0.0, 0.0], [0.016, 0.01]]\n\
+        "seed = 10\n[model.dem]\ndiscs = 60\nradius_m = { mean = 5e-4, std = 5e-5 }\nwidth_m = 0.016\nheight_m = 0.016\n\
+         friction = 0.5\nrolling_friction = 0.05\nduration_s = 0.03\nplacement_region_m = [[0.0, 0.0], [0.016, 0.01]]\n\
          walls = [{ center_m = [0.008, 0.008], radius_m = 0.008, spin_rad_per_s = -12.0 }]\n[record]\nframes = 20\n",
     ),
     (
@@ -61,7 +61,7 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     ),
     (
         "gas_thermal_wall_and_masses",
-        "seed = 12\n[model.gas]\nparticles = 50\nfurther_masses_kg = [3e-26]\nwall_temperature_k = 200.0\n\
+        "seed = 12\n[model.gas]\nparticles = 50\nadditional_masses_kg = [3e-26]\nwall_temperature_k = 200.0\n\
          accommodation_coefficient = 0.7\nduration_s = 0.02\n[record]\nframes = 20\n",
     ),
     (
@@ -70,12 +70,12 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     ),
     (
         "gas_schedule_and_opening",
-        "seed = 14\n[model.gas]\nparticles = 50\ntemperature_schedule = [[0.0103, 500.0]]\nopening_width_m = 0.5\n\
+        "seed = 14\n[model.gas]\nparticles = 50\ntemperature_schedule = [[0.0103, 500.0]]\norifice_width_m = 0.5\n\
          duration_s = 0.02\n[record]\nframes = 20\n",
     ),
     (
         "packing_periodic_mixed_radii",
-        "seed = 15\n[model.packing]\ndiscs = 100\nboundary = \"periodic\"\npolydispersity = 0.2\nrestitution = 0.9\n\
+        "seed = 15\n[model.packing]\ndiscs = 100\nboundary = \"periodic\"\nradius_half_width = 0.2\nrestitution = 0.9\n\
          contact_time = 1e-4\n[record]\nframes = 20\n",
     ),
     (
@@ -96,8 +96,8 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     (
         "dem_rain_on_two_materials_behind_a_gate",
         "seed = 17\n[model.dem]\ndiscs = 30\nwidth_m = 0.016\nheight_m = 0.016\nfriction = 0.3\nduration_s = 0.03\n\
-         velocity_std_m_per_s = 0.2\nregion_m = [[0.0, 0.0], [0.008, 0.012]]\n\
-         materials = [{ name = \"heavy\", density_ratio = 2.0, restitution = 0.9 }, { name = \"light\", share = 2.0 }]\n\
+         velocity_std_m_per_s = 0.2\nplacement_region_m = [[0.0, 0.0], [0.008, 0.012]]\n\
+         materials = [{ name = \"heavy\", density_ratio = 2.0, restitution = 0.9 }, { name = \"light\", fraction = 2.0 }]\n\
          contact_pairs = [{ between = [\"light\", \"wall\"], friction = 0.0 }]\n\
          walls = [{ from_m = [0.008, 0.0], to_m = [0.008, 0.014], velocity_m_per_s = [1.0, 0.0], moves_s = [0.01, 0.016] }]\n\
          insertion = { discs = 20, discs_per_s = 1000.0, from_m = [0.002, 0.015], to_m = [0.014, 0.015], \
@@ -105,7 +105,7 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     ),
     (
         "gas_discs_that_collide",
-        "seed = 17\n[model.gas]\nparticles = 60\nfurther_masses_kg = [2e-26]\ndisc_radius_m = 0.04\n\
+        "seed = 17\n[model.gas]\nparticles = 60\nadditional_masses_kg = [2e-26]\ndisc_radius_m = 0.04\n\
          speeds_m_per_s = [300.0, 900.0, 600.0]\ntemperature_schedule = [[0.0103, 500.0]]\nduration_s = 0.02\n[record]\nframes = 20\n",
     ),
     (

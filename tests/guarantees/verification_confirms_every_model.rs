@@ -14,7 +14,7 @@ use std::path::Path;
 
 /// Damping so strong that explicit steps of the default length diverge and the run ends in a fault.
 const FAULT: &str = "seed = 3\n[model.dem]\ndiscs = 30\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.04\n\
-    damping_n_s_per_m = 1.5e3\nstability = \"warn\"\n[record]\nframes = 20\n";
+    damping_n_s_per_m = 1.5e3\non_unstable_time_step = \"warn\"\n[record]\nframes = 20\n";
 
 fn verify(recording: &Path) -> std::process::Output {
     kinetoscope(["verify".as_ref(), recording.as_os_str()])

@@ -18,7 +18,20 @@ import struct
 import sys
 from pathlib import Path
 
-RENAMED = {}
+RENAMED = {
+    "/contacts": "/force_chains",
+    "/contact_count": "/contact_statistics",
+    "/energy_share": "/energy_percent",
+    "/ledger": "/energy_balance",
+    "dem_turning_drum": "dem_rotating_drum",
+    "dem_document_damping": "dem_exercise_damping",
+    "gas_adiabatic_piston": "gas_adiabatic_compression",
+    "gas_document_temperature": "gas_exercise_temperature",
+    "gas_hit_statistics": "gas_wall_collisions",
+    "gas_literal_scheme": "gas_as_printed_scheme",
+    "gas_warm_wall": "gas_thermal_wall",
+    "orbit_document": "orbit_exercise",
+}
 
 
 def fields(payload):

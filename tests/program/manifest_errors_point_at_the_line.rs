@@ -73,7 +73,7 @@ error: unknown value "verlet" for `model.dem.integrator`
   --> planted.toml:11:14
    |
 11 | integrator = "verlet"
-   |              ^^^^^^^^ did you mean "velocity-verlet"? Must be one of "semi-implicit-euler", "velocity-verlet", "implicit-dashpot"
+   |              ^^^^^^^^ did you mean "velocity-verlet"? Must be one of "semi-implicit-euler", "velocity-verlet"
 
 error: `model.dem.width_m` is a string; must be a number > 0
   --> planted.toml:12:11

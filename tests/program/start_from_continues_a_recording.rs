@@ -163,7 +163,7 @@ fn split_gas_agrees_to_rounding_and_can_be_heated() {
     let positions = ["x", "y"];
     let difference = largest_difference(&end(&second, &positions), &end(&whole, &positions));
     let stepped = |text: String| {
-        text.replace("[record]", "propagation = \"stepped\"\ntime_step_s = 1e-6\n[record]")
+        text.replace("[record]", "propagation = \"time-stepped\"\ntime_step_s = 1e-6\n[record]")
     };
     let in_steps = bench.run("in_steps", &stepped(gas("start_from = \"FIRST.mcap\"", 3e-3)));
     let whole_in_steps = bench.run("whole_in_steps", &stepped(gas("", 5e-3)));
@@ -188,7 +188,7 @@ fn split_packing_keeps_its_radii_and_its_energy() {
     let bench = Bench::new();
     let packing = |start: &str, duration: f64| {
         format!(
-            "[model.packing]\ndiscs = 30\nradius = 1.0\npolydispersity = 0.2\nwall_noise_variance_rad2 = 0\n{start}\n\
+            "[model.packing]\ndiscs = 30\nradius = 1.0\nradius_half_width = 0.2\nwall_noise_variance_rad2 = 0\n{start}\n\
              duration = {duration}\n[record]\nframes = 1\n"
         )
     };
@@ -213,7 +213,7 @@ fn split_packing_keeps_its_radii_and_its_energy() {
 fn bed(friction: f64, start: &str, floor: &str, duration_s: f64) -> String {
     format!(
         "[model.dem]\ndiscs = 40\nradius_m = {{ min = 4e-4, max = 6e-4 }}\nwidth_m = 0.01\nheight_m = 0.02\nfriction = {friction}\n\
-         walls = [{{ from_m = [0.0, 0.001], to_m = [0.01, 0.001]{floor} }}]\nregion_m = [[0.0, 0.001], [0.01, 0.02]]\n\
+         walls = [{{ from_m = [0.0, 0.001], to_m = [0.01, 0.001]{floor} }}]\nplacement_region_m = [[0.0, 0.001], [0.01, 0.02]]\n\
          {start}\nduration_s = {duration_s}\n[record]\nframes = 10\n"
     )
     .replace("placement_region_m = [[0.0, 0.001], [0.01, 0.02]]\nstart_from", "start_from")
@@ -350,7 +350,7 @@ fn unsuitable_recordings_are_rejected_with_their_line() {
             .contains("text.mcap")
     );
     let both =
-        bench.rejection("[model.orbit]\nstart_from = \"orbit.mcap\"\nstart = \"document\"\n");
+        bench.rejection("[model.orbit]\nstart_from = \"orbit.mcap\"\nstart = \"barycentric\"\n");
     assert!(both.contains("cannot be used together"), "{both}");
 
     let gas =

@@ -12,8 +12,8 @@ use std::path::PathBuf;
 
 const MANIFEST: &str = "name = \"timed\"\nseed = 1\nreplicates = 3\n[model.packing]\nwidth = 40.0\nheight = 40.0\n\
                         events_per_disc = 5\n[record]\nframes = 1\n[sweep]\n\"model.packing.discs\" = [5, 10]\n\
-                        [[sweep.variants]]\nname = \"unmodified\"\n\"model.packing.initial_velocities\" = \"unmodified\"\n\
-                        [[sweep.variants]]\nname = \"modified\"\n\"model.packing.initial_velocities\" = \"modified\"\n";
+                        [[sweep.variants]]\nname = \"unmodified\"\n\"model.packing.initial_velocities\" = \"unit-variance\"\n\
+                        [[sweep.variants]]\nname = \"modified\"\n\"model.packing.initial_velocities\" = \"variance-1-over-n\"\n";
 
 #[test]
 fn timing_prints_a_table_and_writes_no_recording() {

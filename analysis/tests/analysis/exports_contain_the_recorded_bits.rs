@@ -73,7 +73,7 @@ fn csv_contains_every_number_bitwise() {
     }
     let text = fs::read_to_string(path.join("collisions.csv")).unwrap();
     let (header, body) = text.split_once('\n').unwrap();
-    let pair = header.split(',').position(|name| name == "pair").unwrap();
+    let pair = header.split(',').position(|name| name == "pair_collisions").unwrap();
     let pairs: Vec<f64> = rows(body, ',').iter().map(|row| row[pair]).collect();
     assert_eq!(pairs, [0.0, 7.0, 14.0]);
 }

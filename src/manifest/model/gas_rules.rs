@@ -123,7 +123,7 @@ impl GasConfig {
             (
                 "position_distribution",
                 self.position_distribution == PositionDistribution::UniformInArea,
-                "set position_distribution to \"area\"",
+                "set position_distribution to \"uniform-in-area\"",
             ),
         ];
         for (key, is_plain, label) in beside {

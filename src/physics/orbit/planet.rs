@@ -52,7 +52,7 @@ impl Planet {
     ) -> Result<Self, SetupError> {
         let (description, state) = match start {
             OrbitStart::Barycentric => (
-                "\"document\": as printed in exercise 14to4. These numbers are relative to the barycenter of the solar system \
+                "\"barycentric\": as printed in exercise 14to4. These numbers are relative to the barycenter of the solar system \
                  (2013-01-01), not to the Sun, so the period is not a year; start = \"heliocentric\" gives the same day relative \
                  to the Sun (a = 0.99935 AU, period 364.898 d)",
                 BARYCENTRIC_START,

@@ -124,16 +124,16 @@ fn canonical_text_parses_to_the_same_run() {
 /// Keys with table values are read back as written, and omitted keys stay omitted.
 #[test]
 fn dem_scene_is_read_back() {
-    let scene = "[model.dem]\nmaterials = [{ name = \"a \\\"b\\\"\", share = 2, friction = 0.5 }, { name = \"c\", density_ratio = 3 }]\n\
+    let scene = "[model.dem]\nmaterials = [{ name = \"a \\\"b\\\"\", fraction = 2, friction = 0.5 }, { name = \"c\", density_ratio = 3 }]\n\
         contact_pairs = [{ between = [\"c\", \"wall\"], restitution = 0.9, rolling_friction = 0.1 }]\n\
         walls = [{ from_m = [0, 0.01], to_m = [0.01, 0.01], velocity_m_per_s = [1, 0], moves_s = [0.1, 0.2] }]\n\
-        velocity_std_m_per_s = 0.5\nrain = { discs = 7, discs_per_s = 10, from_m = [0.01, 0.01], to_m = [0.02, 0.01], \
+        velocity_std_m_per_s = 0.5\ninsertion = { discs = 7, discs_per_s = 10, from_m = [0.01, 0.01], to_m = [0.02, 0.01], \
         velocity_m_per_s = [0, -1] }\n";
     let manifest = parse_run(scene).unwrap();
     let text = manifest.canonical();
     assert_eq!(parse_run(&text).unwrap(), manifest, "{text}");
     for line in [
-        r#"materials = [{ name = "a \"b\"", share = 2.0, density_ratio = 1.0, friction = 0.5 }, { name = "c", share = 1.0, density_ratio = 3.0 }]"#,
+        r#"materials = [{ name = "a \"b\"", fraction = 2.0, density_ratio = 1.0, friction = 0.5 }, { name = "c", fraction = 1.0, density_ratio = 3.0 }]"#,
         r#"contact_pairs = [{ between = ["c", "wall"], restitution = 0.9, rolling_friction = 0.1 }]"#,
         "velocity_std_m_per_s = 0.5",
     ] {
@@ -160,7 +160,7 @@ fn run_key_depends_only_on_content_and_versions() {
     let text = GOLDEN_GAS;
     let key = run_key(text, 1, 1);
     // Computed with Python's hashlib: sha256 of the two versions (four bytes each, little-endian) and of the text.
-    assert_eq!(key.to_string(), "ce7abcc90bba241e1214a6d03ea0445d500fdacf7aaa9ef69da0d0e48d424808");
+    assert_eq!(key.to_string(), "30a733b944f48585e8deb338798fb918967309aa54f933e724ce1eca1d137317");
     assert_eq!(key.short(), &key.to_string()[..8]);
     assert_eq!(key, run_key(text, 1, 1));
     assert_ne!(key, run_key(text, 2, 1));

@@ -40,7 +40,8 @@ fn numbers_outside_their_ranges_are_rejected() {
         rejected(&format!("[model.gas]\nradius_m = {bad} # <-"), positive);
     }
     for bad in ["0", "-1e-5"] {
-        let stepped = format!("[model.gas]\npropagation = \"stepped\"\ntime_step_s = {bad} # <-");
+        let stepped =
+            format!("[model.gas]\npropagation = \"time-stepped\"\ntime_step_s = {bad} # <-");
         rejected(&stepped, positive);
     }
     rejected(
@@ -61,7 +62,7 @@ fn numbers_outside_their_ranges_are_rejected() {
     rejected("[model.dem]\nrestitution = 1.0000000000000002 # <-", "must be a number in (0, 1]");
     rejected("[model.packing]\nwidth = 9.999 # <-", "must be a number in [10, 100000]");
     rejected("[model.orbit]\ntime_step_days = 1 # <-", "must be a number in (0, 1)");
-    rejected("[model.gas]\n[record]\nplayback_rate = 50.1 # <-", "must be a number in (0, 50]");
+    rejected("[model.gas]\n[record]\nplayback_fps = 50.1 # <-", "must be a number in (0, 50]");
     let whole = "must be a whole number from 1 to 4294967295";
     for bad in ["0", "-3", "1.5", "4294967296", "1e10", "1e40"] {
         rejected(&format!("[model.gas]\nparticles = {bad} # <-"), whole);
@@ -119,7 +120,7 @@ fn exclusive_keys_are_named_together() {
         &dem("restitution", "damping_n_s_per_m"),
     );
     rejected(
-        "[model.dem]\ntime_step_s = 1e-6\nsteps_per_contact = 20 # <-",
+        "[model.dem]\ntime_step_s = 1e-6\nsteps_per_wall_contact = 20 # <-",
         &dem("steps_per_wall_contact", "time_step_s"),
     );
     rejected(
@@ -173,7 +174,7 @@ fn recording_intervals_must_fit_the_model() {
     accepted("[model.packing]\nduration = 10\n[record]\nevery_time = 2");
     accepted("[model.packing]\n[record]\nevery_collisions = 2");
     accepted(
-        "[model.gas]\npropagation = \"stepped\"\ntime_step_s = 1e-5\n[record]\nevery_steps = 2",
+        "[model.gas]\npropagation = \"time-stepped\"\ntime_step_s = 1e-5\n[record]\nevery_steps = 2",
     );
     accepted("[model.orbit]\nintegrator = \"kepler\"\n[record]\nevery_steps = 2");
 }
@@ -181,7 +182,7 @@ fn recording_intervals_must_fit_the_model() {
 #[test]
 fn inconsistent_dem_scenes_are_rejected() {
     rejected("[model.dem]\nradius_m = { min = 1e-4, max = 1.1e-3 } # <-", "at most 10 times");
-    rejected("[model.dem]\nradius_m = { mean = 1e-4, deviation = 4e-5 } # <-", "below a third");
+    rejected("[model.dem]\nradius_m = { mean = 1e-4, std = 4e-5 } # <-", "below a third");
     rejected(
         "[model.dem]\nradius_m = { small = 2e-4, large = 1e-4, small_fraction = 0.5 } # <-",
         "<= large",
@@ -200,7 +201,7 @@ fn inconsistent_dem_scenes_are_rejected() {
         "[model.dem]\nfriction = 0.1\ndashpot = \"implicit\" # <-",
         "neither friction nor moving walls",
     );
-    rejected("[model.dem]\nregion_m = [[0, 0], [1, 1]] # <-", "must lie within the box");
+    rejected("[model.dem]\nplacement_region_m = [[0, 0], [1, 1]] # <-", "must lie within the box");
     accepted("[model.dem]\ntime_step_s = \"automatic\"");
     rejected("[model.dem]\ntime_step_s = \"auto\" # <-", "a number > 0 or \"automatic\"");
 }
@@ -233,7 +234,7 @@ fn contact_pairs_must_name_known_materials() {
         "[model.dem]\nmaterials = [{ name = \"a\" }, { name = \"a\" }] # <-",
         "material \"a\" is listed twice",
     );
-    rejected("[model.dem]\nmaterials = [{ share = 0.5 }] # <-", "needs `name`");
+    rejected("[model.dem]\nmaterials = [{ fraction = 0.5 }] # <-", "needs `name`");
     rejected(
         "[model.dem]\nmaterials = [{ name = \"a\", restitution = 0 }] # <-",
         "must be a number in (0, 1]",
@@ -253,7 +254,7 @@ fn contact_pairs_must_name_known_materials() {
 fn inserted_discs_must_start_inside_the_box() {
     let insertion = |rest: &str| {
         format!(
-            "[model.dem]\nrain = {{ discs = 5, discs_per_s = 10, from_m = [0.01, 0.03], to_m = [0.03, 0.03], {rest} }} # <-"
+            "[model.dem]\ninsertion = {{ discs = 5, discs_per_s = 10, from_m = [0.01, 0.03], to_m = [0.03, 0.03], {rest} }} # <-"
         )
     };
     accepted(&insertion("velocity_m_per_s = [0, -1]"));
@@ -261,12 +262,12 @@ fn inserted_discs_must_start_inside_the_box() {
     rejected(&insertion("velocity_m_per_s = [0, -1], starts_s = -1"), "must be a number >= 0");
     rejected(&insertion("starts_s = 1"), "needs `velocity_m_per_s`");
     rejected(
-        "[model.dem]\nrain = { discs = 5, discs_per_s = 10, from_m = [0, 0.03], to_m = [0.03, 0.03], velocity_m_per_s = [0, -1] } # <-",
+        "[model.dem]\ninsertion = { discs = 5, discs_per_s = 10, from_m = [0, 0.03], to_m = [0.03, 0.03], velocity_m_per_s = [0, -1] } # <-",
         "keep the largest radius off",
     );
-    rejected("[model.dem]\nrain = 5 # <-", "a table { discs, discs_per_s");
+    rejected("[model.dem]\ninsertion = 5 # <-", "a table { discs, discs_per_s");
     rejected(
-        "[model.dem]\nvelocity_deviation_m_per_s = 1\nplacement = { positions_m = [[0.01, 0.01]], velocities_m_per_s = [[0, 0]] } # <-",
+        "[model.dem]\nvelocity_std_m_per_s = 1\nplacement = { positions_m = [[0.01, 0.01]], velocities_m_per_s = [[0, 0]] } # <-",
         "`velocity_std_m_per_s` cannot be used with a given or recorded start",
     );
     rejected(
@@ -317,11 +318,11 @@ fn gas_speeds_and_steps_must_be_consistent() {
         "`time_step_s` cannot be used with exact propagation",
     );
     rejected(
-        "[model.gas]\npropagation = \"literal\" # <-",
-        "propagation \"literal\" needs a time step",
+        "[model.gas]\npropagation = \"as-printed\" # <-",
+        "propagation \"as-printed\" needs a time step",
     );
     rejected(
-        "[model.gas]\npropagation = \"stepped\"\ntime_step_s = 1.0 # <-",
+        "[model.gas]\npropagation = \"time-stepped\"\ntime_step_s = 1.0 # <-",
         "shorter than one time step",
     );
 }
@@ -329,11 +330,11 @@ fn gas_speeds_and_steps_must_be_consistent() {
 #[test]
 fn gas_discs_and_listed_speeds_must_be_consistent() {
     for (key, value) in [
-        ("propagation", "\"stepped\""),
+        ("propagation", "\"time-stepped\""),
         ("wall_speed_m_per_s", "1"),
         ("wall_temperature_k", "300"),
         ("orifice_width_m", "0.1"),
-        ("position_distribution", "\"radius\""),
+        ("position_distribution", "\"uniform-in-radius\""),
     ] {
         let more = if key == "propagation" { "time_step_s = 1e-6\n" } else { "" };
         rejected(
@@ -419,8 +420,8 @@ fn orbits_must_start_outside_the_sun() {
         "must be an array of 3 numbers",
     );
     rejected(
-        "[model.orbit]\nstart = \"barycentric\" # <-",
-        "\"document\", \"heliocentric\" or { position_au",
+        "[model.orbit]\nstart = \"geocentric\" # <-",
+        "\"barycentric\", \"heliocentric\" or { position_au",
     );
     rejected("[model.orbit]\nduration_days = 0.1 # <-", "shorter than one time step");
     rejected("[model.orbit]\ntime_step_days = 0 # <-", "must be a number in (0, 1)");

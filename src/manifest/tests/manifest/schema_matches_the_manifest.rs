@@ -179,19 +179,19 @@ fn parser_accepts_every_enumerated_value_of_the_schema() {
 #[test]
 fn canonical_form_contains_every_key_of_the_schema() {
     let more = [
-        "[model.dem]\ndamping_n_s_per_m = 1\ntime_step_s = 1e-6\noutlet_below_m = 0\nregion_m = [[0, 0], [0.01, 0.01]]\n[record]\nevery_s = 1",
+        "[model.dem]\ndamping_n_s_per_m = 1\ntime_step_s = 1e-6\nremove_below_m = 0\nplacement_region_m = [[0, 0], [0.01, 0.01]]\n[record]\nevery_s = 1",
         "[model.dem]\nmaterials = [{ name = \"a\" }]\ncontact_pairs = [{ between = [\"a\", \"wall\"] }]\n\
-         velocity_std_m_per_s = 1\nrain = { discs = 1, discs_per_s = 1, from_m = [0.01, 0.01], to_m = [0.02, 0.01], \
+         velocity_std_m_per_s = 1\ninsertion = { discs = 1, discs_per_s = 1, from_m = [0.01, 0.01], to_m = [0.02, 0.01], \
          velocity_m_per_s = [0, -1] }",
-        "[model.gas]\nmax_speed_m_per_s = 1\npropagation = \"stepped\"\ntime_step_s = 1e-6\n[record]\nevery_steps = 1",
+        "[model.gas]\nmax_speed_m_per_s = 1\npropagation = \"time-stepped\"\ntime_step_s = 1e-6\n[record]\nevery_steps = 1",
         "[model.packing]\nduration = 1\n[record]\nevery_time = 1\nchannels = []",
-        "[model.packing]\ncontact_time = 1\ncompression_pressure = 1\n[record]\nevery_collisions = 1",
+        "[model.packing]\ncontact_time = 1\ntarget_reduced_pressure = 1\n[record]\nevery_collisions = 1",
         "[model.packing]\ncutoff_velocity = 1\n[record]\nframes_per_decade = 1",
         "[model.orbit]\n[record]\nevery_days = 1",
         "[model.orbit]\nbodies = [{ gm_au3_per_day2 = 1, position_au = [0, 0, 0], velocity_au_per_day = [0, 0, 0] }, \
          { gm_au3_per_day2 = 0, position_au = [1, 0, 0], velocity_au_per_day = [0, 1, 0] }]",
-        "[model.gas]\nfurther_masses_kg = [1]\nplace_distribution = \"radius\"\ntemperature_schedule = [[0.1, 1]]\n\
-         wall_speed_m_per_s = 1\nwall_temperature_k = 1\nwall_accommodation = 1\nopening_width_m = 1",
+        "[model.gas]\nadditional_masses_kg = [1]\nposition_distribution = \"uniform-in-radius\"\ntemperature_schedule = [[0.1, 1]]\n\
+         wall_speed_m_per_s = 1\nwall_temperature_k = 1\naccommodation_coefficient = 1\norifice_width_m = 1",
         "[model.dem]\nstart_from = \"bed.mcap\"",
         "[model.gas]\nstart_from = \"gas.mcap\"",
         "[model.packing]\nstart_from = \"packing.mcap\"",
