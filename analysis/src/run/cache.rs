@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Folder of the cached analyses next to the results. It can be deleted at any time.
-pub const FOLDER: &str = ".analyzed";
+pub const FOLDER: &str = ".analysis-cache";
 
 /// A cached analysis is valid only if all of this is unchanged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -43,7 +43,7 @@ fn junit_and_github_report_failed_checks() {
     let folder = Folder::write(MANIFEST, frames(9.0));
     fs::write(folder.file(3), "no recording, but <&> \"this\"").unwrap();
     let file = folder.path().join("verdicts.xml");
-    let output = analyze(&["--github", "--junit", file.to_str().unwrap(), folder.name()]);
+    let output = analyze(&["--github-annotations", "--junit", file.to_str().unwrap(), folder.name()]);
     assert_eq!(output.code, 3, "{}", output.text);
     let annotation =
         "::error title=gas%3A pressure.mean_square_formula::measured 2 N/m, expected at most 1";
@@ -107,7 +107,7 @@ fn foreign_baseline_is_rejected_and_a_missing_metric_fails() {
 }
 
 /// A recording with changed bytes and an unchanged modification time is not read again until it is touched or
-/// --fresh is given. Therefore, the numbers came from the cache.
+/// --no-cache is given. Therefore, the numbers came from the cache.
 #[test]
 fn unchanged_recording_is_not_read_again() {
     let quiet = MANIFEST.split("[[checks]]").next().unwrap();
@@ -129,7 +129,7 @@ fn unchanged_recording_is_not_read_again() {
     assert_eq!(again.code, 0, "{}", again.text);
     assert!(first == fs::read(folder.path().join("metrics.json")).unwrap());
     assert!(report == fs::read(folder.path().join("report.html")).unwrap());
-    assert_eq!(analyze(&["--fresh", folder.name()]).code, 5);
+    assert_eq!(analyze(&["--no-cache", folder.name()]).code, 5);
     fs::write(&recording, &whole).unwrap();
     assert_eq!(analyze(&[folder.name()]).code, 0);
     assert!(first == fs::read(folder.path().join("metrics.json")).unwrap());
@@ -145,7 +145,7 @@ fn cached_analyses_of_tasks_are_combined_without_the_frames() {
     let folder = Folder::write(quiet, frames(10.0));
     for index in 0..folder.files.len() {
         let file = folder.file(index);
-        assert_eq!(analyze(&["--remember", file.to_str().unwrap()]).code, 0);
+        assert_eq!(analyze(&["--cache-only", file.to_str().unwrap()]).code, 0);
         let changed = fs::metadata(&file).unwrap().modified().unwrap();
         let mut bytes = fs::read(&file).unwrap();
         let middle = bytes.len() * 2 / 3;
@@ -160,7 +160,7 @@ fn cached_analyses_of_tasks_are_combined_without_the_frames() {
         let of = |folder: &Folder| fs::read(folder.path().join(file)).unwrap();
         assert!(of(&folder) == of(&read), "{file}");
     }
-    assert_eq!(analyze(&["--fresh", folder.name()]).code, 5);
+    assert_eq!(analyze(&["--no-cache", folder.name()]).code, 5);
 }
 
 /// The commands of the workflow's steps, in order.

@@ -82,7 +82,7 @@ fn csv_contains_every_number_bitwise() {
 #[cfg(not(feature = "parquet"))]
 fn control_program_without_parquet_names_the_feature() {
     let folder = Folder::write(MANIFEST, frames);
-    for asked in [["--export", "csv,parquet"].as_slice(), &["--table"]] {
+    for asked in [["--export", "csv,parquet"].as_slice(), &["--metrics-table"]] {
         let output = analyze(&[asked, &[folder.name()]].concat());
         assert_eq!(output.code, 2, "{}", output.text);
         assert!(output.text.contains("--features parquet"), "{}", output.text);
@@ -149,7 +149,7 @@ fn duckdb_and_polars_read_the_table_of_a_sweep() {
     let sweep = sweep.replace("name =", "replicates = 2\nname =");
     let folder = Folder::write(&sweep, frames);
     for _ in 0..2 {
-        let output = analyze(&["--table", folder.path().to_str().unwrap()]);
+        let output = analyze(&["--metrics-table", folder.path().to_str().unwrap()]);
         assert_eq!(output.code, 0, "{}", output.text);
     }
     let part = "export/metrics/restitution=0.25/boundary=walls/metrics.parquet";

@@ -17,7 +17,7 @@ fn document(name: &str) -> String {
 fn metrics_reference_equals_the_table() {
     assert!(
         document("metrics.md") == kinetoscope_analysis::report::metrics_reference(),
-        "docs/metrics.md is out of date; run `cargo run --bin analyze-recordings -- --metrics > docs/metrics.md`"
+        "docs/metrics.md is out of date; run `cargo run --bin analyze-recordings -- --list-metrics > docs/metrics.md`"
     );
 }
 

@@ -143,7 +143,7 @@ addEventListener("message", (message) => { document.title = message.data; });
 #[ignore = "needs chromium"]
 fn report_opens_without_errors_on_a_screen_and_on_a_phone() {
     let folder = Folder::write(MANIFEST, frames);
-    let output = analyze(&["--pictures-at", "0.5", folder.path().to_str().unwrap()]);
+    let output = analyze(&["--snapshots-at", "0.5", folder.path().to_str().unwrap()]);
     assert_eq!(output.code, 0, "{}", output.text);
     let page = folder.path().join("report.html");
     let text = fs::read_to_string(&page).unwrap();

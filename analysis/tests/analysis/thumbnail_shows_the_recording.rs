@@ -74,9 +74,18 @@ fn recording(folder: &Path, channels: &[&str]) -> PathBuf {
     path
 }
 
-fn analyze(recording: &Path, picture: &Path, more: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_analyze-recordings"));
-    command.arg("--thumbnail").arg(picture).args(more).arg(recording).output().unwrap()
+fn export(recording: &Path, picture: &Path, more: &[&str]) -> Output {
+    let name = format!("kinetoscope{}", std::env::consts::EXE_SUFFIX);
+    let program = Path::new(env!("CARGO_BIN_EXE_analyze-recordings")).with_file_name(name);
+    assert!(program.exists(), "build it first: cargo build --package kinetoscope-program");
+    Command::new(program)
+        .arg("export")
+        .arg("--thumbnail")
+        .arg(picture)
+        .args(more)
+        .arg(recording)
+        .output()
+        .unwrap()
 }
 
 /// The file of a thumbnail.
@@ -84,7 +93,7 @@ fn drawn(name: &str, more: &[&str]) -> Vec<u8> {
     let folder = TempDir::new().unwrap();
     let recording = recording(folder.path(), &["state", "discs"]);
     let picture = folder.path().join(name);
-    let output = analyze(&recording, &picture, more);
+    let output = export(&recording, &picture, more);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     fs::read(picture).unwrap()
 }
@@ -189,7 +198,7 @@ fn impossible_thumbnails_are_rejected() {
         ("picture.png", &["--thumbnail-frames", "0"], 2, "0"),
         ("picture.png", &["--thumbnail-width", "5"], 2, "64"),
     ] {
-        let output = analyze(&bare, &folder.path().join(picture), more);
+        let output = export(&bare, &folder.path().join(picture), more);
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(code), "{message}");
         assert!(message.contains(word), "{message}");
