@@ -107,7 +107,7 @@ fn bound(requested: f64, tail: bool, h: f64) -> f64 {
     } else {
         0.0
     };
-    let ends = if tail == false { 2.0 } else { 1.0 };
+    let ends = if tail { 1.0 } else { 2.0 };
     requested * (ends * zeta + 0.5 * slope * zeta * zeta) * h + 0.5 * h * h
 }
 

@@ -41,7 +41,7 @@ fn step(state: &[Disc], tail: bool, time_step: f64, damping_scale: f64) -> Step 
         }
         let spring = STIFFNESS * overlap;
         let mut force = spring - 2.0 * zeta * (STIFFNESS * mass).sqrt() * speed;
-        if tail == true && force < 0.0 {
+        if tail && force < 0.0 {
             force = 0.0;
         }
         sum.work += force * mid_speed * time_step;

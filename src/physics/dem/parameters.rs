@@ -68,7 +68,7 @@ impl Parameters {
         let law = ContactLaw {
             stiffness,
             materials: Materials::new(config),
-            only_pushes: config.limit_damping == true,
+            only_pushes: config.limit_damping,
             is_implicit: config.dashpot == DemDashpot::Implicit,
             tangential_stiffness: stiffness * config.tangential_to_normal_stiffness.get(),
             tangential_to_normal_damping: config.tangential_to_normal_damping.get(),
