@@ -10,7 +10,7 @@ use std::net::SocketAddr;
 
 /// Whether and where viewers can connect.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "LiveServer view")]
+#[command(next_help_heading = "Live view")]
 pub struct LiveArguments {
     /// Serve the runs to Foxglove or Lichtblick by WebSocket, one run at a time, without changing or delaying them. Port
     /// 8765 on this machine only, unless =PORT or =ADDRESS:PORT is given
@@ -44,7 +44,7 @@ impl LiveArguments {
     pub fn invitation(&self, live: &LiveServer, plan: &Plan) -> String {
         let address = live.address();
         let mut text = format!(
-            "LiveServer at ws://{address} (in Foxglove: Open connection, Foxglove WebSocket; layout: {})",
+            "Live at ws://{address} (in Foxglove: Open connection, Foxglove WebSocket; layout: {})",
             plan.folder.join("layout.json").display()
         );
         text += match self.live_speed {

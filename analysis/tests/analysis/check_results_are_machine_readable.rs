@@ -43,7 +43,8 @@ fn junit_and_github_report_failed_checks() {
     let folder = Folder::write(MANIFEST, frames(9.0));
     fs::write(folder.file(3), "no recording, but <&> \"this\"").unwrap();
     let file = folder.path().join("verdicts.xml");
-    let output = analyze(&["--github-annotations", "--junit", file.to_str().unwrap(), folder.name()]);
+    let output =
+        analyze(&["--github-annotations", "--junit", file.to_str().unwrap(), folder.name()]);
     assert_eq!(output.code, 3, "{}", output.text);
     let annotation =
         "::error title=gas%3A pressure.mean_square_formula::measured 2 N/m, expected at most 1";

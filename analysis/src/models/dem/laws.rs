@@ -15,19 +15,25 @@ pub const ENERGY_LEDGER: Law = Law {
 
 /// Restitution as a function of the damping ratio zeta = eta / (2 sqrt(k m_eff)).
 pub const RESTITUTION: Law = Law {
-    statement: "e wanted; from a damping, e = exp(-pi zeta / sqrt(1 - zeta^2)) with the attractive tail",
+    statement: "the specified e; for a damping, e = exp(-pi zeta / sqrt(1 - zeta^2)) without limit_damping",
     source: "Schwager and Poeschel 2007",
 };
 
 /// Contact duration.
 pub const CONTACT_DURATION: Law = Law {
-    statement: "pi / w, w^2 = k/m_eff - (eta/(2 m_eff))^2; with a clamped force to its end, and then eta/k until the surfaces part",
+    statement: "pi / w, w^2 = k/m_eff - (eta/(2 m_eff))^2; with limit_damping to the end of the force, and then eta/k until the surfaces part",
     source: "damped harmonic oscillator; Schwager and Poeschel 2007",
 };
 
 /// Static load on the floor.
 pub const WEIGHT: Law = Law {
     statement: "sum of m g, for discs at rest",
+    source: "equilibrium of forces without friction at the side walls",
+};
+
+/// Static stress on the floor.
+pub const WEIGHT_PER_WIDTH: Law = Law {
+    statement: "sum of m g over the box's width, for discs at rest",
     source: "equilibrium of forces without friction at the side walls",
 };
 
@@ -45,7 +51,7 @@ pub const HAFF: Law = Law {
 
 /// Velocity transmission through a row of equal discs that collide one after the other.
 pub const ROW_OF_DISCS: Law = Law {
-    statement: "((1 + e)/2)^(N - 1) where each gap is longer than the way in a contact, v pi/w",
+    statement: "((1 + e)/2)^(N - 1) if each gap is longer than the distance traveled in a contact, v pi/w",
     source: "conservation of momentum, collision by collision; Herrmann and Seitz 1982",
 };
 

@@ -21,7 +21,7 @@ pub const LEAST_H: Law = Law {
 };
 /// Pair collision rate.
 pub const ENSKOG_RATE: Law = Law {
-    statement: "2 sqrt(pi) n s sqrt(<v^2>/2) (1 - 7c/16)/(1 - c)^2 a disc, less the pairs that the wall leaves out",
+    statement: "2 sqrt(pi) n s sqrt(<v^2>/2) (1 - 7c/16)/(1 - c)^2 per disc, less the pairs that the wall leaves out",
     source: "Enskog 1922, Henderson 1975; disc line picking",
 };
 /// Compressibility factor.
@@ -39,7 +39,7 @@ pub const STATIONARY: Law =
     Law { statement: "1: uniform over the area is stationary", source: "Liouville's theorem" };
 /// Fraction of particles within half the radius.
 pub const SHARE_INSIDE: Law = Law {
-    statement: "1/4 for ever when uniform over the area; when uniform in the radius 1/2 at first and 0.32807 later",
+    statement: "1/4 at all times if uniform over the area; if uniform in the radius 1/2 at first and 0.32807 later",
     source: "areas; time on a chord within r/2, averaged by quadrature",
 };
 

@@ -79,7 +79,7 @@ fn comparison(run: &PackingRun) -> SharedCurve {
     SharedCurve {
         stem: "temperature_by_run".to_owned(),
         title: "Temperature over its start".to_owned(),
-        x: Axis::linear("collisions a disc, pair and wall", ""),
+        x: Axis::linear("collisions per disc, pair and wall", ""),
         y: Axis::linear("T / T at the start", ""),
         points: thinned(points.collect(), crate::models::figures::MAX_POINTS),
     }
