@@ -274,18 +274,18 @@ impl Place {
     ) -> Result<Put, StoreError> {
         let options =
             PutMultipartOptions { attributes: attributes(here), ..PutMultipartOptions::default() };
-        let mut upload = self.wait(upload.stop, self.bucket.put_multipart_opts(key, options))?;
-        let put = self.put_parts(upload.as_mut(), &mut file, here.bytes, upload);
+        let mut parts = self.wait(upload.stop, self.bucket.put_multipart_opts(key, options))?;
+        let put = self.put_parts(parts.as_mut(), &mut file, here.bytes, upload);
         if put.is_err() {
             // Parts that stay behind cost room until the bucket's own rule takes them away.
-            let _ = self.runtime.block_on(async { timeout(TO_CLEAN_UP, upload.abort()).await });
+            let _ = self.runtime.block_on(async { timeout(TO_CLEAN_UP, parts.abort()).await });
         }
         put
     }
 
     fn put_parts(
         &self,
-        upload: &mut dyn MultipartUpload,
+        parts: &mut dyn MultipartUpload,
         file: &mut File,
         bytes: u64,
         upload: Upload<'_>,
@@ -295,9 +295,9 @@ impl Place {
             let mut part = Vec::new();
             let read = file.by_ref().take(length).read_to_end(&mut part);
             read.map_err(|error| unread(upload.file, &error))?;
-            self.wait(upload.stop, upload.put_part(part.into()))?;
+            self.wait(upload.stop, parts.put_part(part.into()))?;
         }
-        self.wait(upload.stop, upload.complete())?;
+        self.wait(upload.stop, parts.complete())?;
         Ok(Put::Created)
     }
 
