@@ -1,5 +1,5 @@
 //! Messages of the WebSocket subprotocol `foxglove.sdk.v1` that a live view needs. Source:
-//! <https://github.com/foxglove/ws-protocol>, and the Foxglove SDK 0.30 for the playback control.
+//! `<https://github.com/foxglove/ws-protocol>`, and the Foxglove SDK 0.30 for the playback control.
 
 use data_encoding::BASE64;
 use kinetoscope_recording::observer::ChannelInfo;

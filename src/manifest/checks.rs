@@ -177,6 +177,9 @@ fn read_one(element: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>)
         reader.report(Diagnostic::new("a check has no metric").at(element.span, "needs `metric`"));
     } else if keys.metric.trim().is_empty() {
         reader.refuse(&["metric"], "a check has no metric", "must not be empty");
+    } else if let Some(new) = renamed::metric(&keys.metric) {
+        let title = format!("`{}` was renamed; use `{new}`", keys.metric);
+        reader.refuse(&["metric"], &title, "old name");
     }
     if !BOUNDS.iter().any(|key| reader.has(key)) {
         let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, or `minimum` and \

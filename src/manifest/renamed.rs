@@ -63,6 +63,51 @@ const VALUES: Renames = &[
     ("model.gas.placement", "anywhere", "\"random\""),
 ];
 
+/// Old channels of `record.channels` and old metrics of `[[checks]]`.
+const NAMES: Renames = &[
+    ("channels", "contacts", "force_chains"),
+    ("channels", "ledger", "energy_balance"),
+    ("channels", "contact_count", "contact_statistics"),
+    ("channels", "energy_share", "energy_percent"),
+    ("metric", "hit_rate", "wall_collision_rate"),
+    ("metric", "wall_rate", "wall_collision_rate_per_disc"),
+    ("metric", "pair_collision_rate", "pair_collision_rate_per_disc"),
+    ("metric", "collision_rate", "pair_collision_rate_per_disc"),
+    ("metric", "contact_value.by_rate", "contact_value.from_collision_rate"),
+    ("metric", "compressibility_factor.by_rate", "compressibility_factor.from_collision_rate"),
+    ("metric", "share_inside_half_radius", "fraction_within_half_radius"),
+    ("metric", "share_inside_half_radius.start", "fraction_within_half_radius.start"),
+    ("metric", "speed_histogram.distance_from_maxwell", "speed_histogram.total_variation_distance"),
+    ("metric", "eccentricity_vector.turn", "apsidal_rotation"),
+    ("metric", "outlet.rate", "outlet.discharge_rate"),
+    ("metric", "outlet.free_width", "outlet.effective_width"),
+    (
+        "metric",
+        "outlet.rate_vs_free_width.exponent",
+        "outlet.discharge_rate_vs_effective_width.exponent",
+    ),
+    ("metric", "silo.screening_weight", "silo.saturation_weight"),
+    ("metric", "silo.janssen_misfit", "silo.janssen_rms_deviation"),
+    ("metric", "stress.horizontal_over_vertical", "stress.lateral_ratio"),
+    ("metric", "stress.distance_from_weight", "stress.overburden_deviation"),
+    ("metric", "row.transmitted_velocity", "row.velocity_transmission"),
+    ("metric", "bed.slope", "bed.surface_angle"),
+    ("metric", "bed.reach", "bed.deposit_length"),
+    ("metric", "bed.run_out", "bed.normalized_runout"),
+    ("metric", "run_out_vs_discs.exponent", "normalized_runout_vs_discs.exponent"),
+    ("metric", "speed_kurtosis", "a2"),
+    ("metric", "excess_h", "relative_entropy"),
+    ("metric", "excess_h.start", "relative_entropy.start"),
+    ("metric", "temperature.kinetic_final", "temperature.final"),
+    ("metric", "temperature.thermalised", "temperature.thermalized"),
+    ("metric", "largest_overlap_over_radius", "max_overlap_over_radius"),
+    ("metric", "largest_speed_change_relative", "max_speed_change_relative"),
+    ("metric", "largest_angular_momentum_change_relative", "max_angular_momentum_change_relative"),
+    ("metric", "energy.largest_residual_relative", "energy.max_residual_relative"),
+    ("metric", "energy.largest_error_relative", "energy.max_error_relative"),
+    ("metric", "angular_momentum.largest_change_relative", "angular_momentum.max_change_relative"),
+];
+
 fn find(names: Renames, path: &str, old: &str) -> Option<&'static str> {
     let entry = names.iter().find(|(at, name, _)| *at == path && *name == old);
     entry.map(|(_, _, new)| *new)
@@ -71,6 +116,16 @@ fn find(names: Renames, path: &str, old: &str) -> Option<&'static str> {
 /// The new name of an old key of a table.
 pub(crate) fn key(table: &str, old: &str) -> Option<&'static str> {
     find(KEYS, table, old)
+}
+
+/// The new name of an old channel.
+pub(crate) fn channel(old: &str) -> Option<&'static str> {
+    find(NAMES, "channels", old)
+}
+
+/// The new name of an old metric.
+pub(crate) fn metric(old: &str) -> Option<&'static str> {
+    find(NAMES, "metric", old)
 }
 
 /// The new name of an old value of a key.
@@ -118,6 +173,14 @@ mod tests {
              [record]\nimages = 3 # <- frames\n",
         );
         names_every_new_name("[model.dem]\ntail = \"clamped\" # <- limit_damping = true\n");
+    }
+
+    #[test]
+    fn old_channels_and_metrics_are_reported_with_the_new_ones() {
+        names_every_new_name(
+            "[model.gas]\n[record]\nchannels = [\"ledger\"] # <- energy_balance\n\
+             [[checks]]\nmetric = \"hit_rate\" # <- wall_collision_rate\nminimum = 1\n",
+        );
     }
 
     #[test]

@@ -25,7 +25,7 @@ pub enum Stream {
     /// Materials of discs.
     Materials = 8,
     /// Positions of inserted discs.
-    Rain = 9,
+    Insertion = 9,
 }
 
 /// Seed of the manifest, and number of the replicate.

@@ -202,7 +202,7 @@ channels! {
 
     /// DEM: fluctuation of the velocities about their mean.
     DemTemperature on "/temperature" {
-        /// Half of the mean square of v - <v>, m^2/s^2.
+        /// Half of the mean square of v - `<v>`, m^2/s^2.
         granular_temperature_m2_per_s2: f64 [double] = "1",
         /// Square root of the granular temperature, m/s.
         thermal_speed_m_per_s: f64 [double] = "2",
@@ -214,9 +214,9 @@ channels! {
         measured_n_per_m: f64 [double] = "1",
         /// The same since the start.
         measured_since_start_n_per_m: f64 [double] = "2",
-        /// Formula (12) of the source document: N m <v>^2 / (2A).
+        /// Formula (12) of the source document: N m `<v>^2` / (2A).
         mean_speed_formula_n_per_m: f64 [double] = "3",
-        /// N m <v^2> / (2A).
+        /// N m `<v^2>` / (2A).
         mean_square_formula_n_per_m: f64 [double] = "4",
         /// Ideal gas law N k_B T / A with the temperature by the definition in use.
         ideal_gas_n_per_m: f64 [double] = "5",
@@ -232,9 +232,9 @@ channels! {
 
     /// Gas: temperature by both definitions, and the moments of the speed.
     GasTemperature on "/temperature" {
-        /// m <v>^2 / (2 k_B), K: the source document's equation (13).
+        /// m `<v>^2` / (2 k_B), K: the source document's equation (13).
         mean_speed_temperature_k: f64 [double] = "1",
-        /// m <v^2> / (2 k_B), K.
+        /// m `<v^2>` / (2 k_B), K.
         mean_square_temperature_k: f64 [double] = "2",
         /// Mean of |v|, m/s.
         mean_speed_m_per_s: f64 [double] = "3",
@@ -318,11 +318,11 @@ channels! {
 
     /// Packing: moments of the velocities.
     PackingTemperature on "/temperature" {
-        /// <v^2> = 2 kT/m: the quantity that the packing exercise calls temperature.
+        /// `<v^2>` = 2 kT/m: the quantity that the packing exercise calls temperature.
         mean_square_velocity: f64 [double] = "1",
-        /// <v^2>/2 = kT/m.
+        /// `<v^2>`/2 = kT/m.
         temperature: f64 [double] = "2",
-        /// <v^4>/(2 <v^2>^2) - 1: 0 for a Maxwell distribution.
+        /// `<v^4>`/(2 `<v^2>^2`) - 1: 0 for a Maxwell distribution.
         a2: f64 [double] = "3",
         /// Temperature over its initial value.
         temperature_over_initial: f64 [double] = "4",
@@ -364,7 +364,7 @@ channels! {
         event: Vec<u64> [uint64, repeated] = "1",
         /// Time of the event.
         time: Vec<f64> [double, repeated] = "2",
-        /// <v^2> after the event.
+        /// `<v^2>` after the event.
         mean_square_velocity: Vec<f64> [double, repeated] = "3",
         /// a2 after the event.
         a2: Vec<f64> [double, repeated] = "4",

@@ -1,7 +1,7 @@
 //! MCAP records of an untrusted file of known length. A length that exceeds the file is rejected, and memory is filled only by
 //! bytes that were read.
 //!
-//! Layout of the records: <https://mcap.dev/spec>.
+//! Layout of the records: `<https://mcap.dev/spec>`.
 
 use prost::bytes::Bytes;
 use std::collections::BTreeMap;

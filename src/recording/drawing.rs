@@ -46,7 +46,7 @@ pub enum Shape {
     },
 }
 
-/// The shapes of a `foxglove.SceneUpdate` as [`crate::scene`] makes them, in its order; `None` for bytes that are no such
+/// The shapes of a `foxglove.SceneUpdate` as the recorder writes them, in its order; `None` for bytes that are no such
 /// message.
 #[must_use]
 pub fn read_shapes(payload: &[u8]) -> Option<Vec<Shape>> {

@@ -22,7 +22,7 @@ pub struct Definition {
 macro_rules! definitions {
     ($($constant:ident: $name:literal, $unit:literal, $how:literal, [$($law:expr),*], $rounding:literal;)+) => {
         $(
-            #[doc = concat!("`", $name, "`: ", $how, ".")]
+            #[doc = concat!("`", $name, "`: `", $how, "`.")]
             pub const $constant: &$crate::metric::definition::Definition = &$crate::metric::definition::Definition {
                 name: $name,
                 unit: $unit,

@@ -57,7 +57,7 @@ impl Insertion {
             interval: if steps > 0 { steps } else { 1 },
             waiting: discs.rev().collect(),
             entered: 0,
-            generator: seed.stream(Stream::Rain),
+            generator: seed.stream(Stream::Insertion),
         })
     }
 

@@ -192,7 +192,7 @@ fn push_force(contact: &Contact, line: &ContactLine, forces: &mut DemContactForc
     }
 }
 
-/// Half the mean square of v - <v>, and its root.
+/// Half the mean square of v - `<v>`, and its root.
 fn temperature(velocities: &[[f64; 2]]) -> DemTemperature {
     let count = Ord::max(velocities.len(), 1) as f64;
     let mean = velocities.iter().fold([0.0, 0.0], |sum, v| [sum[0] + v[0], sum[1] + v[1]]);

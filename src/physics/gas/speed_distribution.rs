@@ -26,7 +26,7 @@ pub enum InitialSpeeds {
     },
     /// Maxwell distribution in two dimensions.
     Maxwell {
-        /// <v^2> of the distribution, m^2/s^2; that of the sample differs.
+        /// `<v^2>` of the distribution, m^2/s^2; that of the sample differs.
         mean_square: f64,
     },
     /// One speed for all particles.
@@ -61,7 +61,7 @@ impl InitialSpeeds {
     }
 }
 
-/// Maxwell distribution of the speeds in two dimensions, f(v) = 2 v / <v^2> exp(-v^2 / <v^2>), s/m; 0 for a gas at rest.
+/// Maxwell distribution of the speeds in two dimensions, f(v) = 2 v / `<v^2>` exp(-v^2 / `<v^2>`), s/m; 0 for a gas at rest.
 #[must_use]
 pub fn maxwell_density(speed: f64, mean_square: f64) -> f64 {
     if mean_square > 0.0 {

@@ -1,6 +1,6 @@
 //! Event-driven hard discs: discs of mass 1 fly freely in a box and collide with each other and with the walls.
 //!
-//! Start reading here: `motion` has the rules of motion, and [`Engine::step`](engine::Engine::step) executes one event. The
+//! Start reading here: `motion` has the rules of motion, and `Engine::step` executes one event. The
 //! other files, in reading order:
 //!
 //! - data: `domain` (box and collision parameters), `disc`, `events`, `collision`, `contact`, `growth`, `clock`;
@@ -12,7 +12,7 @@
 //! Invariant: the trajectory depends on the manifest and the seed only, not on observation, checkpoints, the step budget or
 //! the instruction set.
 //!
-//! The mean velocity of a random start is subtracted, unless there is only one disc; therefore, the initial <v²> is
+//! The mean velocity of a random start is subtracted, unless there is only one disc; therefore, the initial `<v²>` is
 //! 2 (1 − 1/n) times the variance of a component. Walls do not conserve momentum: it fluctuates about zero later on.
 
 mod cells;

@@ -30,12 +30,12 @@ impl VelocityMoments {
         moments
     }
 
-    /// <v²> = 2 k T/m in two dimensions: what the packing exercise calls temperature.
+    /// `<v²>` = 2 k T/m in two dimensions: what the packing exercise calls temperature.
     pub(super) fn mean_square_speed(&self) -> f64 {
         self.second / self.count
     }
 
-    /// a2 = <v⁴> / (2 <v²>²) − 1 (packing exercise, `calculate_averages`); 0 if all discs are at rest.
+    /// a2 = `<v⁴>` / (2 `<v²>`²) − 1 (packing exercise, `calculate_averages`); 0 if all discs are at rest.
     pub(super) fn a2(&self) -> f64 {
         if self.second > 0.0 {
             0.5 * self.count * self.fourth / (self.second * self.second) - 1.0

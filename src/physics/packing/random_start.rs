@@ -42,7 +42,7 @@ pub(super) fn random_radii(config: &PackingConfig, seed: Seed) -> Vec<f64> {
         .collect()
 }
 
-/// Packing fraction n π <r²> / (lx ly).
+/// Packing fraction n π `<r²>` / (lx ly).
 pub(super) fn packing_fraction(config: &PackingConfig, radii: &[f64]) -> f64 {
     covered_area(radii) / (config.width.get() * config.height.get())
 }

@@ -95,7 +95,7 @@ pub fn walls_are_smooth(config: &DemConfig) -> bool {
     materials.all(|material| smooth(&material.name, material.constants.friction))
 }
 
-/// Haff's 1/tau, 1/s, of equal frictionless discs at a granular temperature T0 = <v^2>/2.
+/// Haff's 1/tau, 1/s, of equal frictionless discs at a granular temperature T0 = `<v^2>`/2.
 #[must_use]
 pub fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<f64> {
     let DiscRadius::Equal(radius) = config.radius_m else { return None };

@@ -36,7 +36,7 @@ pub struct Inputs<'a> {
     pub(crate) time_s: f64,
     /// The state of the last frame.
     pub(crate) state: Option<&'a StateTable>,
-    /// <v^2> of the last frame, m^2/s^2; `None` for several masses.
+    /// `<v^2>` of the last frame, m^2/s^2; `None` for several masses.
     pub(crate) mean_square: Option<f64>,
     /// Time, s, and mean pressure since the start, N/m.
     pub(crate) pressures: &'a Series<(f64, f64)>,

@@ -65,7 +65,7 @@ pub const fn share_inside_later(places: PositionDistribution) -> f64 {
     }
 }
 
-/// H of Maxwell's distribution, -ln(pi e <v^2>), velocities in m/s.
+/// H of Maxwell's distribution, -ln(pi e `<v^2>`), velocities in m/s.
 #[must_use]
 pub fn least_h(mean_square_m2_per_s2: f64) -> f64 {
     -(PI * mean_square_m2_per_s2).ln() - 1.0

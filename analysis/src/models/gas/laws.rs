@@ -91,7 +91,7 @@ pub fn temperature_k(config: &GasConfig) -> Option<f64> {
     }
 }
 
-/// <v>^2 / <v^2> of the initial speed distribution, or of the list of speeds.
+/// `<v>^2` / `<v^2>` of the initial speed distribution, or of the list of speeds.
 #[must_use]
 pub fn mean_squared_over_mean_square(config: &GasConfig) -> f64 {
     if !config.speeds_m_per_s.is_empty() {
@@ -105,7 +105,7 @@ pub fn mean_squared_over_mean_square(config: &GasConfig) -> f64 {
     }
 }
 
-/// <v> and <v^2> of the list of speeds, which is assigned cyclically, m/s and m^2/s^2.
+/// `<v>` and `<v^2>` of the list of speeds, which is assigned cyclically, m/s and m^2/s^2.
 fn moments_of_list(config: &GasConfig) -> (f64, f64) {
     let count = config.particles.get() as usize;
     let given = || config.speeds_m_per_s.iter().map(|speed| speed.get()).cycle().take(count);
@@ -119,7 +119,7 @@ pub fn has_several_masses(config: &GasConfig) -> bool {
     !config.additional_masses_kg.is_empty()
 }
 
-/// Initial effusion rate through an opening of width w, N <v> w / (pi A): a flux n <v> / pi per meter of wall.
+/// Initial effusion rate through an opening of width w, N `<v>` w / (pi A): a flux n `<v>` / pi per meter of wall.
 #[must_use]
 pub fn effusion_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> Option<f64> {
     let width = config.orifice_width_m?.get();
@@ -129,9 +129,9 @@ pub fn effusion_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> Optio
 /// Moments of the initial speeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedMoments {
-    /// <v>, m/s.
+    /// `<v>`, m/s.
     pub mean_m_per_s: f64,
-    /// <v^2>, m^2/s^2.
+    /// `<v^2>`, m^2/s^2.
     pub mean_square_m2_per_s2: f64,
 }
 
@@ -170,20 +170,20 @@ pub fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
     }
 }
 
-/// N m <v^2> / (2A), N/m. With <v>^2 instead of <v^2>, it is formula (12) of the gas exercise.
+/// N m `<v^2>` / (2A), N/m. With `<v>^2` instead of `<v^2>`, it is formula (12) of the gas exercise.
 #[must_use]
 pub fn pressure_n_per_m(config: &GasConfig, mean_square_m2_per_s2: f64) -> f64 {
     f64::from(config.particles.get()) * config.mass_kg.get() * mean_square_m2_per_s2
         / (2.0 * area_m2(config))
 }
 
-/// m <v^2> / (2 k_B), K. With <v>^2 instead of <v^2>, it is equation (13) of the gas exercise.
+/// m `<v^2>` / (2 k_B), K. With `<v>^2` instead of `<v^2>`, it is equation (13) of the gas exercise.
 #[must_use]
 pub fn temperature_of_k(config: &GasConfig, mean_square_m2_per_s2: f64) -> f64 {
     config.mass_kg.get() * mean_square_m2_per_s2 / (2.0 * boltzmann_j_per_k(config))
 }
 
-/// Wall collisions per second of all particles, 2 N <v> / (pi R).
+/// Wall collisions per second of all particles, 2 N `<v>` / (pi R).
 #[must_use]
 pub fn wall_collision_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> f64 {
     2.0 * f64::from(config.particles.get()) * mean_speed_m_per_s / (PI * config.radius_m.get())
@@ -213,7 +213,7 @@ mod tests {
     }
 
     /// Source: 50-digit arithmetic. Setup: T = 300 K, m = 1e-26 kg, N = 1000, r = 1 m, CODATA 1986; for uniform speeds,
-    /// <v> is sqrt(3)/2 of v_rms.
+    /// `<v>` is sqrt(3)/2 of v_rms.
     #[test]
     fn moments_and_pressure_at_300_k() {
         let mut config = GasConfig {

@@ -24,7 +24,7 @@ use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 struct SpeedMeans {
     mean_m_per_s: f64,
     mean_square_m2_per_s2: f64,
-    /// |<v>|, m/s.
+    /// |`<v>`|, m/s.
     drift_m_per_s: f64,
 }
 
@@ -86,7 +86,7 @@ impl GasRun {
         }
     }
 
-    /// <v^2> of the last frame, m^2/s^2.
+    /// `<v^2>` of the last frame, m^2/s^2.
     pub(crate) fn mean_square(&self) -> Option<f64> {
         self.speeds().map(|speeds| speeds.mean_square_m2_per_s2)
     }
@@ -124,7 +124,7 @@ impl GasRun {
         self.keeps_energy() && !law::has_several_masses(&self.config)
     }
 
-    /// Pressure of discs, N/m, from <v^2> and the virial of their collisions.
+    /// Pressure of discs, N/m, from `<v^2>` and the virial of their collisions.
     fn pressure_by_virial(&self, mean_square_m2_per_s2: f64) -> Option<f64> {
         let (_, _, virial) = self.kinetics.pairs.last()?;
         let radius = self.config.radius_m.get();

@@ -110,9 +110,9 @@ pub struct Equilibrium {
 pub struct DiscSizes {
     /// Packing fraction f.
     pub packing_fraction: f64,
-    /// Mean radius <r>.
+    /// Mean radius `<r>`.
     pub mean_radius: f64,
-    /// x = <r>^2/<r^2>; 1 for equal discs.
+    /// x = `<r>^2/<r^2>`; 1 for equal discs.
     pub squared_mean_over_mean_square: f64,
 }
 
@@ -127,7 +127,7 @@ impl DiscSizes {
         }
     }
 
-    /// Mean contact value g_ij = 1/(1 - f) + (9/16) f/(1 - f)^2 (2 s_i s_j/(s_i + s_j)) <s>/<s^2> over all pairs of
+    /// Mean contact value g_ij = 1/(1 - f) + (9/16) f/(1 - f)^2 (2 s_i s_j/(s_i + s_j)) `<s>/<s^2>` over all pairs of
     /// diameters s, weighted by the collision cross section s_i + s_j (Santos, Yuste and López de Haro 1999 with
     /// Henderson's value for equal discs).
     #[must_use]
@@ -136,7 +136,7 @@ impl DiscSizes {
         (1.0 + 9.0 / 16.0 * x * f / (1.0 - f)) / (1.0 - f)
     }
 
-    /// Mean distance of centers in a collision, <s_ij^2 g_ij>/<s_ij g_ij> with s_ij = (s_i + s_j)/2 and the contact
+    /// Mean distance of centers in a collision, `<s_ij^2 g_ij>/<s_ij g_ij>` with s_ij = (s_i + s_j)/2 and the contact
     /// values of [`DiscSizes::contact_value`].
     #[must_use]
     pub fn collision_diameter(&self) -> f64 {
@@ -146,7 +146,7 @@ impl DiscSizes {
     }
 
     /// Mean radius of the discs at a wall. Large discs collide with it more often, with g = 1/(1 - f) + (9/8) f/(1 -
-    /// f)^2 s <s>/<s^2>, the contact value with an infinitely large disc.
+    /// f)^2 s `<s>/<s^2>`, the contact value with an infinitely large disc.
     fn radius_at_walls(&self) -> f64 {
         let x = self.squared_mean_over_mean_square;
         let crowding = 9.0 / 8.0 * self.packing_fraction / (1.0 - self.packing_fraction);
@@ -205,7 +205,7 @@ pub fn packing_fraction(config: &PackingConfig) -> f64 {
 ///
 /// The pressure is that of Henderson and of Santos, Yuste and López de Haro, with three corrections for a small box:
 /// - Walls exclude the centers within one radius, so the bulk is denser than n/A. The line tension at a wall is
-///   kT rho <r> [1/(1 - f) + (1 - 8/(3 pi)) f]: scaled-particle theory, made exact to second order in the density for equal
+///   kT rho `<r>` [1/(1 - f) + (1 - 8/(3 pi)) f]: scaled-particle theory, made exact to second order in the density for equal
 ///   discs. It determines the number of discs missing per unit length of wall, and the force on a wall of length l,
 ///   P l - 2 tension.
 /// - The number n is fixed: a function y of the density is lower by y'' rho S/(2A) than for fluctuating n,
@@ -347,7 +347,7 @@ mod tests {
         assert!((z - 2.10804).abs() < 3.0 * 2.0e-3 + 0.005 * 1.108, "{z}");
     }
 
-    /// Source: event-driven runs of 3000 n events in a box of 40 x 40, radii uniform in [0.4, 1.6]: f, <r> and x of the
+    /// Source: event-driven runs of 3000 n events in a box of 40 x 40, radii uniform in [0.4, 1.6]: f, `<r>` and x of the
     /// drawn radii, then Z and the pair and wall collision rates over sqrt(kT/m), each with its standard error.
     /// Tolerance: in addition 0.5 % of Z - 1 and of the rates. Control: equal discs with the same packing fraction.
     #[test]

@@ -27,9 +27,9 @@ pub struct VelocityMoments {
     pub events: f64,
     /// Simulated time.
     pub time: f64,
-    /// <v^2>/2 = kT/m.
+    /// `<v^2>`/2 = kT/m.
     pub temperature: f64,
-    /// <v^4> / (2 <v^2>^2) - 1.
+    /// `<v^4>` / (2 `<v^2>^2`) - 1.
     pub a2: f64,
 }
 
@@ -236,7 +236,7 @@ impl PackingRun {
         given.or(self.sizes.map(|sizes| sizes.packing_fraction))
     }
 
-    /// Time average of sqrt(kT/m) between frames, kT/m = <v^2>/2.
+    /// Time average of sqrt(kT/m) between frames, kT/m = `<v^2>`/2.
     fn mean_thermal_speed(&self) -> Option<f64> {
         let (area, length) = (self.thermal_speed.0.value(), self.thermal_speed.1.value());
         (length > 0.0).then(|| area / length)
@@ -459,7 +459,7 @@ fn mean_while_cooling(before: f64, after: f64) -> f64 {
     before * after * (before / after).ln() / (before - after)
 }
 
-/// <v^2> and a2 of a state; `None` without velocities.
+/// `<v^2>` and a2 of a state; `None` without velocities.
 fn moments_of(state: &StateTable) -> Option<(f64, f64)> {
     let index = |name: &str| state.columns().iter().position(|column| column == name);
     let (vx, vy, count) = (index("vx")?, index("vy")?, state.rows() as f64);
