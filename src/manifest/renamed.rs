@@ -29,6 +29,7 @@ const KEYS: Renames = &[
     ("model.gas", "centre_m", "center_m"),
     ("model.packing", "polydispersity", "radius_half_width"),
     ("model.packing", "compression_pressure", "target_reduced_pressure"),
+    ("runs", "content_key", "run_key"),
     ("record", "drawn_particles", "max_drawn_particles"),
     ("record", "playback_rate", "playback_fps"),
 ];

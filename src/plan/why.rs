@@ -162,7 +162,7 @@ fn unusable(path: &Path) -> Option<String> {
 
 fn changes(earlier: &Contents, run: &PlannedRun) -> Vec<String> {
     match earlier {
-        Contents::OtherSchema(found) => vec![format!("layout version: {found} → {SCHEMA_VERSION}")],
+        Contents::OtherSchema(found) => vec![format!("schema version: {found} → {SCHEMA_VERSION}")],
         Contents::Readable { manifest, physics_version: before } => {
             let now = kind_of(&run.run.manifest.model).physics_version;
             let version = (*before != now).then(|| format!("physics version: {before} → {now}"));

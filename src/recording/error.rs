@@ -152,13 +152,13 @@ impl fmt::Display for ReadError {
             ReadFault::Foreign => {
                 return write!(
                     formatter,
-                    "{path} is an MCAP file, but no recording of this program. Name a recording that run-experiment wrote"
+                    "{path} is an MCAP file, but not a recording of this program. Name a recording that run-experiment wrote"
                 );
             }
             ReadFault::OtherSchema { found } => {
                 return write!(
                     formatter,
-                    "{path} has layout version {found}; this program reads version {}. Use the program that wrote it",
+                    "{path} has schema version {found}; this program reads version {}. Run its manifest again, or use the program that wrote it",
                     crate::channels::SCHEMA_VERSION
                 );
             }

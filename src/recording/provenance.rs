@@ -1,5 +1,6 @@
 //! Provenance and outcome of a recording: two metadata records, defined once for writer and reader.
 
+use crate::channels::SCHEMA_VERSION;
 use std::collections::BTreeMap;
 
 /// Name of the attachment that holds the canonical manifest.
@@ -84,18 +85,28 @@ impl Provenance {
         ])
     }
 
-    /// Decodes the record; `None` if a value is missing or is not a number.
+    /// Decodes the record; `None` if a value is missing or is not a number. For another schema version, only the version is
+    /// required, because its other values may have other names.
     pub(crate) fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
+        let schema_version = metadata.get("schema_version")?.parse().ok()?;
+        let is_current = schema_version == SCHEMA_VERSION;
+        let text = |key: &str| match metadata.get(key) {
+            None if !is_current => Some(String::new()),
+            value => value.cloned(),
+        };
         Some(Self {
-            program_version: metadata.get("program_version")?.clone(),
-            model: metadata.get("model")?.clone(),
+            program_version: text("program_version")?,
+            model: text("model")?,
             physics_version: metadata.get("physics_version")?.parse().ok()?,
-            schema_version: metadata.get("schema_version")?.parse().ok()?,
-            run_key: metadata.get("run_key")?.clone(),
-            time_unit: metadata.get("time_unit")?.clone(),
-            playback_fps: metadata.get("playback_fps")?.parse().ok()?,
-            state_columns: words(metadata.get("state_columns")?),
-            state_units: words(metadata.get("state_units")?),
+            schema_version,
+            run_key: text("run_key")?,
+            time_unit: text("time_unit")?,
+            playback_fps: match text("playback_fps")?.parse() {
+                Err(_) if !is_current => 1.0,
+                parsed => parsed.ok()?,
+            },
+            state_columns: words(&text("state_columns")?),
+            state_units: words(&text("state_units")?),
             outcome: None,
         })
     }

@@ -100,7 +100,7 @@ fn versions_and_damaged_files_are_reasons() {
     forge("schema_version", "77".to_owned());
     fs::rename(&recording, folder.path().join("aside.mcap")).unwrap();
     let asked = why(folder.path(), GAS, &[]);
-    let expected = format!("    layout version: 77 → {}\n", provenance.schema_version);
+    let expected = format!("    schema version: 77 → {}\n", provenance.schema_version);
     assert!(asked.ends_with(&expected), "{asked}");
 
     let bytes = fs::read(folder.path().join("aside.mcap")).unwrap();

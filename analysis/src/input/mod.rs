@@ -187,7 +187,7 @@ impl RecordingFolder {
             Err(diagnostics) => {
                 let path = path.display();
                 self.unreadable.push(format!(
-                    "{path} does not read: its recordings are taken without it, and its checks are not judged. Run the experiment again to write it anew\n{diagnostics}"
+                    "{path} cannot be read: its recordings are analyzed without it, and its checks are not evaluated. Run the experiment again to write it again\n{diagnostics}"
                 ));
             }
         }

@@ -9,6 +9,7 @@
 use crate::sample::{fill, header, read, read_on, record};
 use kinetoscope_recording::reader::{RecordedFrame, Recording};
 use kinetoscope_recording::recorder::{Clock, Compression, Outcome, Recorder, Selection};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
@@ -227,7 +228,7 @@ fn files_of_other_programs_are_identified() {
     writer.finish().unwrap();
     drop(writer);
     let (_, error) = read(&foreign, &path);
-    assert!(error.unwrap().contains("no recording of this program"));
+    assert!(error.unwrap().contains("not a recording of this program"));
     let missing = Recording::open(&folder.path().join("missing.mcap")).unwrap_err();
     assert!(missing.to_string().contains("missing.mcap"));
 }
@@ -273,4 +274,36 @@ fn interrupted_run_opens_with_its_outcome() {
             .unwrap();
     let (frames, error) = read(&bytes, &path);
     assert_eq!((frames.len(), error), (3, None));
+}
+
+#[test]
+fn recording_of_schema_1_is_rejected_with_both_versions() {
+    // The metadata of schema 1, with its names of keys.
+    let metadata = BTreeMap::from([
+        ("content_key".to_owned(), "0".to_owned()),
+        ("playback_rate".to_owned(), "25".to_owned()),
+        ("program_version".to_owned(), "0.1.0".to_owned()),
+        ("physics_version".to_owned(), "2".to_owned()),
+        ("schema_version".to_owned(), "1".to_owned()),
+    ]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("old.mcap");
+    let mut writer = mcap::WriteOptions::new()
+        .library("kinetoscope")
+        .create(std::fs::File::create(&path).unwrap())
+        .unwrap();
+    let attachment = mcap::Attachment {
+        log_time: 0,
+        create_time: 0,
+        name: "manifest.toml".to_owned(),
+        media_type: "application/toml".to_owned(),
+        data: b"name = \"old\"\n".to_vec().into(),
+    };
+    writer.attach(&attachment).unwrap();
+    writer
+        .write_metadata(&mcap::records::Metadata { name: "kinetoscope".to_owned(), metadata })
+        .unwrap();
+    writer.finish().unwrap();
+    let error = Recording::open(&path).unwrap_err().to_string();
+    assert!(error.contains("has schema version 1; this program reads version 2"), "{error}");
 }
