@@ -103,7 +103,7 @@ impl RunProgress<'_> {
         self.bar.finish_and_clear();
         self.display.total.inc(1);
         if let Ok(RunReport { start: RunStart::Restarted(reason), .. }) = report {
-            self.display.line(&format!("{}: began anew, since {reason}", self.stem));
+            self.display.line(&format!("{}: restarted from scratch: {reason}", self.stem));
         }
         let wanted = match self.display.verbosity {
             Verbosity::Quiet => false,

@@ -99,9 +99,9 @@ macro_rules! channels {
 channels! {
     /// The clock of a frame: other messages join on `log_time`.
     FrameClock on "/frame" {
-        /// Index of the frame, 0 at the start.
+        /// Index of the frame; 0 is the start.
         frame: u64 [uint64] = "1",
-        /// Steps or events done so far.
+        /// Steps or events since the start.
         step_or_event_count: u64 [uint64] = "2",
         /// Simulated time in `time_unit`.
         time: f64 [double] = "3",
@@ -118,7 +118,7 @@ channels! {
         gravitational_j: f64 [double] = "2",
         /// Sum of k delta^2 / 2 over contacts, and the tangential springs, J.
         elastic_j: f64 [double] = "3",
-        /// Energy taken by dashpots, friction and rolling friction since the start, J.
+        /// Energy dissipated by dashpots, friction and rolling friction since the start, J.
         dissipated_j: f64 [double] = "4",
         /// Work done by the walls on the discs since the start, J; 0 for walls at rest.
         wall_work_j: f64 [double] = "5",
@@ -128,65 +128,65 @@ channels! {
         residual_j: f64 [double] = "7",
         /// Part of `elastic_j`: tangential and rolling springs, J.
         elastic_tangential_j: f64 [double] = "8",
-        /// Part of `dissipated_j`: taken by friction, J.
+        /// Part of `dissipated_j`: dissipated by friction, J.
         friction_j: f64 [double] = "9",
-        /// Part of `dissipated_j`: taken by rolling friction, J.
+        /// Part of `dissipated_j`: dissipated by rolling friction, J.
         rolling_j: f64 [double] = "10",
-        /// Energy that removed discs took along, J.
+        /// Energy of the removed discs, J.
         removed_j: f64 [double] = "11",
-        /// Energy that discs brought along that fell in, J.
+        /// Energy of the inserted discs, J.
         entered_j: f64 [double] = "12",
     }
 
-    /// DEM: the ledger as shares of the energy at the start and of discs that fell in, for plots.
+    /// DEM: the energy balance in percent of the initial and inserted energy, for plots.
     DemEnergyPercent on "/energy_percent" {
-        /// Percent of the energy at the start.
+        /// Percent of the initial and inserted energy.
         kinetic_percent: f64 [double] = "1",
-        /// Percent of the energy at the start.
+        /// Percent of the initial and inserted energy.
         gravitational_percent: f64 [double] = "2",
-        /// Percent of the energy at the start.
+        /// Percent of the initial and inserted energy.
         elastic_percent: f64 [double] = "3",
-        /// Percent of the energy at the start.
+        /// Percent of the initial and inserted energy.
         dissipated_percent: f64 [double] = "4",
-        /// Parts per million of the energy at the start.
+        /// Energy-balance error, parts per million of the initial and inserted energy.
         residual_ppm: f64 [double] = "5",
-        /// Work done by the walls on the discs since the start, percent of the energy at the start.
+        /// Work done by the walls on the discs since the start, percent of the initial and inserted energy.
         wall_work_percent: f64 [double] = "6",
-        /// Energy that removed discs took along, percent of the energy at the start.
+        /// Energy of the removed discs, percent of the initial and inserted energy.
         removed_percent: f64 [double] = "7",
     }
 
-    /// DEM: contacts now, and the deepest since the last frame.
+    /// DEM: number of contacts, and the maximum overlap since the last frame.
     DemContactStatistics on "/contact_statistics" {
         /// Touching pairs of discs.
         pair_contacts: u64 [uint64] = "1",
         /// Touching pairs of disc and wall.
         wall_contacts: u64 [uint64] = "2",
-        /// Mean number of contacts a disc.
+        /// Mean number of contacts per disc.
         coordination_number: f64 [double] = "3",
-        /// Largest overlap since the last frame, over the smaller radius of the pair.
+        /// Maximum overlap since the last frame, over the smaller radius of the pair.
         max_overlap_over_radius: f64 [double] = "4",
     }
 
-    /// DEM: the force of every contact, friction included, columns of equal length; first pairs of discs and contacts with walls, block
-    /// by block, in a fixed order.
+    /// DEM: the force of every contact, including friction, as columns of equal length: pairs of discs and contacts with walls,
+    /// block by block, in a fixed order.
     DemContactForces on "/contact_forces" {
         /// Center of a disc, x, m.
         from_x_m: Vec<f64> [double, repeated] = "1",
         /// Center of a disc, y, m.
         from_y_m: Vec<f64> [double, repeated] = "2",
-        /// Center of the disc that it touches, or of its image beyond a periodic side; of a wall the nearest point; x, m.
+        /// Center of the touching disc or of its periodic image; for a wall, its nearest point; x, m.
         to_x_m: Vec<f64> [double, repeated] = "3",
         /// The same, y, m.
         to_y_m: Vec<f64> [double, repeated] = "4",
-        /// Force on the first disc, x, N: the one that moves it on in the next step.
+        /// Force on the first disc, x, N: the force that moves it in the next step.
         force_x_n: Vec<f64> [double, repeated] = "5",
         /// Force on the first disc, y, N.
         force_y_n: Vec<f64> [double, repeated] = "6",
     }
 
-    /// DEM: forces of the walls on the discs, an entry a wall: left, right, floor, ceiling of the box (where it is not
-    /// periodic), then the manifest's walls.
+    /// DEM: forces of the walls on the discs, one entry per wall: left, right, floor and ceiling of the box (unless
+    /// periodic), then the walls of the manifest.
     DemWalls on "/wall_forces" {
         /// Mean force since the last frame, x, N; 0 in frame 0.
         mean_force_x_n: Vec<f64> [double, repeated] = "1",
@@ -196,7 +196,7 @@ channels! {
         work_j: Vec<f64> [double, repeated] = "3",
         /// Discs removed since the start.
         discs_removed: u64 [uint64] = "4",
-        /// Discs that fell in since the start.
+        /// Discs inserted since the start.
         discs_entered: u64 [uint64] = "5",
     }
 
@@ -208,13 +208,13 @@ channels! {
         thermal_speed_m_per_s: f64 [double] = "2",
     }
 
-    /// Gas: pressure of the wall, measured and by formula, N/m.
+    /// Gas: pressure on the wall, measured and by formula, N/m.
     GasPressure on "/pressure" {
         /// Normal impulse on the wall since the last frame over perimeter and time; 0 in frame 0.
         measured_n_per_m: f64 [double] = "1",
         /// The same since the start.
         measured_since_start_n_per_m: f64 [double] = "2",
-        /// Formula (12) of the source document: N m `<v>^2` / (2A).
+        /// Formula (12) of the gas exercise: N m `<v>^2` / (2A).
         mean_speed_formula_n_per_m: f64 [double] = "3",
         /// N m `<v^2>` / (2A).
         mean_square_formula_n_per_m: f64 [double] = "4",
@@ -232,44 +232,44 @@ channels! {
 
     /// Gas: temperature by both definitions, and the moments of the speed.
     GasTemperature on "/temperature" {
-        /// m `<v>^2` / (2 k_B), K: the source document's equation (13).
+        /// m `<v>^2` / (2 k_B), K: the gas exercise's equation (13).
         mean_speed_temperature_k: f64 [double] = "1",
         /// m `<v^2>` / (2 k_B), K.
         mean_square_temperature_k: f64 [double] = "2",
         /// Mean of |v|, m/s.
         mean_speed_m_per_s: f64 [double] = "3",
-        /// |mean of v|, m/s: near zero, and not the mean speed.
+        /// |mean of v|, m/s: near zero; not the mean speed.
         mean_velocity_m_per_s: f64 [double] = "4",
         /// Square root of the mean of v^2, m/s.
         rms_speed_m_per_s: f64 [double] = "5",
     }
 
-    /// Gas: what a run conserves.
+    /// Gas: conserved quantities.
     GasInvariants on "/energy" {
         /// Sum of m v^2 / 2, J.
         kinetic_j: f64 [double] = "1",
         /// Sum of m (x vy - y vx) about the center, J s.
         angular_momentum_j_s: f64 [double] = "2",
-        /// Largest relative change of one particle's speed since the start.
+        /// Maximum relative change of one particle's speed since the start.
         max_speed_change_relative: f64 [double] = "3",
-        /// Largest change of one particle's angular momentum since the start, over m r v of that particle.
+        /// Maximum change of one particle's angular momentum since the start, over m r v of that particle.
         max_angular_momentum_change_relative: f64 [double] = "4",
         /// Particles outside the wall.
         particles_outside: u64 [uint64] = "5",
     }
 
-    /// Gas: what changed the energy of the particles inside, each since the start.
+    /// Gas: contributions to the energy of the particles inside, each since the start.
     /// kinetic = kinetic at the start + work + heat + rescaling - escaped + residual.
     GasEnergyBalance on "/energy_balance" {
         /// Work that the moving wall has done on the gas, J: -u times the impulse on it.
         wall_work_j: f64 [double] = "1",
-        /// Heat from a wall with a temperature, J.
+        /// Heat from a thermal wall, J.
         wall_heat_j: f64 [double] = "2",
         /// Energy added by setting temperatures on a schedule, J.
         rescaling_j: f64 [double] = "3",
         /// Energy carried away through the opening, J.
         escaped_j: f64 [double] = "4",
-        /// Error of the ledger over the energy at the start.
+        /// Energy-balance error over the initial energy.
         residual_relative: f64 [double] = "5",
         /// Radius of the container now, m.
         radius_m: f64 [double] = "6",
@@ -277,32 +277,32 @@ channels! {
         particles_escaped: u64 [uint64] = "7",
         /// Kinetic energy times area, over its value at the start: 1 for slow compression in two dimensions.
         energy_times_area_over_initial: f64 [double] = "8",
-        /// Mean of ln(f/f_Maxwell) over the histogram of the speeds, f_Maxwell of the same mean square: 0 for Maxwell's law, above it
-        /// for any other; Boltzmann's H above its least value.
+        /// Mean of ln(f/f_Maxwell) over the histogram of the speeds, with f_Maxwell of the same mean square: 0 for Maxwell's
+        /// distribution and positive for all others; Boltzmann's H minus its minimum.
         relative_entropy: f64 [double] = "9",
     }
 
-    /// Gas: hits of the wall, and of discs with one another.
+    /// Gas: collisions with the wall and between discs.
     GasCollisions on "/collisions" {
-        /// Hits of the wall since the start.
+        /// Wall collisions since the start.
         wall_collisions: u64 [uint64] = "1",
-        /// Hits of the wall since the last frame.
+        /// Wall collisions since the last frame.
         wall_collisions_since_last_frame: u64 [uint64] = "2",
         /// Collisions of two discs since the start; 0 for points.
         pair_collisions: u64 [uint64] = "3",
         /// Collisions of two discs since the last frame.
         pair_collisions_since_last_frame: u64 [uint64] = "4",
-        /// Sum over these collisions of distance times momentum handed over, since the start, J s: with the wall's part Clausius's virial.
+        /// Sum over pair collisions of distance times transferred momentum since the start, J s: the pair part of Clausius's virial.
         pair_virial_sum_j_s: f64 [double] = "5",
     }
 
-    /// Gas: histogram of the speeds beside the law that they were drawn from and Maxwell's.
+    /// Gas: histogram of the speeds, with their initial distribution and Maxwell's.
     GasSpeeds on "/speeds" {
         /// Centers of the bins, m/s.
         speed_m_per_s: Vec<f64> [double, repeated] = "1",
         /// Measured density, s/m.
         density: Vec<f64> [double, repeated] = "2",
-        /// Density of the speeds' own law at the start, s/m; 0 where that law is a single speed.
+        /// Density of the initial speed distribution, s/m; 0 if it is a single speed.
         initial_distribution: Vec<f64> [double, repeated] = "3",
         /// Maxwell's density at the same mean square, s/m.
         maxwell: Vec<f64> [double, repeated] = "4",
@@ -310,7 +310,7 @@ channels! {
         speed_over_rms: Vec<f64> [double, repeated] = "5",
         /// Measured density times the rms speed.
         density_times_rms: Vec<f64> [double, repeated] = "6",
-        /// Density of the speeds' own law at the start times the rms speed.
+        /// Density of the initial speed distribution times the rms speed.
         initial_distribution_times_rms: Vec<f64> [double, repeated] = "7",
         /// Maxwell's density times the rms speed.
         maxwell_times_rms: Vec<f64> [double, repeated] = "8",
@@ -358,7 +358,7 @@ channels! {
         wall_impulse: f64 [double] = "6",
     }
 
-    /// Packing: one entry a collision since the last frame, columns of equal length.
+    /// Packing: one entry per collision since the last frame, as columns of equal length.
     PerCollision on "/per_collision" {
         /// Number of the event, pair or wall, from 1; the entry with number 0 is the start.
         event: Vec<u64> [uint64, repeated] = "1",
@@ -370,8 +370,7 @@ channels! {
         a2: Vec<f64> [double, repeated] = "4",
     }
 
-    /// Orbit: energy of a unit mass, AU^2/day^2, and how far it went from the start. Of several bodies that of all over the
-    /// total mass.
+    /// Orbit: energy per unit mass, AU^2/day^2, and its drift. For several bodies, the total energy over the total mass.
     OrbitEnergy on "/energy" {
         /// v^2 / 2.
         specific_kinetic_energy_au2_per_day2: f64 [double] = "1",
@@ -417,11 +416,11 @@ channels! {
         aphelion_distance_au: f64 [double] = "15",
         /// Osculating period, days; NaN on an open orbit.
         period_days: f64 [double] = "16",
-        /// How often the force was asked for since the start.
+        /// Number of force evaluations since the start.
         force_evaluations: u64 [uint64] = "17",
     }
 
-    /// Orbit of several bodies: what the exact motion keeps beside the energy, over the total mass.
+    /// Orbit of several bodies: conserved quantities in addition to the energy, over the total mass.
     OrbitConserved on "/conserved" {
         /// x component of sum m r x v / sum m, AU^2/day.
         specific_angular_momentum_x_au2_per_day: f64 [double] = "1",
@@ -431,13 +430,13 @@ channels! {
         specific_angular_momentum_z_au2_per_day: f64 [double] = "3",
         /// Length of its change since the start over sum m |r| |v| / sum m there, parts per million.
         specific_angular_momentum_change_ppm: f64 [double] = "4",
-        /// |sum m v| / sum m, AU/day: zero but for rounding.
+        /// |sum m v| / sum m, AU/day: zero except for rounding.
         specific_momentum_au_per_day: f64 [double] = "5",
-        /// Distance of the center of mass from the origin, AU: zero but for rounding.
+        /// Distance of the center of mass from the origin, AU: zero except for rounding.
         center_of_mass_au: f64 [double] = "6",
-        /// Smallest distance of two bodies, AU.
+        /// Minimum separation of two bodies, AU.
         min_separation_au: f64 [double] = "7",
-        /// How often the forces were asked for since the start.
+        /// Number of force evaluations since the start.
         force_evaluations: u64 [uint64] = "8",
     }
 }

@@ -64,7 +64,9 @@ pub enum RecordError {
     #[error("{0}. This is a defect of the program: please report it")]
     Declaration(String),
     /// The container rejected its input: a defect of the program.
-    #[error("the MCAP writer refused: {0}. This is a defect of the program: please report it")]
+    #[error(
+        "the MCAP writer rejected a record: {0}. This is a defect of the program: please report it"
+    )]
     Container(String),
 }
 

@@ -288,7 +288,11 @@ fn damaged_leftovers_are_reported_and_the_run_restarts() {
         fs::write(&path, bytes).unwrap();
         let done = workspace.run();
         assert!(done.status.success(), "{damaged}: {}", messages(&done));
-        assert!(messages(&done).contains("began anew, since"), "{damaged}: {}", messages(&done));
+        assert!(
+            messages(&done).contains("restarted from scratch: "),
+            "{damaged}: {}",
+            messages(&done)
+        );
         assert!(fs::read(workspace.recording().unwrap()).unwrap() == reference, "{damaged}");
     }
 }

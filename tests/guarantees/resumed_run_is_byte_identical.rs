@@ -198,7 +198,7 @@ fn kill_and_compare(kills_per_model: u32, seed: u64) -> (u32, u32) {
             }
             let (said, bytes) = bench.finish(&output);
             resumed += u32::from(said.contains("from frame"));
-            assert!(!said.contains("began anew"), "{name}: {said}");
+            assert!(!said.contains("restarted from scratch"), "{name}: {said}");
             assert!(bytes == reference, "{name}: the bytes differ in round {round}");
             fs::remove_dir_all(bench.folder.path().join(&output)).unwrap();
             round += 1;

@@ -55,7 +55,7 @@ impl Baseline {
     /// # Errors
     /// A text that is not a `metrics.json`, or one of another schema, with the user's next step.
     pub fn read(text: &str) -> Result<Self, String> {
-        let again = "write it anew with this version of analyze-recordings";
+        let again = "write it again with this version of analyze-recordings";
         let read: Self = serde_json::from_str(text)
             .map_err(|error| format!("is no metrics.json ({error}): {again}"))?;
         if read.schema == SCHEMA {

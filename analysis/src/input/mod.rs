@@ -220,7 +220,7 @@ impl RecordingFolder {
             let missing = record.runs.len() - self.files.len();
             if missing > 0 {
                 self.notes.push(format!(
-                    "{missing} of {} runs have no finished recording yet: run the experiment again to go on",
+                    "{missing} of {} runs have no finished recording yet: run the experiment again to resume",
                     record.runs.len()
                 ));
             }

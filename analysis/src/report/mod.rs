@@ -255,7 +255,7 @@ fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<Ti
         Err(error) => format!("is no timing table: {error}"),
     };
     notes.push(format!(
-        "{} {complaint}; not shown. run-experiment --time --output writes it anew",
+        "{} {complaint}; not shown. `kinetoscope benchmark --output` writes it again",
         path.display()
     ));
     None

@@ -48,7 +48,7 @@ fn energy_balance(run: &DemRun) -> Plot {
         curve("residual", CurveStyle::Line, 5, residual),
     ];
     let (x, y) = (Axis::linear("time", "s"), Axis::linear("energy", "J"));
-    chart("energy_ledger", "Energy ledger", x, y, curves)
+    chart("energy_balance", "Energy balance", x, y, curves)
 }
 
 fn residual(run: &DemRun, start: f64) -> Plot {
@@ -58,7 +58,7 @@ fn residual(run: &DemRun, start: f64) -> Plot {
     let ends = [run.energy_balance.first(), run.energy_balance.last()];
     let theory = ends.into_iter().flatten().map(|entry| (entry.time_s, 0.0));
     let curves = vec![
-        curve("residual of the ledger", CurveStyle::Line, 0, drift),
+        curve("energy-balance error", CurveStyle::Line, 0, drift),
         curve("conservation of energy", CurveStyle::Theory, 6, theory),
     ];
     let y = Axis::linear("residual / energy at the start", "");
@@ -83,7 +83,7 @@ fn comparisons(run: &DemRun, start: f64) -> Vec<SharedCurve> {
         },
         SharedCurve {
             stem: "energy_residual_by_run".to_owned(),
-            title: "Size of the ledger's residual".to_owned(),
+            title: "Energy-balance error".to_owned(),
             x: Axis::linear("time", "s"),
             y: Axis::logarithmic("|residual| / energy at the start", ""),
             points: points(&|entry| (entry.balance_j() - first).abs()),

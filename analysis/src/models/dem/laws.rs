@@ -8,7 +8,7 @@ use kinetoscope_manifest::quantity::{Finite, NonNegative};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// Conservation of energy, including dissipated energy and wall work.
-pub const ENERGY_LEDGER: Law = Law {
+pub const ENERGY_BALANCE: Law = Law {
     statement: "kinetic + gravitational + elastic + dissipated - wall work is constant",
     source: "conservation of energy; what is left is the integrator's",
 };

@@ -81,7 +81,7 @@ fn speeds(histogram: &GasSpeeds, particles: u32) -> Plot {
     // Zeros stand for a single initial speed, which has no density to draw.
     if histogram.initial_distribution.iter().any(|density| *density > 0.0) {
         let law = against(&histogram.initial_distribution);
-        curves.push(curve("law of the start", CurveStyle::Theory, 1, law));
+        curves.push(curve("initial distribution", CurveStyle::Theory, 1, law));
     }
     curves.push(curve("Maxwell, same <v²>", CurveStyle::Theory, 2, against(&histogram.maxwell)));
     let (x, y) = (Axis::linear("speed", "m/s"), Axis::linear("density", "s/m"));

@@ -40,7 +40,7 @@ pub const ADIABATIC: Law = Law {
     source: "adiabatic exponent 2 in two dimensions",
 };
 /// Energy balance.
-pub const LEDGER: Law = Law {
+pub const ENERGY_BALANCE: Law = Law {
     statement: "energy = energy at the start + work + heat + rescaling - escaped",
     source: "first law of thermodynamics",
 };

@@ -19,7 +19,7 @@ definitions! {
     SPEED_CHANGE: "max_speed_change_relative", "1", "/energy: largest of any particle and frame", [law::INVARIANTS], 1e-9;
     ANGULAR_MOMENTUM_CHANGE: "max_angular_momentum_change_relative", "1", "/energy: largest of any particle and frame, over m r v", [law::INVARIANTS], 1e-9;
     OUTSIDE: "particles_outside", "1", "/energy: most of any frame", [law::INVARIANTS], 0.0;
-    RESIDUAL: "energy.residual_relative", "1", "/energy_balance: energy-balance error over the initial energy", [law::LEDGER], 1e-9;
+    RESIDUAL: "energy.residual_relative", "1", "/energy_balance: energy-balance error over the initial energy", [law::ENERGY_BALANCE], 1e-9;
     EFFUSION_RATE: "effusion_rate", "1/s", "/energy_balance: escaped particles over time; error sqrt of their number", [law::EFFUSION], 0.0;
     ADIABATIC_INVARIANT: "adiabatic_invariant", "1", "/energy_balance: energy times area, last frame over the first", [law::ADIABATIC], 0.0;
     TEMPERATURE_THERMALISED: "temperature.thermalized", "K", "speeds of the last frame; error T / sqrt(N)", [law::THERMALISATION], 0.0;

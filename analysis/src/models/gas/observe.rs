@@ -254,7 +254,7 @@ impl GasRun {
 
 /// Metrics from the energy balance.
 impl GasRun {
-    fn ledger_measurements(&self, found: &mut Vec<Measurement>) {
+    fn energy_balance_measurements(&self, found: &mut Vec<Measurement>) {
         let Some(energy_balance) = &self.energy_balance else { return };
         found.push(
             Measurement::new(metric::RESIDUAL, energy_balance.residual_relative).against(0.0),
@@ -348,7 +348,7 @@ impl Observer for GasRun {
         found.extend(self.wall_collision_measurement());
         self.histogram_measurements(&mut found);
         self.invariant_measurements(&mut found);
-        self.ledger_measurements(&mut found);
+        self.energy_balance_measurements(&mut found);
         found.extend(self.kinetics.measurements(&Inputs {
             config: &self.config,
             time_s: self.time_s,
