@@ -247,7 +247,7 @@ impl Execution<'_> {
             let option = self.arguments.output.option_of_folder();
             let what = format!("cannot write to {}: {error}", plan.folder.display());
             Failure::new(Exit::Retryable, what)
-                .help(format!("make it writable, or choose another folder with {option} DIR"))
+                .help(format!("make it writable, or choose another folder with {option} DIR; then run the same command again"))
         })?;
         if let Some(depot) = depot {
             depot.put_all(plan, !self.is_task(), &|| interrupt.is_raised());
