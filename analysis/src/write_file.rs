@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
     "{} can't be written: {reason}. Make room or make it writable, or name another folder with --output DIR",
     path.display()
 )]
-pub struct WriteError {
+pub(crate) struct WriteError {
     path: PathBuf,
     reason: String,
 }
@@ -24,7 +24,7 @@ impl WriteError {
 ///
 /// # Errors
 /// A folder that cannot be created.
-pub fn create_folder(folder: &Path) -> Result<(), WriteError> {
+pub(crate) fn create_folder(folder: &Path) -> Result<(), WriteError> {
     std::fs::create_dir_all(folder).map_err(|error| WriteError::new(folder, error))
 }
 
@@ -32,7 +32,7 @@ pub fn create_folder(folder: &Path) -> Result<(), WriteError> {
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
+pub(crate) fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
     let mut name = path.file_name().unwrap_or_default().to_os_string();
     name.push(".new");
     let temporary = path.with_file_name(name);

@@ -12,10 +12,10 @@ const ROUNDING_SHARE: f64 = 1e-9;
 
 /// The metrics of an earlier analysis.
 #[derive(Debug, Deserialize)]
-pub struct Baseline {
+pub(crate) struct Baseline {
     schema: u32,
     /// The name of the experiment.
-    pub experiment: String,
+    pub(crate) experiment: String,
     metrics: Vec<BaselineMetric>,
 }
 
@@ -54,7 +54,7 @@ impl Baseline {
     ///
     /// # Errors
     /// A text that is not a `metrics.json`, or one of another schema, with the user's next step.
-    pub fn read(text: &str) -> Result<Self, String> {
+    pub(crate) fn read(text: &str) -> Result<Self, String> {
         let again = "write it again with this version of analyze-recordings";
         let read: Self = serde_json::from_str(text)
             .map_err(|error| format!("is no metrics.json ({error}): {again}"))?;
@@ -67,8 +67,7 @@ impl Baseline {
 
     /// Compares all metrics: one result per metric with a standard error or that is missing now, and one note per
     /// changed metric without a standard error.
-    #[must_use]
-    pub fn compare_all(&self, metrics: &[Metric]) -> (Vec<CheckResult>, Vec<String>) {
+    pub(crate) fn compare_all(&self, metrics: &[Metric]) -> (Vec<CheckResult>, Vec<String>) {
         let now: BTreeMap<MetricId, &Metric> =
             metrics.iter().map(|metric| (subject_of(metric), metric)).collect();
         let (mut check_results, mut notes) = (Vec::new(), Vec::new());

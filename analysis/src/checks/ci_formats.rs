@@ -5,18 +5,17 @@ use std::fmt::Write as _;
 
 /// The checks of one experiment.
 #[derive(Clone, Copy, Debug)]
-pub struct ExperimentChecks<'a> {
+pub(crate) struct ExperimentChecks<'a> {
     /// The experiment's name.
-    pub name: &'a str,
+    pub(crate) name: &'a str,
     /// The results of its checks.
-    pub check_results: &'a [CheckResult],
+    pub(crate) check_results: &'a [CheckResult],
     /// What could not be read, with reasons.
-    pub unreadable: &'a [String],
+    pub(crate) unreadable: &'a [String],
 }
 
 /// Formats check results as JUnit XML: one suite per experiment, one case per result, one error per unreadable file.
-#[must_use]
-pub fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
+pub(crate) fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n".to_owned();
     for experiment in experiments {
         let failed = experiment.check_results.iter().filter(|result| !result.passed).count();
@@ -51,8 +50,7 @@ pub fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
 }
 
 /// Formats failed checks and unreadable files as annotations of a GitHub workflow.
-#[must_use]
-pub fn github(experiments: &[ExperimentChecks<'_>]) -> String {
+pub(crate) fn github(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = String::new();
     for experiment in experiments {
         for result in experiment.check_results.iter().filter(|result| !result.passed) {
@@ -68,8 +66,7 @@ pub fn github(experiments: &[ExperimentChecks<'_>]) -> String {
 }
 
 /// Escapes text for XML. Characters that XML 1.0 does not allow become spaces.
-#[must_use]
-pub fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {

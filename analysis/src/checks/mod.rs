@@ -1,7 +1,7 @@
 //! Checks: compares metrics with the bounds of the manifest or a checks file.
 
-pub mod baseline;
-pub mod ci_formats;
+pub(crate) mod baseline;
+pub(crate) mod ci_formats;
 
 use crate::input::coordinates;
 use crate::metric::{Metric, MetricScope};
@@ -10,20 +10,20 @@ use std::collections::BTreeSet;
 
 /// The result of a check, or of a comparison with a baseline, for one metric.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CheckResult {
+pub(crate) struct CheckResult {
     /// Whether the check passed.
-    pub passed: bool,
+    pub(crate) passed: bool,
     /// What the metric was compared with.
-    pub kind: CheckKind,
+    pub(crate) kind: CheckKind,
     /// The metric and its scope.
-    pub subject: String,
+    pub(crate) subject: String,
     /// The measured value, the expected value, and the tolerance.
-    pub finding: String,
+    pub(crate) finding: String,
 }
 
 /// What a metric is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CheckKind {
+pub(crate) enum CheckKind {
     /// The bounds of a check in the manifest or in a checks file.
     Check,
     /// The metrics of an earlier analysis.
@@ -32,16 +32,14 @@ pub enum CheckKind {
 
 impl CheckResult {
     /// The result in one line.
-    #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         format!("{}: {}", self.subject, self.finding)
     }
 }
 
 /// Evaluates a check for every metric that it selects: fits and means over replicates if there are any, else each run.
 /// A check without a metric fails.
-#[must_use]
-pub fn evaluate(check: &Check, metrics: &[Metric]) -> Vec<CheckResult> {
+pub(crate) fn evaluate(check: &Check, metrics: &[Metric]) -> Vec<CheckResult> {
     let named: Vec<&Metric> =
         metrics.iter().filter(|metric| metric.name() == check.metric).collect();
     let selected: Vec<&Metric> =

@@ -5,7 +5,7 @@ mod gnuplot;
 #[cfg(feature = "parquet")]
 mod parquet;
 #[cfg(feature = "parquet")]
-pub mod sweep_table;
+pub(crate) mod sweep_table;
 mod tables;
 mod xyz;
 
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 /// A format of exported recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum ExportFormat {
+pub(crate) enum ExportFormat {
     /// One CSV table per topic: one line per particle and frame, or per frame
     Csv,
     /// The same tables as Parquet (requires a program built with `--features parquet`)
@@ -40,12 +40,12 @@ impl ExportFormat {
 }
 
 /// The error message for Parquet in a program without it.
-pub const NEEDS_PARQUET: &str = "this program was built without Parquet. Build one with it, \
+pub(crate) const NEEDS_PARQUET: &str = "this program was built without Parquet. Build one with it, \
     `cargo build --release --package kinetoscope-analysis --features parquet`, or write CSV";
 
 /// Why a recording was not exported as a whole.
 #[derive(Debug, thiserror::Error)]
-pub enum ExportError {
+pub(crate) enum ExportError {
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -59,7 +59,7 @@ pub enum ExportError {
 /// # Errors
 /// A file that cannot be written, or Parquet in a program without it. Unreadable recordings are skipped, because the
 /// analysis reports them.
-pub fn export(
+pub(crate) fn export(
     source: &RecordingFolder,
     format: ExportFormat,
     folder: &Path,

@@ -35,7 +35,7 @@ enum Column {
 ///
 /// # Errors
 /// A file or folder that cannot be written.
-pub fn write(metrics: &[Metric], folder: &Path) -> Result<usize, WriteError> {
+pub(crate) fn write(metrics: &[Metric], folder: &Path) -> Result<usize, WriteError> {
     let table = folder.join("metrics");
     let fresh = folder.join("metrics.new");
     let rows: Vec<Row<'_>> = metrics.iter().filter_map(row).collect();

@@ -4,16 +4,14 @@ use kinetoscope_manifest::Coordinate;
 use std::collections::BTreeMap;
 
 /// Formats coordinates, such as "temperature_k = 300, variant = Verlet"; empty for a single run.
-#[must_use]
-pub fn text(coordinates: &[Coordinate]) -> String {
+pub(crate) fn text(coordinates: &[Coordinate]) -> String {
     let parts =
         coordinates.iter().map(|place| format!("{} = {}", last_part(&place.key), place.value));
     parts.collect::<Vec<_>>().join(", ")
 }
 
 /// Formats coordinates for a curve's name: a variant by its name only.
-#[must_use]
-pub fn label(coordinates: &[Coordinate]) -> String {
+pub(crate) fn label(coordinates: &[Coordinate]) -> String {
     let parts = coordinates.iter().map(|place| match place.key.as_str() {
         "variant" => place.value.clone(),
         key => format!("{} = {}", last_part(key), place.value),
@@ -22,8 +20,7 @@ pub fn label(coordinates: &[Coordinate]) -> String {
 }
 
 /// Formats coordinates for a file name.
-#[must_use]
-pub fn file_part(coordinates: &[Coordinate]) -> String {
+pub(crate) fn file_part(coordinates: &[Coordinate]) -> String {
     let safe = |character: char| {
         if character.is_ascii_alphanumeric() || "._-=".contains(character) {
             character
@@ -41,19 +38,17 @@ pub fn file_part(coordinates: &[Coordinate]) -> String {
 }
 
 /// The last part of a dotted key.
-#[must_use]
-pub fn last_part(key: &str) -> &str {
+pub(crate) fn last_part(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
 
 /// All coordinates except that of a key.
-#[must_use]
-pub fn without(coordinates: &[Coordinate], key: &str) -> Vec<Coordinate> {
+pub(crate) fn without(coordinates: &[Coordinate], key: &str) -> Vec<Coordinate> {
     coordinates.iter().filter(|place| place.key != key).cloned().collect()
 }
 
 /// Groups items by coordinates, in order of first appearance.
-pub fn grouped<T>(
+pub(crate) fn grouped<T>(
     items: impl IntoIterator<Item = (Vec<Coordinate>, T)>,
 ) -> Vec<(Vec<Coordinate>, Vec<T>)> {
     let mut groups: Vec<(Vec<Coordinate>, Vec<T>)> = Vec::new();
@@ -72,8 +67,7 @@ pub fn grouped<T>(
 
 /// Derives coordinates from canonical manifests: the keys in which they differ, except the replicate and what is
 /// recorded.
-#[must_use]
-pub fn of_manifests(canonical: &[&str]) -> Vec<Vec<Coordinate>> {
+pub(crate) fn of_manifests(canonical: &[&str]) -> Vec<Vec<Coordinate>> {
     let tables: Vec<BTreeMap<String, String>> = canonical.iter().map(|text| keys(text)).collect();
     let mut differing: Vec<&String> = tables
         .iter()

@@ -4,17 +4,17 @@ use crate::metric::law::Law;
 
 /// The definition of a metric.
 #[derive(Debug, PartialEq)]
-pub struct Definition {
+pub(crate) struct Definition {
     /// The metric's name.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// The metric's unit; "1" for a fraction or ratio, empty for the model's own dimensionless unit.
-    pub unit: &'static str,
+    pub(crate) unit: &'static str,
     /// The source channel and the formula.
-    pub how: &'static str,
+    pub(crate) how: &'static str,
     /// The laws that give theoretical values; the run determines which of several applies.
-    pub laws: &'static [Law],
+    pub(crate) laws: &'static [Law],
     /// A deviation below this, in the metric's unit, is a rounding error.
-    pub rounding: f64,
+    pub(crate) rounding: f64,
 }
 
 /// Defines one constant per metric, and `ALL` with all of them: `CONSTANT: "name", "unit", "how it is derived", [laws],
@@ -23,7 +23,7 @@ macro_rules! definitions {
     ($($constant:ident: $name:literal, $unit:literal, $how:literal, [$($law:expr),*], $rounding:literal;)+) => {
         $(
             #[doc = concat!("`", $name, "`: `", $how, "`.")]
-            pub const $constant: &$crate::metric::definition::Definition = &$crate::metric::definition::Definition {
+            pub(crate) const $constant: &$crate::metric::definition::Definition = &$crate::metric::definition::Definition {
                 name: $name,
                 unit: $unit,
                 how: $how,
@@ -33,7 +33,7 @@ macro_rules! definitions {
         )+
 
         /// All definitions of this file, in its order.
-        pub const ALL: &[&$crate::metric::definition::Definition] = &[$($constant),+];
+        pub(crate) const ALL: &[&$crate::metric::definition::Definition] = &[$($constant),+];
     };
 }
 pub(crate) use definitions;

@@ -2,11 +2,11 @@
 
 /// A law of physics or of numerical mathematics that a metric is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Law {
+pub(crate) struct Law {
     /// The formula or the statement in one line.
-    pub statement: &'static str,
+    pub(crate) statement: &'static str,
     /// The literature or principle behind it.
-    pub source: &'static str,
+    pub(crate) source: &'static str,
 }
 
 impl std::fmt::Display for Law {
@@ -14,3 +14,15 @@ impl std::fmt::Display for Law {
         write!(formatter, "{} ({})", self.statement, self.source)
     }
 }
+
+/// Defines one constant per law: `CONSTANT: "statement", "source";`
+macro_rules! laws {
+    ($($constant:ident: $statement:literal, $source:literal;)+) => {
+        $(
+            #[doc = concat!("`", $statement, "` (", $source, ").")]
+            pub(crate) const $constant: $crate::metric::Law =
+                $crate::metric::Law { statement: $statement, source: $source };
+        )+
+    };
+}
+pub(crate) use laws;

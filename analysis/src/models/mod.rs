@@ -2,16 +2,16 @@
 //!
 //! To add a model, add its folder, its `mod` line here, and its line in [`registry::MODELS`].
 
-pub mod contract;
-pub mod figures;
-pub mod registry;
-pub mod series;
-pub mod snapshots;
+pub(crate) mod contract;
+pub(crate) mod figures;
+pub(crate) mod registry;
+pub(crate) mod series;
+pub(crate) mod snapshots;
 
-pub mod dem;
-pub mod gas;
-pub mod orbit;
-pub mod packing;
+pub(crate) mod dem;
+pub(crate) mod gas;
+pub(crate) mod orbit;
+pub(crate) mod packing;
 
 /// (x - reference) / |reference|.
 fn relative_change(x: f64, reference: f64) -> f64 {

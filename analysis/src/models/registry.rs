@@ -6,53 +6,65 @@ use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
 use crate::models::snapshots::Snapshots;
 use kinetoscope_manifest::model::ModelConfig;
 
-/// The analyses of all models, in the order of the metrics reference.
-pub const MODELS: &[&ModelAnalysis] =
-    &[&dem::ANALYSIS, &gas::ANALYSIS, &packing::ANALYSIS, &orbit::ANALYSIS];
+/// Defines the list of models and what depends on the type of a model's configuration.
+macro_rules! models {
+    ($($variant:ident => $model:ident),+ $(,)?) => {
+        /// The analyses of all models, in the order of the metrics reference.
+        pub(crate) const MODELS: &[&ModelAnalysis] = &[$(&$model::ANALYSIS),+];
 
-/// The analysis of the model with this name.
-#[must_use]
-pub fn of_model(name: &str) -> Option<&'static ModelAnalysis> {
+        /// The observer of a run, with snapshots at its start, at these times, and at its end.
+        pub(crate) fn observer(config: &ModelConfig, snapshots_at: &[f64]) -> Box<dyn PlottedObserver> {
+            let snapshots = Snapshots::at(snapshots_at);
+            match config {
+                $(ModelConfig::$variant(config) => $model::observer(config.clone(), snapshots),)+
+            }
+        }
+
+        /// Size of the particles and of their container.
+        pub(crate) fn extent(config: &ModelConfig) -> Extent {
+            match config {
+                $(ModelConfig::$variant(config) => $model::extent(config),)+
+            }
+        }
+    };
+}
+
+models! { Dem => dem, Gas => gas, Packing => packing, Orbit => orbit }
+
+fn of_model(name: &str) -> Option<&'static ModelAnalysis> {
     MODELS.iter().find(|model| model.name == name).copied()
 }
 
 /// The metrics of a model's runs; empty for an unknown name.
-#[must_use]
-pub fn metrics_of(name: &str) -> &'static [&'static Definition] {
+pub(crate) fn metrics_of(name: &str) -> &'static [&'static Definition] {
     of_model(name).map_or(&[], |model| model.metrics)
 }
 
 /// Whether runs of a model, or a sweep over them, can have a metric of this name.
-#[must_use]
 pub fn is_metric(model: &str, name: &str) -> bool {
     names_of(model).any(|known| known == name)
 }
 
 /// The metric whose name is nearest to a misspelled one, if one is near.
-#[must_use]
 pub fn nearest_metric(model: &str, name: &str) -> Option<&'static str> {
-    names_of(model)
-        .map(|known| (strsim::damerau_levenshtein(known, name), known))
-        .filter(|(distance, _)| *distance <= 1 + name.len() / 4)
+    nearest(names_of(model), name)
+}
+
+/// The name that is nearest to a misspelled one, if one is near.
+pub(crate) fn nearest<'a>(
+    names: impl Iterator<Item = &'a str>,
+    misspelled: &str,
+) -> Option<&'a str> {
+    names
+        .map(|name| (strsim::damerau_levenshtein(name, misspelled), name))
+        .filter(|(distance, _)| *distance <= 1 + misspelled.len() / 4)
         .min()
-        .map(|(_, known)| known)
+        .map(|(_, name)| name)
 }
 
 fn names_of(model: &str) -> impl Iterator<Item = &'static str> {
     let sweeps = of_model(model).map_or(&[][..], |model| model.sweep_metrics);
     metrics_of(model).iter().chain(sweeps).map(|definition| definition.name)
-}
-
-/// The observer of a run, with snapshots at its start, at these times, and at its end; `None` for an unregistered model.
-#[must_use]
-pub fn observer(config: &ModelConfig, snapshots_at: &[f64]) -> Option<Box<dyn PlottedObserver>> {
-    (of_model(config.name())?.observer)(config, Snapshots::at(snapshots_at))
-}
-
-/// Size of the particles and of their container.
-#[must_use]
-pub fn extent(config: &ModelConfig) -> Extent {
-    of_model(config.name()).and_then(|model| (model.extent)(config)).unwrap_or_default()
 }
 
 #[cfg(test)]

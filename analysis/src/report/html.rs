@@ -14,8 +14,7 @@ use std::collections::BTreeSet;
 const STYLE_SHEET: &str = include_str!("report.css");
 
 /// The page. `plots` are titles and SVG documents, in order.
-#[must_use]
-pub fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String {
+pub(crate) fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {

@@ -1,13 +1,13 @@
 //! Analysis of one experiment: runs its recordings' analyses, derives sweep metrics, evaluates checks, and collects
 //! plots.
 
-pub mod files;
-pub mod html;
-pub mod metric_files;
+pub(crate) mod files;
+pub(crate) mod html;
+pub(crate) mod metric_files;
 #[cfg(feature = "parquet")]
-pub mod metrics_parquet;
+pub(crate) mod metrics_parquet;
 mod metrics_reference;
-pub mod table;
+pub(crate) mod table;
 
 pub use metrics_reference::metrics_reference;
 
@@ -33,25 +33,25 @@ use std::thread::{self, available_parallelism};
 
 /// The analysis of one experiment.
 #[derive(Debug)]
-pub struct AnalysisReport {
+pub(crate) struct AnalysisReport {
     /// The experiment's name.
-    pub name: String,
+    pub(crate) name: String,
     /// The user's description; may be empty.
-    pub description: String,
+    pub(crate) description: String,
     /// The runs, in the order of the experiment.
-    pub runs: Vec<RunAnalysis>,
+    pub(crate) runs: Vec<RunAnalysis>,
     /// All metrics: fits, means over replicates, runs.
-    pub metrics: Vec<Metric>,
+    pub(crate) metrics: Vec<Metric>,
     /// The results of the checks.
-    pub check_results: Vec<CheckResult>,
+    pub(crate) check_results: Vec<CheckResult>,
     /// The plots, each with a unique file name.
-    pub plots: Vec<(String, Plot)>,
+    pub(crate) plots: Vec<(String, Plot)>,
     /// Notes for the user.
-    pub notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub unreadable: Vec<String>,
+    pub(crate) unreadable: Vec<String>,
     /// The run times, if `timing.json` is next to the recordings.
-    pub timing: Option<TimingTable>,
+    pub(crate) timing: Option<TimingTable>,
 }
 
 /// Maximum number of sweep points with plots of single runs.
@@ -61,15 +61,15 @@ const MAX_POINTS_SHOWN: usize = 6;
 
 /// Options of an analysis.
 #[derive(Clone, Debug, Default)]
-pub struct AnalysisOptions {
+pub(crate) struct AnalysisOptions {
     /// Checks in addition to the experiment's own.
-    pub checks: Vec<Check>,
+    pub(crate) checks: Vec<Check>,
     /// Times of snapshots in addition to start and end, in the model's unit.
-    pub snapshots_at: Vec<f64>,
+    pub(crate) snapshots_at: Vec<f64>,
     /// The cache of analyses.
-    pub cache: Option<AnalysisCache>,
+    pub(crate) cache: Option<AnalysisCache>,
     /// Whether all recordings are read, including cached ones.
-    pub fresh: bool,
+    pub(crate) fresh: bool,
 }
 
 /// One recording to be analyzed.
@@ -138,8 +138,7 @@ fn analyze_all(
 
 /// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
 /// draws them. Returns what could not be read, with reasons.
-#[must_use]
-pub fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<String> {
+pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<String> {
     let drawn = source.record.as_ref().map(drawn_files);
     let tasks: Vec<AnalysisTask> = source
         .open()
@@ -169,8 +168,7 @@ fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
 }
 
 /// Analyzes the recordings of one folder.
-#[must_use]
-pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
+pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
     let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
     let tasks: Vec<AnalysisTask> = source
         .open()
@@ -278,19 +276,22 @@ fn plots(
         all.push((name, plot));
     };
     for plot in sweep::figures::plots(points) {
-        add(plot.stem().to_owned(), plot);
+        add(plot.stem.clone(), plot);
     }
     let drawn: Vec<&RunAnalysis> =
         runs.iter().filter(|run| run.figures != Figures::default()).collect();
     for plot in sweep::figures::comparisons(&drawn) {
-        add(plot.stem().to_owned(), plot);
+        add(plot.stem.clone(), plot);
     }
     for run in drawn.iter().take(MAX_RUNS_DRAWN) {
         for plot in &run.figures.plots {
             let place = coordinates::file_part(&run.coordinates);
             let mut plot = plot.clone();
-            plot.add_to_title(&coordinates::label(&run.coordinates));
-            add(format!("{}{place}", plot.stem()), plot);
+            let label = coordinates::label(&run.coordinates);
+            if !label.is_empty() {
+                plot.title = format!("{}: {label}", plot.title);
+            }
+            add(format!("{}{place}", plot.stem), plot);
         }
     }
     if drawn.len() > MAX_RUNS_DRAWN {
@@ -309,28 +310,20 @@ impl AnalysisReport {
     }
 
     /// The checks and their results, for the formats of CI systems.
-    #[must_use]
-    pub fn checks(&self) -> ExperimentChecks<'_> {
+    pub(crate) fn checks(&self) -> ExperimentChecks<'_> {
         let Self { name, check_results, unreadable, .. } = self;
         ExperimentChecks { name, check_results, unreadable }
     }
 
     /// Compares the metrics with those of an earlier analysis.
-    pub fn compare(&mut self, baseline: &Baseline) {
+    pub(crate) fn compare(&mut self, baseline: &Baseline) {
         let (check_results, notes) = baseline.compare_all(&self.metrics);
         self.check_results.extend(check_results);
         self.notes.extend(notes);
     }
 
-    /// Whether all checks passed.
-    #[must_use]
-    pub fn holds(&self) -> bool {
-        self.check_results.iter().all(|result| result.passed)
-    }
-
     /// Formats the report for the terminal.
-    #[must_use]
-    pub fn text(&self, terminal: Terminal) -> String {
+    pub(crate) fn text(&self, terminal: Terminal) -> String {
         let mut text = String::new();
         let runs = match self.runs.len() {
             0 => "nothing readable".to_owned(),

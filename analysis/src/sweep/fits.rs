@@ -7,6 +7,7 @@ use crate::input::coordinates::{self, grouped, without};
 use crate::metric::{Definition, Metric, MetricScope, SweepScope};
 use crate::models::contract::{Fit, FitShape};
 use crate::models::registry::MODELS;
+use crate::plot::extremes;
 use crate::statistics::{least_squares_line, mean_of_independent, power_law_exponent, saturation};
 use crate::sweep::SweepPoint;
 use kinetoscope_manifest::Coordinate;
@@ -18,8 +19,7 @@ const END_TIME_TOLERANCE: f64 = 1e-9;
 const ROUNDING_SHARE: f64 = 1e-9;
 
 /// All possible fits, one per group of equal other coordinates, and the reasons for fits that failed.
-#[must_use]
-pub fn fits(points: &[SweepPoint<'_>]) -> (Vec<Metric>, Vec<String>) {
+pub(crate) fn fits(points: &[SweepPoint<'_>]) -> (Vec<Metric>, Vec<String>) {
     let (mut metrics, mut notes) = (Vec::new(), Vec::new());
     for fit in MODELS.iter().flat_map(|model| model.fits) {
         let swept = points
@@ -140,16 +140,16 @@ impl Fit {
         others: &[Coordinate],
         group: &[&SweepPoint<'_>],
     ) -> Result<(), String> {
-        let ends = || group.iter().flat_map(|point| &point.runs).map(|run| run.end_time);
-        let least = ends().fold(f64::INFINITY, f64::min);
-        let latest = ends().fold(0.0, f64::max);
-        if latest - least > END_TIME_TOLERANCE * latest {
-            let why = format!(
-                "the runs end at different times, from {least} to {latest}: take steps that all divide the duration"
-            );
-            return Err(self.refusal(others, &why));
+        let ends = group.iter().flat_map(|point| &point.runs).map(|run| run.end_time);
+        match extremes(ends) {
+            Some((least, latest)) if latest - least > END_TIME_TOLERANCE * latest => {
+                let why = format!(
+                    "the runs end at different times, from {least} to {latest}: take steps that all divide the duration"
+                );
+                Err(self.refusal(others, &why))
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     fn refusal(&self, others: &[Coordinate], why: &str) -> String {
@@ -176,18 +176,12 @@ impl Fit {
         let estimate = mean_of_independent(values)?;
         let law = definition.laws.first().filter(|_| theory.is_some());
         let law = law.map_or_else(String::new, |law| format!("; theory: {law}"));
-        Some(Metric {
-            definition,
-            value: estimate.value,
-            standard_error: estimate.standard_error,
-            theory,
-            rounding: definition.rounding,
-            source: format!("{}, a replicate at a time{law}", definition.how),
-            scope: MetricScope::Sweep(SweepScope {
-                along: Some(self.along.to_owned()),
-                coordinates: others.to_vec(),
-                replicates: values.len(),
-            }),
-        })
+        let source = format!("{}, a replicate at a time{law}", definition.how);
+        let scope = MetricScope::Sweep(SweepScope {
+            along: Some(self.along.to_owned()),
+            coordinates: others.to_vec(),
+            replicates: values.len(),
+        });
+        Some(Metric::new(definition, estimate, theory, source, scope))
     }
 }

@@ -6,19 +6,19 @@ use crate::models::contract::{Fit, FitShape, Ordinate};
 
 definitions! {
     BEVERLOO_EXPONENT: "outlet.discharge_rate_vs_effective_width.exponent", "1", "least-squares line through the logarithms of outlet.discharge_rate over outlet.effective_width", [laws::BEVERLOO], 0.0;
-    RUN_OUT_EXPONENT: "normalized_runout_vs_discs.exponent", "1", "least-squares line through the logarithms of bed.normalized_runout over the number of discs", [laws::RUN_OUT], 0.0;
+    RUNOUT_EXPONENT: "normalized_runout_vs_discs.exponent", "1", "least-squares line through the logarithms of bed.normalized_runout over the number of discs", [laws::RUNOUT], 0.0;
     SCREENING_WEIGHT: "silo.saturation_weight", "N", "Ws of piston.force = Ws (1 - exp(-bed.weight/Ws)), by least squares", [laws::JANSSEN], 0.0;
     JANSSEN_MISFIT: "silo.janssen_rms_deviation", "1", "root of the mean square of piston.force's relative distance from that fit", [laws::JANSSEN], 0.0;
 }
 
 /// Fits along an axis of a sweep.
-pub const FITS: &[Fit] = &[
+pub(crate) const FITS: &[Fit] = &[
     Fit {
         over: Some("outlet.effective_width"),
         theory: |_| Some(1.5),
         ..Fit::new("variant", "outlet.discharge_rate", FitShape::PowerLaw(BEVERLOO_EXPONENT))
     },
-    Fit::new("model.dem.discs", "bed.normalized_runout", FitShape::PowerLaw(RUN_OUT_EXPONENT)),
+    Fit::new("model.dem.discs", "bed.normalized_runout", FitShape::PowerLaw(RUNOUT_EXPONENT)),
     Fit {
         over: Some("bed.weight"),
         ..Fit::new(
@@ -30,7 +30,7 @@ pub const FITS: &[Fit] = &[
 ];
 
 /// Metrics that are plotted against swept numbers.
-pub const ORDINATES: &[Ordinate] = &[
+pub(crate) const ORDINATES: &[Ordinate] = &[
     Ordinate::new("restitution.measured", "restitution"),
     Ordinate {
         is_power_law: true,

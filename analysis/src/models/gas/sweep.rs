@@ -19,7 +19,7 @@ definitions! {
 const TEMPERATURE: &str = "model.gas.temperature_k";
 
 /// Fits along an axis of a sweep.
-pub const FITS: &[Fit] = &[
+pub(crate) const FITS: &[Fit] = &[
     Fit {
         theory: |model| pressure_slope(model, |moments| moments.mean_square_m2_per_s2),
         ..Fit::new(
@@ -61,7 +61,7 @@ pub const FITS: &[Fit] = &[
 ];
 
 /// Metrics that are plotted against swept numbers.
-pub const ORDINATES: &[Ordinate] = &[
+pub(crate) const ORDINATES: &[Ordinate] = &[
     Ordinate {
         companion: Some(("pressure.mean_speed_formula", "formula (12)")),
         ..Ordinate::new("pressure.measured", "pressure")

@@ -6,10 +6,10 @@ use crate::metric::definition::definitions;
 definitions! {
     ENERGY_DRIFT: "energy.drift_relative", "1", "/state: (E - E0)/|E0|, last frame", [law::EULER_ENERGY, law::ENERGY], 1e-9;
     DRIFT_PER_REVOLUTION: "energy.drift_per_revolution", "1", "/state: ((E0/E)^3 - 1)/3 a period of the start: the rate at the start", [law::EULER_ENERGY_PER_REVOLUTION], 0.0;
-    LARGEST_ENERGY_ERROR: "energy.max_error_relative", "1", "/state: largest |E - E0|/|E0| of the frames", [law::SYMPLECTIC_ENERGY], 0.0;
+    MAX_ENERGY_ERROR: "energy.max_error_relative", "1", "/state: largest |E - E0|/|E0| of the frames", [law::SYMPLECTIC_ENERGY], 0.0;
     ANGULAR_MOMENTUM_DRIFT: "angular_momentum.drift_relative", "1", "/state: (L - L0)/L0, last frame", [law::EULER_ANGULAR_MOMENTUM, law::ANGULAR_MOMENTUM], 1e-9;
-    LEAST_RADIUS: "radius.min", "AU", "/state: least |r| of the frames", [], 0.0;
-    LARGEST_RADIUS: "radius.max", "AU", "/state: largest |r| of the frames", [], 0.0;
+    MIN_RADIUS: "radius.min", "AU", "/state: least |r| of the frames", [], 0.0;
+    MAX_RADIUS: "radius.max", "AU", "/state: largest |r| of the frames", [], 0.0;
     POSITION_ERROR: "position_error.final", "AU", "/state against the exact Kepler solution through the first frame, last frame", [law::EXACT], 1e-9;
     PHASE_ERROR: "phase_error.final", "rad", "/state: angle minus that of the exact solution, last frame", [law::EXACT], 1e-9;
     ECCENTRICITY_CHANGE: "eccentricity_vector.change", "1", "/state: |v x L/GM - r/|r||, change from the first frame to the last", [law::EXACT], 1e-9;
@@ -18,5 +18,5 @@ definitions! {
     FORCE_EVALUATIONS: "force_evaluations", "1", "/orbit or /conserved: force evaluations, last frame", [], 0.0;
     ANGULAR_MOMENTUM_CHANGE: "angular_momentum.max_change_relative", "1", "/state of several bodies: largest |L - L0| / sum of m |r| |v| at the start", [law::MUTUAL_ANGULAR_MOMENTUM], 1e-9;
     RETURN_DISTANCE: "return_distance.final", "AU", "/state of several bodies: largest distance of a body from its start, last frame", [], 0.0;
-    PERIHELION_TURN: "apsidal_rotation", "rad", "/state: angle by which the eccentricity vector has turned about L of the start, in (-pi, pi], first frame to last", [law::EXACT], 1e-7;
+    APSIDAL_ROTATION: "apsidal_rotation", "rad", "/state: angle by which the eccentricity vector has turned about L of the start, in (-pi, pi], first frame to last", [law::EXACT], 1e-7;
 }

@@ -15,7 +15,7 @@ definitions! {
     COLLISION_RATE: "pair_collision_rate_per_disc", "", "/collisions: pair collisions per disc and unit of time; error by blocking", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
     MEAN_FREE_TIME: "mean_free_time", "", "1 over pair_collision_rate_per_disc: mean time between two collisions with other discs", [law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES], 0.0;
     CONTACT_VALUE: "contact_value.from_collision_rate", "1", "pair_collision_rate_per_disc over 2 sqrt(pi) n <s> sqrt(kT/m) of discs without walls, s the diameter: g(r) at contact, of several sizes <s_ij g_ij>/<s>", [law::CONTACT_VALUE], 0.0;
-    WALL_RATE: "wall_collision_rate_per_disc", "", "/collisions: wall collisions per disc and unit of time; error by blocking", [law::WALL_RATE], 0.0;
+    WALL_COLLISION_RATE: "wall_collision_rate_per_disc", "", "/collisions: wall collisions per disc and unit of time; error by blocking", [law::WALL_COLLISION_RATE], 0.0;
     COMPRESSIBILITY: "compressibility_factor", "1", "/pressure: P A/(N kT) by the pair virial since the start; error by blocking", [law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES], 0.0;
     COMPRESSIBILITY_BY_RATE: "compressibility_factor.from_collision_rate", "1", "1 + (1 + alpha)/2 (sqrt(pi)/4) s w sqrt(m/kT) from the collision rate w; of several sizes s is the mean distance of centers in a collision by the contact values of the law", [law::VIRIAL_IDENTITY], 0.0;
     PRESSURE_VIRIAL: "pressure.virial", "", "/pressure: by the pair virial since the start", [], 0.0;
@@ -25,5 +25,5 @@ definitions! {
     PSI6_LOCAL: "psi6.local", "1", "/state: mean over discs of |psi6|, over the sampled frames, error by blocking", [], 0.0;
     PAIR_CORRELATION: "pair_correlation.near_contact", "1", "/state: g(r) over 1 to 1.1 diameters: pairs within 1.1 over those between 1 and 1.1 of as many points at random in the room of the centers, mean over the sampled frames, error by blocking", [], 0.0;
     DISPLACEMENT: "mean_square_displacement.final", "", "/state: mean |x - x(0)|^2 of the first 1000 discs, last frame; error from their scatter; in a periodic box by the nearest images from frame to frame, and none where a disc may have gone a quarter of a side between two", [], 0.0;
-    VELOCITY_MEMORY: "velocity_autocorrelation.final", "1", "/state: sum of v . v(0) over sum of v(0)^2 of the first 1000 discs, last frame", [], 0.0;
+    VELOCITY_AUTOCORRELATION: "velocity_autocorrelation.final", "1", "/state: sum of v . v(0) over sum of v(0)^2 of the first 1000 discs, last frame", [], 0.0;
 }
