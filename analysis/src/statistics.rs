@@ -2,11 +2,11 @@
 
 /// A value with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Estimate {
+pub struct Estimate {
     /// The value.
-    pub(crate) value: f64,
+    pub value: f64,
     /// The standard error; `None` if it is unknown.
-    pub(crate) standard_error: Option<f64>,
+    pub standard_error: Option<f64>,
 }
 
 impl Estimate {

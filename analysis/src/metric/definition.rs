@@ -4,17 +4,17 @@ use crate::metric::law::Law;
 
 /// The definition of a metric.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Definition {
+pub struct Definition {
     /// The metric's name.
-    pub(crate) name: &'static str,
+    pub name: &'static str,
     /// The metric's unit; "1" for a fraction or ratio, empty for the model's own dimensionless unit.
-    pub(crate) unit: &'static str,
+    pub unit: &'static str,
     /// The source channel and the formula.
-    pub(crate) how: &'static str,
+    pub how: &'static str,
     /// The laws that give theoretical values; the run determines which of several applies.
-    pub(crate) laws: &'static [Law],
+    pub laws: &'static [Law],
     /// A deviation below this, in the metric's unit, is a rounding error.
-    pub(crate) rounding: f64,
+    pub rounding: f64,
 }
 
 /// Defines one constant per metric, and `ALL` with all of them: `CONSTANT: "name", "unit", "how it is derived", [laws],

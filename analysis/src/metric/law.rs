@@ -2,11 +2,11 @@
 
 /// A law of physics or of numerical mathematics that a metric is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Law {
+pub struct Law {
     /// The formula or the statement in one line.
-    pub(crate) statement: &'static str,
+    pub statement: &'static str,
     /// The literature or principle behind it.
-    pub(crate) source: &'static str,
+    pub source: &'static str,
 }
 
 impl std::fmt::Display for Law {

@@ -6,20 +6,21 @@ use crate::statistics::Estimate;
 
 /// A value with its error and the theoretical value.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Measurement {
+pub struct Measurement {
     /// The metric.
-    pub(crate) definition: &'static Definition,
+    pub definition: &'static Definition,
     /// The value and its error.
-    pub(crate) estimate: Estimate,
+    pub estimate: Estimate,
     /// The theoretical value.
-    pub(crate) theory: Option<f64>,
+    pub theory: Option<f64>,
     /// The law of the definition that gives the theoretical value.
-    pub(crate) law: Option<Law>,
+    pub law: Option<Law>,
 }
 
 impl Measurement {
     /// The metric's name.
-    pub(crate) const fn name(&self) -> &'static str {
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
         self.definition.name
     }
 

@@ -4,9 +4,10 @@ pub(crate) mod definition;
 pub(crate) mod law;
 pub(crate) mod measurement;
 
-pub(crate) use definition::Definition;
-pub(crate) use law::Law;
-pub(crate) use measurement::{Measurement, Measurements};
+pub use definition::Definition;
+pub use law::Law;
+pub use measurement::Measurement;
+pub(crate) use measurement::Measurements;
 
 use crate::statistics::Estimate;
 use kinetoscope_manifest::Coordinate;

@@ -1,17 +1,89 @@
 //! The analysis of each model: one folder per model, the contract that it fulfills, and the list of all.
 //!
-//! To add a model, add its folder, its `mod` line here, and its line in [`registry::MODELS`].
+//! To add a model, add its folder, and its `mod` line and its line in `models!` here.
 
 pub(crate) mod contract;
 pub(crate) mod figures;
-pub(crate) mod registry;
 pub(crate) mod series;
 pub(crate) mod snapshots;
 
-pub(crate) mod dem;
-pub(crate) mod gas;
-pub(crate) mod orbit;
-pub(crate) mod packing;
+mod dem;
+mod gas;
+mod orbit;
+mod packing;
+
+use crate::metric::Definition;
+use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
+use crate::models::snapshots::Snapshots;
+use kinetoscope_manifest::model::ModelConfig;
+
+/// Defines the list of models and what depends on the type of a model's configuration.
+macro_rules! models {
+    ($($variant:ident => $model:ident,)+) => {
+        /// The analyses of all models, in the order of the metrics reference.
+        pub(crate) const MODELS: &[&ModelAnalysis] = &[$(&$model::ANALYSIS),+];
+
+        /// The observer of a run, with snapshots at its start, at these times, and at its end.
+        pub(crate) fn observer(config: &ModelConfig, snapshots_at: &[f64]) -> Box<dyn PlottedObserver> {
+            let snapshots = Snapshots::at(snapshots_at);
+            match config {
+                $(ModelConfig::$variant(config) => $model::observer(config.clone(), snapshots),)+
+            }
+        }
+
+        /// Size of the particles and of their container.
+        pub(crate) fn extent(config: &ModelConfig) -> Extent {
+            match config {
+                $(ModelConfig::$variant(config) => $model::extent(config),)+
+            }
+        }
+    };
+}
+
+models! {
+    Dem => dem,
+    Gas => gas,
+    Packing => packing,
+    Orbit => orbit,
+}
+
+fn of_model(name: &str) -> Option<&'static ModelAnalysis> {
+    MODELS.iter().find(|model| model.name == name).copied()
+}
+
+/// The metrics of a model's runs; empty for an unknown name.
+pub(crate) fn metrics_of(name: &str) -> &'static [&'static Definition] {
+    of_model(name).map_or(&[], |model| model.metrics)
+}
+
+fn names_of(model: &str) -> impl Iterator<Item = &'static str> {
+    let sweeps = of_model(model).map_or(&[][..], |model| model.sweep_metrics);
+    metrics_of(model).iter().chain(sweeps).map(|definition| definition.name)
+}
+
+/// Whether runs of a model, or a sweep over them, can have a metric of this name.
+#[must_use]
+pub fn is_metric(model: &str, name: &str) -> bool {
+    names_of(model).any(|known| known == name)
+}
+
+/// The metric whose name is nearest to a misspelled one, if one is near.
+#[must_use]
+pub fn nearest_metric(model: &str, name: &str) -> Option<&'static str> {
+    nearest(names_of(model), name)
+}
+
+/// The name that is nearest to a misspelled one, if one is near.
+pub(crate) fn nearest<'a>(
+    names: impl Iterator<Item = &'a str>,
+    misspelled: &str,
+) -> Option<&'a str> {
+    names
+        .map(|name| (strsim::damerau_levenshtein(name, misspelled), name))
+        .filter(|(distance, _)| *distance <= 1 + misspelled.len() / 4)
+        .min()
+        .map(|(_, name)| name)
+}
 
 /// (x - reference) / |reference|.
 fn relative_change(x: f64, reference: f64) -> f64 {
@@ -21,4 +93,23 @@ fn relative_change(x: f64, reference: f64) -> f64 {
 /// The larger of two numbers, or NaN if either is NaN, so that a numerical blow-up stays visible.
 fn max_or_nan(a: f64, b: f64) -> f64 {
     if a >= b || a.is_nan() { a } else { b }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// Checks and readers find a metric by its name: a model lists no name twice, and no sweep metric hides a run's.
+    #[test]
+    fn every_metric_name_is_unique_within_a_model() {
+        for model in MODELS {
+            let mut names = BTreeSet::new();
+            let sweeps = MODELS.iter().flat_map(|model| model.sweep_metrics);
+            for definition in model.metrics.iter().chain(sweeps) {
+                assert!(names.insert(definition.name), "{}: {}", model.name, definition.name);
+                assert!(definition.rounding >= 0.0);
+            }
+        }
+    }
 }

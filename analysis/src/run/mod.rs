@@ -5,8 +5,8 @@ pub(crate) mod cache;
 use crate::input::UnreadableRecording;
 use crate::input::recording::{OpenRun, is_partial};
 use crate::metric::{Measurement, Measurements, Metric, MetricScope, RunScope};
+use crate::models;
 use crate::models::figures::Figures;
-use crate::models::registry;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{Coordinate, RunManifest};
 use kinetoscope_recording::error::{ReadError, ReadFault};
@@ -15,7 +15,7 @@ use std::num::NonZeroUsize;
 
 /// Status of a run or of its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum RunStatus {
+pub enum RunStatus {
     /// The run is complete.
     Complete,
     /// The run failed with a simulation fault.
@@ -42,7 +42,7 @@ impl RunStatus {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunAnalysis {
     /// The file name without its folder.
-    pub(crate) file: String,
+    pub file: String,
     /// The run's coordinates in its sweep.
     pub(crate) coordinates: Vec<Coordinate>,
     /// The run's manifest.
@@ -50,20 +50,21 @@ pub struct RunAnalysis {
     /// Number of frames read.
     pub frames: u64,
     /// Simulated time of the last frame, in the model's unit.
-    pub(crate) end_time: f64,
+    pub end_time: f64,
     /// "s", "d", or "" for dimensionless time.
-    pub(crate) time_unit: String,
+    pub time_unit: String,
     /// The status of the run.
-    pub(crate) ending: RunStatus,
+    pub ending: RunStatus,
     /// The metrics.
-    pub(crate) measurements: Vec<Measurement>,
+    pub measurements: Vec<Measurement>,
     /// The plots, if requested.
     pub(crate) figures: Figures,
 }
 
 impl RunAnalysis {
     /// The measurement with this name.
-    pub(crate) fn measurement(&self, name: &str) -> Option<&Measurement> {
+    #[must_use]
+    pub fn measurement(&self, name: &str) -> Option<&Measurement> {
         self.measurements.iter().find(|measurement| measurement.name() == name)
     }
 
@@ -104,7 +105,7 @@ pub fn analyze(
     snapshots_at: &[f64],
     threads: NonZeroUsize,
 ) -> Result<RunAnalysis, UnreadableRecording> {
-    let mut observer = registry::observer(&run.manifest.model, snapshots_at);
+    let mut observer = models::observer(&run.manifest.model, snapshots_at);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
     for frame in run.recording().frames_on(threads).map_err(UnreadableRecording::new)? {
         let seen = frame.and_then(|frame| {
