@@ -25,7 +25,6 @@ mod write_file;
 
 pub use input::UnreadableRecording;
 pub use metric::{Definition, Law, Measurement};
-pub use models::{is_metric, nearest_metric};
 pub use report::metrics_reference;
 pub use run::{RunAnalysis, RunStatus};
 pub use statistics::Estimate;

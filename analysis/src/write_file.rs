@@ -1,6 +1,6 @@
 //! Writes whole files: next to their place first, then moved there, so that no reader sees half of one.
 
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 /// A file or folder that cannot be written, with the user's next step.
@@ -41,4 +41,14 @@ pub(crate) fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Writ
         std::fs::rename(&temporary, path)
     };
     write().map_err(|error| WriteError::new(path, error))
+}
+
+/// Adds text to the end of a file, which is created if it does not exist.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn append(path: &Path, text: &str) -> Result<(), WriteError> {
+    let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
+    file.and_then(|mut file| file.write_all(text.as_bytes()))
+        .map_err(|error| WriteError::new(path, error))
 }

@@ -2,13 +2,14 @@
 
 use crate::diagnostics::{Diagnostic, Diagnostics, nearest};
 use crate::keys::{HasKeys as _, Reader, Writer};
+use crate::model::METRICS;
 use crate::quantity::{Finite, NonNegative};
 use crate::renamed;
 use crate::sweep::{Axis, Coordinate, text};
 use crate::syntax::parse_toml;
 use crate::table::table;
 use crate::tree::{Entry, Node, Value};
-use crate::value::{quoted, refuse};
+use crate::value::{quoted, refuse, words};
 
 /// A condition on a metric.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +20,20 @@ pub struct Check {
     pub at: Vec<(String, String)>,
     /// What the metric is compared with.
     pub bound: Bound,
+    /// The result if the metric cannot be compared, because it has no standard error or no theoretical value.
+    pub if_undecided: IfUndecided,
+    /// The check's line in the manifest, from 1; 0 if it is not known.
+    pub line: u32,
+}
+
+words! {
+    /// The result of a check that cannot be evaluated.
+    pub enum IfUndecided {
+        /// The check fails.
+        Fail = "fail",
+        /// The check passes.
+        Pass = "pass",
+    }
 }
 
 /// What a metric is compared with. Without an expected value, this is the metric's theoretical value.
@@ -44,6 +59,11 @@ pub enum Bound {
         expected: Option<f64>,
         /// Largest deviation allowed, in standard errors.
         standard_errors: f64,
+    },
+    /// |value - theory| <= this many times the combined error of the metric and the theory's accuracy.
+    MaxDeviation {
+        /// Largest deviation allowed.
+        sigma: f64,
     },
     /// minimum <= value <= maximum; at least one of the two is given.
     Range {
@@ -77,8 +97,10 @@ pub fn parse_checks(source: &str, origin: &str) -> Result<Vec<Check>, Diagnostic
     let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
     let mut errors = syntax.errors;
     let checks = root.take("checks");
+    let metrics: Vec<&str> = METRICS.iter().flat_map(|(_, names)| *names).copied().collect();
+    let file = CheckedManifest { source, axes: None, metrics: Some(&metrics) };
     let read =
-        checks.as_ref().map_or_else(Vec::new, |checks| read(&checks.node, None, &mut errors));
+        checks.as_ref().map_or_else(Vec::new, |checks| read(&checks.node, Some(file), &mut errors));
     let mut reader = Reader::new("", &root, &mut errors);
     reader.also_known(&["checks"]);
     reader.finish();
@@ -91,7 +113,7 @@ pub fn parse_checks(source: &str, origin: &str) -> Result<Vec<Check>, Diagnostic
 
 table! {
     /// The keys of a check except the table `where`.
-    pub(crate) struct CheckKeys at most one of [tolerance, relative_tolerance, standard_errors] {
+    pub(crate) struct CheckKeys at most one of [tolerance, relative_tolerance, standard_errors, max_deviation_sigma] {
         /// Name of the metric, as in metrics.json.
         metric: String [""] = String::new(),
         /// The value expected; by default the theory's.
@@ -102,21 +124,32 @@ table! {
         relative_tolerance: Option<NonNegative> ["1", optional],
         /// Largest deviation allowed, in standard errors of the metric.
         standard_errors: Option<NonNegative> ["1", optional],
+        /// Largest deviation from the theory allowed, in combined errors of metric and theory.
+        max_deviation_sigma: Option<NonNegative> ["1", optional],
         /// Smallest value allowed.
         minimum: Option<Finite> ["of the metric", optional],
         /// Largest value allowed.
         maximum: Option<Finite> ["of the metric", optional],
+        /// Result where the metric has no standard error or no theoretical value to compare with: fail (default) or pass.
+        if_undecided: Option<IfUndecided> ["", optional],
     }
 }
 
 /// The keys that bound a metric. A check has exactly one, or both `minimum` and `maximum`.
-const BOUNDS: &[&str] =
-    &["tolerance", "relative_tolerance", "standard_errors", "minimum", "maximum"];
+const BOUNDS: &[&str] = &[
+    "tolerance",
+    "relative_tolerance",
+    "standard_errors",
+    "max_deviation_sigma",
+    "minimum",
+    "maximum",
+];
 
 impl CheckKeys {
     fn of(check: &Check) -> Self {
         let metric = check.metric.clone();
-        let keys = Self { metric, ..Self::default() };
+        let pass = (check.if_undecided == IfUndecided::Pass).then_some(IfUndecided::Pass);
+        let keys = Self { metric, if_undecided: pass, ..Self::default() };
         let finite = |x: Option<f64>| x.and_then(Finite::new);
         match check.bound {
             Bound::Near { expected, tolerance } => {
@@ -132,6 +165,9 @@ impl CheckKeys {
                 standard_errors: NonNegative::new(standard_errors),
                 ..keys
             },
+            Bound::MaxDeviation { sigma } => {
+                Self { max_deviation_sigma: NonNegative::new(sigma), ..keys }
+            }
             Bound::Range { minimum, maximum } => {
                 Self { minimum: finite(minimum), maximum: finite(maximum), ..keys }
             }
@@ -149,21 +185,44 @@ impl CheckKeys {
         if let Some(errors) = self.standard_errors {
             return Some(Bound::WithinStandardErrors { expected, standard_errors: errors.get() });
         }
+        if let Some(sigma) = self.max_deviation_sigma {
+            return Some(Bound::MaxDeviation { sigma: sigma.get() });
+        }
         let (minimum, maximum) = (self.minimum.map(Finite::get), self.maximum.map(Finite::get));
         (minimum.is_some() || maximum.is_some()).then_some(Bound::Range { minimum, maximum })
     }
 }
 
-/// Reads all checks. If the sweep's axes are given, `where` must name them.
-pub(crate) fn read(node: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>) -> Vec<Check> {
+/// The manifest that contains checks.
+#[derive(Clone, Copy)]
+pub(crate) struct CheckedManifest<'a> {
+    /// The text.
+    pub(crate) source: &'a str,
+    /// The sweep's axes, which `where` must name; `None` if they are not known.
+    pub(crate) axes: Option<&'a [Axis]>,
+    /// The metrics of the model, or of all models; `None` if the model is not known.
+    pub(crate) metrics: Option<&'a [&'static str]>,
+}
+
+/// Reads all checks, and compares them with their manifest if they are part of one.
+pub(crate) fn read(
+    node: &Node,
+    manifest: Option<CheckedManifest<'_>>,
+    errors: &mut Vec<Diagnostic>,
+) -> Vec<Check> {
     let Value::Array(elements) = &node.value else {
         refuse(node, "checks", "tables [[checks]]", errors);
         return Vec::new();
     };
-    elements.iter().filter_map(|element| read_one(element, axes, errors)).collect()
+    elements.iter().filter_map(|element| read_one(element, manifest, errors)).collect()
 }
 
-fn read_one(element: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>) -> Option<Check> {
+fn read_one(
+    element: &Node,
+    manifest: Option<CheckedManifest<'_>>,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<Check> {
+    let axes = manifest.and_then(|manifest| manifest.axes);
     let Some(table) = element.table() else {
         refuse(element, "checks", "a table", errors);
         return None;
@@ -180,31 +239,37 @@ fn read_one(element: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>)
     } else if let Some(new) = renamed::metric(&keys.metric) {
         let title = format!("`{}` was renamed; use `{new}`", keys.metric);
         reader.refuse(&["metric"], &title, "old name");
+    } else if let Some(known) = manifest.and_then(|manifest| manifest.metrics)
+        && !known.contains(&keys.metric.as_str())
+    {
+        let title = format!("`{}` is not a metric", keys.metric);
+        let label = match nearest(&keys.metric, known.iter().copied()) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => "`kinetoscope analyze --list-metrics` lists all metrics".to_owned(),
+        };
+        reader.refuse(&["metric"], &title, &label);
     }
     if !BOUNDS.iter().any(|key| reader.has(key)) {
-        let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, or `minimum` and \
-            `maximum`";
+        let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, \
+            `max_deviation_sigma`, or `minimum` and `maximum`";
         reader
             .report(Diagnostic::new("a check has nothing to compare with").at(element.span, label));
     }
     let range = ["minimum", "maximum"].iter().any(|key| reader.has(key));
-    if range
-        && ["expected", "tolerance", "relative_tolerance", "standard_errors"]
-            .iter()
-            .any(|key| reader.has(key))
-    {
-        let keys = [
-            "expected",
-            "tolerance",
-            "relative_tolerance",
-            "standard_errors",
-            "minimum",
-            "maximum",
-        ];
+    if range && ["expected"].iter().chain(&BOUNDS[..4]).any(|key| reader.has(key)) {
+        let keys = [&["expected"], BOUNDS].concat();
         reader.refuse(
             &keys,
             "`minimum` and `maximum` cannot be used together with `expected` or a tolerance",
             "write two checks",
+        );
+    }
+    if reader.has("expected") && reader.has("max_deviation_sigma") {
+        let title = "`expected` cannot be used with `max_deviation_sigma`";
+        reader.refuse(
+            &["expected", "max_deviation_sigma"],
+            title,
+            "the deviation is that from theory; use `standard_errors` for an expected value",
         );
     }
     if let (Some(minimum), Some(maximum)) = (keys.minimum, keys.maximum)
@@ -217,8 +282,12 @@ fn read_one(element: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>)
         );
     }
     reader.finish();
-    let bound = keys.bound()?;
-    Some(Check { metric: keys.metric, at, bound })
+    let line = manifest.map_or(0, |manifest| {
+        let before = manifest.source.get(..element.span.start).unwrap_or_default();
+        u32::try_from(1 + before.matches('\n').count()).unwrap_or(u32::MAX)
+    });
+    let if_undecided = keys.if_undecided.unwrap_or(IfUndecided::Fail);
+    Some(Check { bound: keys.bound()?, metric: keys.metric, at, if_undecided, line })
 }
 
 fn read_where(

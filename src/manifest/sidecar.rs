@@ -4,6 +4,7 @@ use crate::canonical::RunKey;
 use crate::checks::{self, Check};
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::experiment::Experiment;
+use crate::head::ExpectedOutcome;
 use crate::keys::{HasKeys as _, Reader, Writer};
 use crate::model::ModelConfig;
 use crate::sweep::{Axis, Coordinate};
@@ -29,6 +30,10 @@ pub struct ExperimentRecord {
     pub runs: Vec<RunRecord>,
     /// Conditions on the metrics.
     pub checks: Vec<Check>,
+    /// How the runs are expected to end.
+    pub expected_outcome: ExpectedOutcome,
+    /// The manifest's file as it was named.
+    pub manifest: String,
 }
 
 /// One run and its file.
@@ -62,6 +67,8 @@ impl ExperimentRecord {
             axes: experiment.axes.clone(),
             runs: runs.collect(),
             checks: experiment.checks.clone(),
+            expected_outcome: experiment.expected_outcome,
+            manifest: experiment.manifest.clone(),
         }
     }
 
@@ -72,9 +79,16 @@ impl ExperimentRecord {
         writer
             .text
             .push_str("# Written by run-experiment: what the recordings in this folder are.\n");
-        let head = (&self.name, &self.description, &self.model);
-        let (name, description, model) = (head.0.clone(), head.1.clone(), head.2.clone());
-        Head { name, description, model, replicates: self.replicates }.keys(&mut writer);
+        Head {
+            name: self.name.clone(),
+            description: self.description.clone(),
+            model: self.model.clone(),
+            replicates: self.replicates,
+            expected_outcome: self.expected_outcome,
+            manifest: self.manifest.clone(),
+            check_lines: self.checks.iter().map(|check| check.line).collect(),
+        }
+        .keys(&mut writer);
         for Axis { keys, values } in self.axes.iter().cloned() {
             writer.text.push_str("\n[[axes]]\n");
             AxisKeys { keys, values }.keys(&mut writer);
@@ -103,9 +117,17 @@ impl ExperimentRecord {
             reader.report(Diagnostic::new(format!("unknown model {}", quoted(&head.model))));
         }
         reader.finish();
-        let Head { name, description, model, replicates } = head;
-        let (axes, runs, checks) = (Vec::new(), Vec::new(), Vec::new());
-        let mut record = Self { name, description, model, replicates, axes, runs, checks };
+        let mut record = Self {
+            name: head.name,
+            description: head.description,
+            model: head.model,
+            replicates: head.replicates,
+            axes: Vec::new(),
+            runs: Vec::new(),
+            checks: Vec::new(),
+            expected_outcome: head.expected_outcome,
+            manifest: head.manifest,
+        };
         for_each(&root, "axes", &mut errors, |reader| {
             let mut axis = AxisKeys::default();
             axis.keys(reader);
@@ -118,6 +140,9 @@ impl ExperimentRecord {
         });
         if let Some(entry) = root.get("checks") {
             record.checks = checks::read(&entry.node, None, &mut errors);
+            for (check, line) in record.checks.iter_mut().zip(head.check_lines) {
+                check.line = line;
+            }
         }
         let diagnostics = diagnostics.with(errors);
         if diagnostics.is_empty() { Ok(record) } else { Err(diagnostics) }
@@ -154,6 +179,9 @@ table! {
         description: String [""] = String::new(),
         model: String [""] = String::new(),
         replicates: u32 ["1"] = 1,
+        expected_outcome: ExpectedOutcome [""] = ExpectedOutcome::Complete,
+        manifest: String [""] = String::new(),
+        check_lines: Vec<u32> [""] = Vec::new(),
     }
 
     /// The keys of one of `[[axes]]`.

@@ -157,7 +157,10 @@ fn compare(earlier: &BaselineMetric, metric: &Metric) -> BaselineComparison {
         passed,
         kind: CheckKind::Baseline,
         subject: subject(metric),
+        requirement: "equal to the baseline".to_owned(),
         finding,
+        line: 0,
+        seconds: 0.0,
     })
 }
 
@@ -171,6 +174,9 @@ fn gone(of: &MetricId) -> CheckResult {
         passed: false,
         kind: CheckKind::Baseline,
         subject: format!("{}{at}", of.name),
+        requirement: "in the baseline".to_owned(),
+        line: 0,
+        seconds: 0.0,
         finding: "the baseline has it, and it is not there any more".to_owned(),
     }
 }

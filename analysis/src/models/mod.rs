@@ -56,35 +56,6 @@ pub(crate) fn metrics_of(name: &str) -> &'static [&'static Definition] {
     of_model(name).map_or(&[], |model| model.metrics)
 }
 
-fn names_of(model: &str) -> impl Iterator<Item = &'static str> {
-    let sweeps = of_model(model).map_or(&[][..], |model| model.sweep_metrics);
-    metrics_of(model).iter().chain(sweeps).map(|definition| definition.name)
-}
-
-/// Whether runs of a model, or a sweep over them, can have a metric of this name.
-#[must_use]
-pub fn is_metric(model: &str, name: &str) -> bool {
-    names_of(model).any(|known| known == name)
-}
-
-/// The metric whose name is nearest to a misspelled one, if one is near.
-#[must_use]
-pub fn nearest_metric(model: &str, name: &str) -> Option<&'static str> {
-    nearest(names_of(model), name)
-}
-
-/// The name that is nearest to a misspelled one, if one is near.
-pub(crate) fn nearest<'a>(
-    names: impl Iterator<Item = &'a str>,
-    misspelled: &str,
-) -> Option<&'a str> {
-    names
-        .map(|name| (strsim::damerau_levenshtein(name, misspelled), name))
-        .filter(|(distance, _)| *distance <= 1 + misspelled.len() / 4)
-        .min()
-        .map(|(_, name)| name)
-}
-
 /// (x - reference) / |reference|.
 fn relative_change(x: f64, reference: f64) -> f64 {
     (x - reference) / reference.abs()
@@ -99,6 +70,21 @@ fn max_or_nan(a: f64, b: f64) -> f64 {
 mod tests {
     use super::*;
     use std::collections::BTreeSet;
+
+    /// The manifest knows the metrics of each model, so that a check of an unknown one is rejected before the run.
+    #[test]
+    fn metrics_are_those_that_the_manifest_accepts() {
+        for model in MODELS {
+            let (_, accepted) = kinetoscope_manifest::model::METRICS
+                .iter()
+                .find(|(name, _)| *name == model.name)
+                .unwrap();
+            let accepted: BTreeSet<&str> = accepted.iter().copied().collect();
+            let defined: BTreeSet<&str> =
+                model.metrics.iter().chain(model.sweep_metrics).map(|metric| metric.name).collect();
+            assert_eq!(accepted, defined, "{}", model.name);
+        }
+    }
 
     /// Checks and readers find a metric by its name: a model lists no name twice, and no sweep metric hides a run's.
     #[test]

@@ -30,6 +30,9 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String 
                     (heading(report))
                     (remarks("Unreadable", "bad", &report.unreadable))
                     (remarks("Notes", "", &report.notes))
+                    @if report.headline().is_some() {
+                        (check_table(report, CheckKind::Outcome, "Outcomes"))
+                    }
                     (check_table(report, CheckKind::Check, "Checks"))
                     (check_table(report, CheckKind::Baseline, "Against the baseline"))
                     (figures(plots))
@@ -47,8 +50,9 @@ pub(crate) fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String 
 fn heading(report: &AnalysisReport) -> Markup {
     let runs = report.runs.len();
     let runs = if runs == 1 { "1 run".to_owned() } else { format!("{runs} runs") };
-    let failed = report.check_results.iter().filter(|result| !result.passed).count();
-    let (class, summary) = match (report.check_results.len(), failed) {
+    let checks = || report.check_results.iter().filter(|result| result.kind != CheckKind::Outcome);
+    let failed = checks().filter(|result| !result.passed).count();
+    let (class, summary) = match (checks().count(), failed) {
         (0, _) => ("", "no checks".to_owned()),
         (1, 0) => ("good", "the check holds".to_owned()),
         (all, 0) => ("good", format!("all {all} checks hold")),
@@ -57,6 +61,9 @@ fn heading(report: &AnalysisReport) -> Markup {
     html! {
         header {
             h1 { (breakable(&report.name)) }
+            @if let Some(headline) = report.headline() {
+                p { strong class="bad" { "FAILED: " (headline) } }
+            }
             p { (report.description) }
             p class="facts" {
                 (report.model()) " · " (runs) " · " strong class=(class) { (summary) }

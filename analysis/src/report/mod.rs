@@ -13,7 +13,7 @@ pub use metrics_reference::metrics_reference;
 
 use crate::checks::baseline::Baseline;
 use crate::checks::ci_formats::ExperimentChecks;
-use crate::checks::{CheckKind, CheckResult, evaluate};
+use crate::checks::{CheckKind, CheckResult, evaluate, outcome};
 use crate::input::RecordingFolder;
 use crate::input::UnreadableRecording;
 use crate::input::coordinates;
@@ -25,11 +25,12 @@ use crate::report::table::{Style, Terminal, six_digits, table};
 use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunStatus};
 use crate::sweep;
-use kinetoscope_manifest::{Check, Coordinate, ExperimentRecord, TimingTable};
+use kinetoscope_manifest::{Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable};
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{self, available_parallelism};
+use std::time::Instant;
 
 /// The analysis of one experiment.
 #[derive(Debug)]
@@ -42,8 +43,10 @@ pub(crate) struct AnalysisReport {
     pub(crate) runs: Vec<RunAnalysis>,
     /// All metrics: fits, means over replicates, runs.
     pub(crate) metrics: Vec<Metric>,
-    /// The results of the checks.
+    /// The outcomes of the runs against the expected one, and the results of the checks.
     pub(crate) check_results: Vec<CheckResult>,
+    /// The manifest as it was named, if it is known.
+    pub(crate) manifest: Option<String>,
     /// The plots, each with a unique file name.
     pub(crate) plots: Vec<(String, Plot)>,
     /// Notes for the user.
@@ -108,7 +111,7 @@ impl AnalysisTask {
 fn analyze_all(
     tasks: &[AnalysisTask],
     options: &AnalysisOptions,
-) -> Vec<Result<RunAnalysis, UnreadableRecording>> {
+) -> Vec<(Result<RunAnalysis, UnreadableRecording>, f64)> {
     let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let workers = tasks.len().min(cores.get());
     let threads = NonZeroUsize::new(cores.get() / workers.max(1)).unwrap_or(NonZeroUsize::MIN);
@@ -118,7 +121,9 @@ fn analyze_all(
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let Some(task) = tasks.get(index) else { return found };
-            found.push((index, task.analyze(options, threads)));
+            let started = Instant::now();
+            let result = task.analyze(options, threads);
+            found.push((index, (result, started.elapsed().as_secs_f64())));
         }
     };
     let mut found: Vec<_> = thread::scope(|scope| {
@@ -149,7 +154,7 @@ pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions
         })
         .collect();
     let results = analyze_all(&tasks, options).into_iter();
-    let unread = results.filter_map(|result| result.err().map(|UnreadableRecording(why)| why));
+    let unread = results.filter_map(|(result, _)| result.err().map(|UnreadableRecording(why)| why));
     source.unreadable.drain(..).chain(unread).collect()
 }
 
@@ -185,9 +190,13 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         .collect();
     let mut runs: Vec<RunAnalysis> = Vec::new();
     let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
-    for result in analyze_all(&tasks, options) {
+    let mut seconds = Vec::new();
+    for (result, took) in analyze_all(&tasks, options) {
         match result {
-            Ok(run) => runs.push(run),
+            Ok(run) => {
+                runs.push(run);
+                seconds.push(took);
+            }
             Err(UnreadableRecording(why)) => unreadable.push(why),
         }
     }
@@ -214,9 +223,11 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
     // The checks of an experiment do not apply to a part of it.
     let own = source.record.as_ref().filter(|_| source.whole);
     let own = own.map_or(&[][..], |record| &record.checks);
-    let check_results =
-        own.iter().chain(&options.checks).flat_map(|check| evaluate(check, &metrics)).collect();
     let record = source.record.as_ref();
+    let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
+    let mut check_results = outcome::evaluate(&runs, &seconds, expected);
+    let checks = own.iter().chain(&options.checks);
+    check_results.extend(checks.flat_map(|check| evaluate(check, &metrics)));
     let description = record.map_or_else(String::new, |record| record.description.clone());
     AnalysisReport {
         name: source.name.clone(),
@@ -224,6 +235,7 @@ pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -
         runs,
         metrics,
         check_results,
+        manifest: record.map(|record| record.manifest.clone()).filter(|name| !name.is_empty()),
         plots,
         notes,
         unreadable,
@@ -312,7 +324,12 @@ impl AnalysisReport {
     /// The checks and their results, for the formats of CI systems.
     pub(crate) fn checks(&self) -> ExperimentChecks<'_> {
         let Self { name, check_results, unreadable, .. } = self;
-        ExperimentChecks { name, check_results, unreadable }
+        ExperimentChecks { name, manifest: self.manifest.as_deref(), check_results, unreadable }
+    }
+
+    /// Runs without the expected outcome, unfinished or damaged; `None` if there are none.
+    pub(crate) fn headline(&self) -> Option<String> {
+        outcome::headline(&self.runs, &self.check_results)
     }
 
     /// Compares the metrics with those of an earlier analysis.
@@ -332,6 +349,10 @@ impl AnalysisReport {
         };
         let heading = format!("{} ({runs})", self.name);
         let _ = writeln!(text, "{}", terminal.paint(Style::Heading, &heading));
+        if let Some(headline) = self.headline() {
+            let line = terminal.wrapped(&format!("FAILED: {headline}"), 2);
+            let _ = writeln!(text, "{}", terminal.paint(Style::Bad, &line));
+        }
         if !self.description.is_empty() {
             let _ = writeln!(text, "{}", terminal.wrapped(&self.description, 0));
         }
@@ -348,24 +369,27 @@ impl AnalysisReport {
                 let _ = writeln!(text, "{}", table(&metrics, terminal));
             }
         }
-        for (kind, title) in
-            [(CheckKind::Check, "checks"), (CheckKind::Baseline, "against the baseline")]
-        {
+        for (kind, title) in [
+            (CheckKind::Outcome, "outcomes"),
+            (CheckKind::Check, "checks"),
+            (CheckKind::Baseline, "against the baseline"),
+        ] {
             text += &self.check_text(kind, title, terminal);
         }
         text
     }
 
-    /// Formats the results of one kind. Of baseline comparisons, only failures are listed.
+    /// Formats the results of one kind. Of outcomes and baseline comparisons, only failures are listed.
     fn check_text(&self, kind: CheckKind, title: &str, terminal: Terminal) -> String {
         let results = || self.check_results.iter().filter(|result| result.kind == kind);
-        if results().next().is_none() {
+        let is_silent = kind == CheckKind::Outcome && results().all(|result| result.passed);
+        if results().next().is_none() || is_silent {
             return String::new();
         }
         let mut text = format!("\n{title}\n");
         let inside = Terminal { width: terminal.width - 2, ..terminal };
         let counted = kind == CheckKind::Baseline;
-        for result in results().filter(|result| !(counted && result.passed)) {
+        for result in results().filter(|result| kind == CheckKind::Check || !result.passed) {
             let (style, word) =
                 if result.passed { (Style::Good, "ok") } else { (Style::Bad, "FAILED") };
             let line = inside.wrapped(&format!("{word} {}", result.text()), 4);

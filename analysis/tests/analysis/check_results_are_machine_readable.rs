@@ -5,6 +5,7 @@
 use crate::synthetic::{Folder, Frames, analyze, flat, two_frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::GasPressure;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -46,16 +47,26 @@ fn junit_and_github_report_failed_checks() {
     let output =
         analyze(&["--github-annotations", "--junit", file.to_str().unwrap(), folder.name()]);
     assert_eq!(output.code, 3, "{}", output.text);
-    let annotation =
-        "::error title=gas%3A pressure.mean_square_formula::measured 2 N/m, expected at most 1";
+    let annotation = "::error file=synthetic.toml,line=14,title=gas%3A pressure.mean_square_formula::measured 2 N/m, expected at most 1";
     assert!(output.text.contains(annotation), "{}", output.text);
-    assert!(output.text.contains("::error title=gas%3A unreadable::"), "{}", output.text);
+    assert!(
+        output.text.contains("::error file=synthetic.toml,line=1,title=gas%3A unreadable::"),
+        "{}",
+        output.text
+    );
     let xml = fs::read_to_string(file).unwrap();
     assert!(
-        xml.contains("<testsuite name=\"gas\" tests=\"3\" failures=\"1\" errors=\"1\">"),
+        xml.contains("<testsuite name=\"gas\" tests=\"6\" failures=\"1\" errors=\"1\" time="),
         "{xml}"
     );
-    assert!(xml.contains("name=\"pressure.ideal_gas\"><system-out>measured 10 N/m"), "{xml}");
+    assert!(
+        xml.contains(
+            "name=\"pressure.ideal_gas: within 2 of 10\" time=\"0.000\"><system-out>measured 10 N/m"
+        ),
+        "{xml}"
+    );
+    let names: Vec<&str> = xml.lines().filter_map(|line| line.split(" name=").nth(1)).collect();
+    assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "each name once: {xml}");
     assert!(xml.contains("<failure message=\"measured 2 N/m, expected at most 1\"/>"), "{xml}");
     // The file is well-formed: every open tag is closed, and every ampersand is escaped.
     assert_eq!(xml.matches("<testcase").count(), xml.matches("</testcase>").count());

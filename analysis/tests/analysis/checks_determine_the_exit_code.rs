@@ -78,8 +78,8 @@ fn checks_of_a_file_are_applied_and_a_missing_metric_fails() {
     let output = analyzed_with("[[checks]]\nmetric = \"pressure.measured\"\nmaximum = 200\n");
     assert_eq!(output.code, 3, "{}", output.text);
     let output = analyzed_with("[[checks]]\nmetric = \"pressure.mesured\"\nminimum = 0\n");
-    assert_eq!(output.code, 3, "{}", output.text);
-    assert!(flat(&output.text).contains("did you mean pressure.measured?"), "{}", output.text);
+    assert_eq!(output.code, 2, "{}", output.text);
+    assert!(flat(&output.text).contains("did you mean `pressure.measured`?"), "{}", output.text);
     let output = analyzed_with(
         "[[checks]]\nmetric = \"pressure.measured\"\nwhere = { temperature_k = 7 }\nminimum = 0\n",
     );

@@ -7,6 +7,9 @@ pub(crate) trait Model: HasKeys + Default {
     /// The channels that the model can record, without the leading slash; `/frame` is always recorded.
     const CHANNELS: &'static [&'static str];
 
+    /// The metrics that runs of the model, or a sweep over them, can have.
+    const METRICS: &'static [&'static str];
+
     /// The key of `[record]` for an interval of simulated time, in the model's unit.
     const TIME_KEY: &'static str;
 

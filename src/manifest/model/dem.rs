@@ -5,6 +5,7 @@ use super::dem_insertion::DemInsertion;
 use super::dem_materials::{DemContactPair, DemMaterial};
 use super::dem_radius::DiscRadius;
 use super::dem_walls::DemWall;
+use super::metric_names;
 use super::placement::Placement;
 use crate::diagnostics::Diagnostic;
 use crate::keys::{HasKeys, Keys, Reader};
@@ -232,6 +233,8 @@ impl Model for DemConfig {
         "contact_forces",
         "log",
     ];
+
+    const METRICS: &'static [&'static str] = metric_names::DEM;
 
     const TIME_KEY: &'static str = "every_s";
 

@@ -6,6 +6,7 @@ use super::gas_start::{
     TemperatureDefinition,
 };
 use super::gas_walls::ThermalWall;
+use super::metric_names;
 use super::placement::Placement;
 use crate::keys::{HasKeys, Keys, Reader};
 use crate::quantity::{Finite, NonNegative, Positive};
@@ -182,6 +183,8 @@ impl Model for GasConfig {
         "speeds",
         "log",
     ];
+
+    const METRICS: &'static [&'static str] = metric_names::GAS;
 
     const TIME_KEY: &'static str = "every_s";
 

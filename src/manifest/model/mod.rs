@@ -13,6 +13,7 @@ mod gas;
 mod gas_rules;
 mod gas_start;
 mod gas_walls;
+mod metric_names;
 mod orbit;
 mod packing;
 mod placement;
@@ -58,6 +59,10 @@ macro_rules! models {
         /// The channels that each model can record, without the leading slash; `/frame` is always recorded.
         pub const CHANNELS: [(&str, &[&str]); ModelConfig::NAMES.len()] =
             [$((stringify!($name), <$config>::CHANNELS)),+];
+
+        /// The metrics of each model's runs, and of sweeps over them.
+        pub const METRICS: [(&str, &[&str]); ModelConfig::NAMES.len()] =
+            [$((stringify!($name), <$config>::METRICS)),+];
 
         impl ModelConfig {
             /// The names of all models.
@@ -160,6 +165,11 @@ impl ModelConfig {
     /// The channels that the model can record.
     pub(crate) fn channels(&self) -> &'static [&'static str] {
         CHANNELS.iter().find(|(name, _)| *name == self.name()).map_or(&[], |(_, own)| own)
+    }
+
+    /// The metrics that runs of the model, or a sweep over them, can have.
+    pub(crate) fn metrics(&self) -> &'static [&'static str] {
+        METRICS.iter().find(|(name, _)| *name == self.name()).map_or(&[], |(_, own)| own)
     }
 
     /// Reads the table `[model]`, which holds exactly one model. `None` if no model can be identified. Without

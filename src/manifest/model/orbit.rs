@@ -1,6 +1,7 @@
 //! `[model.orbit]`: the Earth around the Sun, in AU and days.
 
 use super::contract::{Model, at_least_one_step};
+use super::metric_names;
 use super::start_from::{StartFrom, may_be_recorded};
 use crate::diagnostics::Diagnostic;
 use crate::inline::{self, inline_table};
@@ -163,6 +164,8 @@ impl Model for OrbitConfig {
         "conserved",
         "log",
     ];
+
+    const METRICS: &'static [&'static str] = metric_names::ORBIT;
 
     const TIME_KEY: &'static str = "every_days";
 

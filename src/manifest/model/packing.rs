@@ -1,6 +1,7 @@
 //! `[model.packing]`: event-driven hard discs. Lengths and times are dimensionless, and a disc has mass 1.
 
 use super::contract::Model;
+use super::metric_names;
 use super::placement::{GivenNames, placements};
 use crate::keys::Reader;
 use crate::quantity::{BoxSide, Fraction, NonNegative, Positive};
@@ -128,6 +129,8 @@ impl Model for PackingConfig {
         "per_collision",
         "log",
     ];
+
+    const METRICS: &'static [&'static str] = metric_names::PACKING;
 
     const TIME_KEY: &'static str = "every_time";
 
