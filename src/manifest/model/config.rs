@@ -7,10 +7,13 @@ use crate::keys::{HasKeys, Keys, Reader};
 use crate::tree::{Entry, Table};
 use crate::value::refuse;
 
-/// Defines [`ModelConfig`] and [`CHANNELS`] from the list of models: each with its name, its variant, its type and the
-/// field of its start.
+/// Defines [`ModelConfig`] and [`CHANNELS`] from the list of models: each with its name, its variant, its type, the field of
+/// its start, the key of `[record]` for an interval of simulated time, and its channels without `/frame`.
 macro_rules! models {
-    ($($(#[$meta:meta])* $name:ident: $variant:ident($config:ty) from $start:ident,)+) => {
+    ($(
+        $(#[$meta:meta])*
+        $name:ident: $variant:ident($config:ty) from $start:ident, $time_key:ident, [$($channel:ident)+];
+    )+) => {
         /// The table `[model.<NAME>]`: which model, and its values.
         #[derive(Clone, Debug, PartialEq)]
         pub enum ModelConfig {
@@ -19,7 +22,7 @@ macro_rules! models {
 
         /// The channels that each model can record, without the leading slash; `/frame` is always recorded.
         pub const CHANNELS: [(&str, &[&str]); ModelConfig::NAMES.len()] =
-            [$((stringify!($name), <$config>::CHANNELS)),+];
+            [$((stringify!($name), &[$(stringify!($channel)),+])),+];
 
         impl ModelConfig {
             /// The names of all models.
@@ -31,16 +34,6 @@ macro_rules! models {
             pub fn with_defaults(name: &str) -> Option<Self> {
                 match name {
                     $(stringify!($name) => Some(Self::$variant(<$config>::default())),)+
-                    _ => None,
-                }
-            }
-
-            /// A commented manifest of the model: all its keys, at their defaults.
-            pub(crate) fn starter(name: &str) -> Option<&'static str> {
-                match name {
-                    $(stringify!($name) => {
-                        Some(include_str!(concat!("../starter/", stringify!($name), ".toml")))
-                    })+
                     _ => None,
                 }
             }
@@ -70,8 +63,19 @@ macro_rules! models {
             /// The key of `[record]` for an interval of simulated time.
             pub(crate) fn time_key(&self) -> &'static str {
                 match self {
-                    $(Self::$variant(_) => <$config>::TIME_KEY,)+
+                    $(Self::$variant(_) => stringify!($time_key),)+
                 }
+            }
+        }
+
+        /// Returns a commented manifest of a model to begin from: all its keys, at their defaults.
+        #[must_use]
+        pub fn starter(model: &str) -> Option<&'static str> {
+            match model {
+                $(stringify!($name) => {
+                    Some(include_str!(concat!("../starter/", stringify!($name), ".toml")))
+                })+
+                _ => None,
             }
         }
 
@@ -88,13 +92,22 @@ macro_rules! models {
 
 models! {
     /// Spring–dashpot discs in a box.
-    dem: Dem(super::dem::DemConfig) from placement,
+    dem: Dem(super::dem::DemConfig) from placement, every_s, [
+        state discs walls legend velocity force_chains energy energy_percent contact_statistics wall_forces temperature
+        contact_forces log
+    ];
     /// Point particles in a circular container.
-    gas: Gas(super::gas::GasConfig) from placement,
+    gas: Gas(super::gas::GasConfig) from placement, every_s, [
+        state discs walls legend velocity pressure temperature energy energy_balance collisions speeds log
+    ];
     /// Event-driven hard discs.
-    packing: Packing(super::packing::PackingConfig) from placement,
+    packing: Packing(super::packing::PackingConfig) from placement, every_time, [
+        state discs walls legend velocity temperature collisions pressure per_collision log
+    ];
     /// The Earth around the Sun.
-    orbit: Orbit(super::orbit::OrbitConfig) from start,
+    orbit: Orbit(super::orbit::OrbitConfig) from start, every_days, [
+        state discs walls legend velocity trail energy orbit conserved log
+    ];
 }
 
 impl HasKeys for ModelConfig {
@@ -135,8 +148,7 @@ impl ModelConfig {
         let mut model = Self::with_defaults(&entry.key)?;
         let path = format!("model.{}", entry.key);
         let Some(table) = entry.node.table() else {
-            refuse(&entry.node, &path, "a table", errors);
-            return Some(model);
+            return refuse(&entry.node, &path, "a table", errors).or(Some(model));
         };
         let mut reader = Reader::new(&path, table, errors);
         model.keys(&mut reader);

@@ -17,11 +17,11 @@ mod gas_start;
 mod gas_walls;
 mod orbit;
 mod packing;
-mod placement;
+mod start;
 mod start_from;
 
 pub(crate) use config::no_model;
-pub use config::{CHANNELS, ModelConfig};
+pub use config::{CHANNELS, ModelConfig, starter};
 pub use dem::{
     DemConfig, DemDashpot, DemIntegrator, Dissipation, PeriodicSides, TimeStep, UnstableTimeStep,
 };
@@ -31,13 +31,14 @@ pub use dem_radius::DiscRadius;
 pub use dem_walls::{DemWall, DemWallShape};
 pub use gas::{GasConfig, Propagation};
 pub use gas_start::{
-    BoltzmannConstant, PositionDistribution, SpeedDistribution, SpeedScale, TemperatureDefinition,
+    BoltzmannConstant, GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale,
+    TemperatureDefinition,
 };
 pub use gas_walls::ThermalWall;
-pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitSummation};
+pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitState, OrbitSummation};
 pub use packing::{
     Boundary, CollapseGuard, InitialVelocities, PERIODIC_DIAMETERS, PackingConfig,
-    PackingPlacement, RunLength,
+    PackingPlacement, PackingState, RunLength,
 };
-pub use placement::{GivenState, Placement};
+pub use start::{GivenState, Placement};
 pub use start_from::{RecordedState, Recordings, StartFrom};
