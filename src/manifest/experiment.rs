@@ -129,6 +129,15 @@ fn experiment(
     })
 }
 
+impl std::str::FromStr for Experiment {
+    type Err = Diagnostics;
+
+    /// Reads the text of a manifest; an experiment without a name is called `manifest`.
+    fn from_str(text: &str) -> Result<Self, Diagnostics> {
+        parse(text, "manifest.toml", &[])
+    }
+}
+
 impl Experiment {
     /// The name of the model that all runs share.
     #[must_use]
