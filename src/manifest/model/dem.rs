@@ -5,10 +5,9 @@ use super::dem_insertion::DemInsertion;
 use super::dem_materials::{DemContactPair, DemMaterial};
 use super::dem_radius::DiscRadius;
 use super::dem_walls::DemWall;
-use super::metric_names;
-use super::placement::Placement;
+use super::start::Placement;
 use crate::diagnostics::Diagnostic;
-use crate::keys::{HasKeys, Keys, Reader};
+use crate::keys::Reader;
 use crate::quantity::{Finite, Fraction, NonNegative, Positive};
 use crate::table::{choice, table};
 use crate::tree::{Node, Value};
@@ -83,7 +82,7 @@ table! {
         /// What an unstable time step leads to: the run is rejected (error), or continues with a warning (warn).
         on_unstable_time_step: UnstableTimeStep [""] = UnstableTimeStep::Error,
         /// How discs are placed at the start; given velocities count, all others are at rest.
-        placement: Placement [start Placement] = Placement::Random,
+        placement: Placement [start] = Placement::Random,
         /// Simulated time.
         duration_s: Positive ["s"] = Positive::literal(1.0),
     }
@@ -100,6 +99,19 @@ words! {
         Y = "y",
         /// No walls.
         Both = "both",
+    }
+}
+
+impl PeriodicSides {
+    /// Whether the box is periodic in x, and in y.
+    #[must_use]
+    pub fn axes(self) -> [bool; 2] {
+        match self {
+            Self::None => [false, false],
+            Self::X => [true, false],
+            Self::Y => [false, true],
+            Self::Both => [true, true],
+        }
     }
 }
 
@@ -143,50 +155,23 @@ words! {
     }
 }
 
-/// The time step of the DEM.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TimeStep {
-    /// The dem exercise's N_t: dt = pi sqrt(m/k) / N_t, m the smallest disc's mass (equation 2).
-    PerContact(Positive),
-    /// In seconds.
-    Fixed(Positive),
-    /// The longest that the stability bounds allow with a margin.
-    Automatic,
-}
-
-table! {
-    /// The keys of a [`TimeStep`].
-    struct TimeStepKeys at most one of [steps_per_wall_contact, time_step_s] {
+choice! {
+    /// The time step of the DEM.
+    pub enum TimeStep {
         /// N_t of dt = pi sqrt(m/k) / N_t, m the smallest disc's mass.
-        steps_per_wall_contact: Option<Positive> ["1", optional],
+        steps_per_wall_contact: PerContact(Positive) ["1"],
         /// Time step, in place of `steps_per_wall_contact`; or automatic: the longest that the stability bounds allow with a
         /// margin.
-        time_step_s: Option<StepLength> ["s", optional],
+        time_step_s: Length(StepLength) ["s"],
     }
 }
 
-impl HasKeys for TimeStep {
-    fn keys(&mut self, keys: &mut impl Keys) {
-        let mut own = TimeStepKeys::default();
-        match *self {
-            Self::PerContact(steps) => own.steps_per_wall_contact = Some(steps),
-            Self::Fixed(step) => own.time_step_s = Some(StepLength::Seconds(step)),
-            Self::Automatic => own.time_step_s = Some(StepLength::Automatic),
-        }
-        own.keys(keys);
-        *self = match (own.steps_per_wall_contact, own.time_step_s) {
-            (_, Some(StepLength::Seconds(step))) => Self::Fixed(step),
-            (_, Some(StepLength::Automatic)) => Self::Automatic,
-            (Some(steps), None) => Self::PerContact(steps),
-            (None, None) => *self,
-        };
-    }
-}
-
-/// A time step as it is written.
+/// A time step, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum StepLength {
-    Seconds(Positive),
+pub enum StepLength {
+    /// This one.
+    Fixed(Positive),
+    /// The longest that the stability bounds allow with a margin.
     Automatic,
 }
 
@@ -197,17 +182,14 @@ impl TomlValue for StepLength {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         match &node.value {
             Value::Text(text) if text == AUTOMATIC => Some(Self::Automatic),
-            Value::Text(_) => {
-                refuse(node, name, "a number > 0 or \"automatic\"", errors);
-                None
-            }
-            _ => Positive::read(node, name, errors).map(Self::Seconds),
+            Value::Text(_) => refuse(node, name, "a number > 0 or \"automatic\"", errors),
+            _ => Positive::read(node, name, errors).map(Self::Fixed),
         }
     }
 
     fn write(&self) -> String {
         match self {
-            Self::Seconds(step) => step.write(),
+            Self::Fixed(step) => step.write(),
             Self::Automatic => quoted(AUTOMATIC),
         }
     }
@@ -218,41 +200,17 @@ impl TomlValue for StepLength {
 }
 
 impl Model for DemConfig {
-    const CHANNELS: &'static [&'static str] = &[
-        "state",
-        "discs",
-        "walls",
-        "legend",
-        "velocity",
-        "force_chains",
-        "energy",
-        "energy_percent",
-        "contact_statistics",
-        "wall_forces",
-        "temperature",
-        "contact_forces",
-        "log",
-    ];
-
-    const METRICS: &'static [&'static str] = metric_names::DEM;
-
-    const TIME_KEY: &'static str = "every_s";
-
     fn intervals(&self, _sound: bool) -> &'static [&'static str] {
         &["every_s", "every_steps"]
     }
 
     fn check(&mut self, table: &mut Reader<'_>) {
-        match &self.placement {
-            Placement::Given(state) => self.discs = state.count(table, "discs", self.discs),
-            Placement::Recorded(start) => self.discs = start.count(table, "discs", self.discs),
-            Placement::Random | Placement::Lattice => {}
-        }
+        self.discs = self.placement.count(table, "discs", self.discs);
         self.check_sizes(table);
         self.check_scene(table);
         let steps = match self.time_step {
-            TimeStep::Fixed(step) => self.duration_s.get() / step.get(),
-            TimeStep::PerContact(_) | TimeStep::Automatic => f64::INFINITY,
+            TimeStep::Length(StepLength::Fixed(step)) => self.duration_s.get() / step.get(),
+            _ => f64::INFINITY,
         };
         at_least_one_step(steps, table, &["time_step_s", "duration_s"]);
     }
