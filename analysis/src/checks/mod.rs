@@ -5,6 +5,7 @@ pub(crate) mod ci_formats;
 
 use crate::input::coordinates;
 use crate::metric::{Metric, MetricScope};
+use crate::models;
 use kinetoscope_manifest::{Bound, Check};
 use std::collections::BTreeSet;
 
@@ -73,13 +74,8 @@ fn missing(check: &Check, named: &[&Metric], metrics: &[Metric]) -> CheckResult 
             if place.is_empty() { "of a finished run".to_owned() } else { format!("at {place}") };
         format!("there is none {place}")
     } else {
-        let known = metrics.iter().map(Metric::name);
-        let near = known
-            .map(|name| (strsim::damerau_levenshtein(name, &check.metric), name))
-            .filter(|(distance, _)| *distance <= 1 + check.metric.len() / 4)
-            .min();
-        match near {
-            Some((_, name)) => format!("there is no such metric; did you mean {name}?"),
+        match models::nearest(metrics.iter().map(Metric::name), &check.metric) {
+            Some(name) => format!("there is no such metric; did you mean {name}?"),
             None => "there is no such metric; metrics.csv lists all that there are".to_owned(),
         }
     };

@@ -26,10 +26,12 @@ use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunStatus};
 use crate::sweep;
 use kinetoscope_manifest::{Check, Coordinate, ExperimentRecord, TimingTable};
+use rayon::iter::{
+    IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
+};
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread::{self, available_parallelism};
+use std::thread::available_parallelism;
 
 /// The analysis of one experiment.
 #[derive(Debug)]
@@ -110,30 +112,11 @@ fn analyze_all(
     options: &AnalysisOptions,
 ) -> Vec<Result<RunAnalysis, UnreadableRecording>> {
     let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let workers = tasks.len().min(cores.get());
-    let threads = NonZeroUsize::new(cores.get() / workers.max(1)).unwrap_or(NonZeroUsize::MIN);
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut found = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(task) = tasks.get(index) else { return found };
-            found.push((index, task.analyze(options, threads)));
-        }
-    };
-    let mut found: Vec<_> = thread::scope(|scope| {
-        let others: Vec<_> = (1..workers).map(|_| scope.spawn(work)).collect();
-        let mut found = work();
-        for other in others {
-            match other.join() {
-                Ok(theirs) => found.extend(theirs),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        found
-    });
-    found.sort_by_key(|(index, _)| *index);
-    found.into_iter().map(|(_, result)| result).collect()
+    let threads = NonZeroUsize::new(cores.get() / tasks.len().clamp(1, cores.get()));
+    let threads = threads.unwrap_or(NonZeroUsize::MIN);
+    // One task at a time per thread, because recordings differ in length.
+    let tasks = tasks.par_iter().with_max_len(1);
+    tasks.map(|task| task.analyze(options, threads)).collect()
 }
 
 /// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
