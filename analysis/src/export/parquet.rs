@@ -83,12 +83,13 @@ impl TableFile for ParquetFile {
         Ok(())
     }
 
-    fn finish(&mut self) -> Result<(), WriteError> {
+    fn finish(&mut self) -> Result<PathBuf, WriteError> {
         let written = self.write_group();
         let closed = written.and_then(|()| match self.writer.take() {
             Some(writer) => writer.close().map(drop),
             None => Ok(()),
         });
-        closed.map_err(|error| WriteError::new(&self.path, error))
+        closed.map_err(|error| WriteError::new(&self.path, error))?;
+        Ok(self.path.clone())
     }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod definition;
 pub(crate) mod law;
 pub(crate) mod measurement;
+pub(crate) mod symbols;
 
 pub use definition::Definition;
 pub use law::Law;

@@ -4,7 +4,7 @@
 
 use crate::checks::CheckKind;
 use crate::input::coordinates::label;
-use crate::metric::Metric;
+use crate::metric::{Definition, Metric, symbols};
 use crate::report::AnalysisReport;
 use crate::report::table::{deviation_text, six_digits, with_error};
 use kinetoscope_manifest::{Coordinate, TimingTable};
@@ -244,9 +244,16 @@ fn definitions(report: &AnalysisReport) -> Markup {
     let mut listed = BTreeSet::new();
     let all = report.metrics.iter().map(|metric| metric.definition);
     let definitions = all.filter(|definition| listed.insert((definition.name, definition.how)));
+    let definitions: Vec<&Definition> = definitions.collect();
+    let formulas = definitions.iter().flat_map(|definition| {
+        definition.laws.iter().map(|law| law.statement).chain([definition.how])
+    });
+    let symbols: Vec<String> =
+        symbols::used(formulas).map(|(symbol, meaning)| format!("{symbol}: {meaning}")).collect();
     html! {
         section {
             h2 { "Definitions" }
+            @if !symbols.is_empty() { p { (symbols.join(" · ")) } }
             dl {
                 @for definition in definitions {
                     @let laws: Vec<String> =
