@@ -50,7 +50,7 @@ pub(crate) fn evaluate(check: &Check, metrics: &[Metric]) -> Vec<CheckResult> {
         .filter(|metric| matches!(metric.scope, MetricScope::Sweep(_)))
         .map(|metric| coordinates::text(metric.coordinates()))
         .collect();
-    let judged: Vec<&Metric> = selected
+    let checked: Vec<&Metric> = selected
         .into_iter()
         .filter(|metric| match &metric.scope {
             MetricScope::Sweep(_) => true,
@@ -60,10 +60,10 @@ pub(crate) fn evaluate(check: &Check, metrics: &[Metric]) -> Vec<CheckResult> {
             }
         })
         .collect();
-    if judged.is_empty() {
+    if checked.is_empty() {
         return vec![missing(check, &named, metrics)];
     }
-    judged.into_iter().map(|metric| compare(check, metric)).collect()
+    checked.into_iter().map(|metric| compare(check, metric)).collect()
 }
 
 fn missing(check: &Check, named: &[&Metric], metrics: &[Metric]) -> CheckResult {
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_not_be_judged_fails() {
+    fn metric_without_theory_or_error_fails() {
         let bare = metric(10.0, None, None);
         assert!(!holds(Bound::Near { expected: None, tolerance: 1.0 }, &bare));
         assert!(!holds(

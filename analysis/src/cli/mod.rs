@@ -257,13 +257,13 @@ fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> Analys
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
     let text = std::fs::read_to_string(path)
-        .map_err(|error| format!("the checks file {} can't be read: {error}", path.display()))?;
+        .map_err(|error| format!("the checks file {} cannot be read: {error}", path.display()))?;
     parse_checks(&text, &path.display().to_string()).map_err(|diagnostics| diagnostics.to_string())
 }
 
 fn read_baseline(path: &Path) -> Result<Baseline, String> {
     let text = std::fs::read_to_string(path)
-        .map_err(|error| format!("the baseline {} can't be read: {error}", path.display()))?;
+        .map_err(|error| format!("the baseline {} cannot be read: {error}", path.display()))?;
     Baseline::read(&text).map_err(|why| format!("{} {why}", path.display()))
 }
 

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Rows per row group, which bound the memory.
-const ROWS_A_GROUP: usize = 1 << 16;
+const ROWS_PER_GROUP: usize = 1 << 16;
 
 struct ParquetFile {
     path: PathBuf,
@@ -77,7 +77,7 @@ impl TableFile for ParquetFile {
         for (column, value) in self.columns.iter_mut().zip([time].iter().chain(values)) {
             column.push(*value);
         }
-        if self.frames.len() == ROWS_A_GROUP {
+        if self.frames.len() == ROWS_PER_GROUP {
             self.write_group().map_err(|error| WriteError::new(&self.path, error))?;
         }
         Ok(())

@@ -138,7 +138,7 @@ fn numbers(report: &AnalysisReport) -> Markup {
                         thead {
                             tr {
                                 th { "metric" } th { "value" } th { "unit" } th { "theory" }
-                                th { "apart" }
+                                th { "deviation" }
                             }
                         }
                         tbody { @for metric in metrics { (metric_row(metric)) } }
@@ -160,7 +160,7 @@ fn metric_row(metric: &Metric) -> Markup {
             td data-label="" { (with_error(metric.value, metric.standard_error)) }
             td data-label="" { (unit) }
             td data-label=(label("theory", &theory)) { (theory) }
-            td data-label=(label("apart", &deviation)) { (deviation) }
+            td data-label=(label("deviation", &deviation)) { (deviation) }
         }
     }
 }

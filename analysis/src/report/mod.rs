@@ -221,7 +221,7 @@ fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<Ti
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
         Err(error) => {
-            notes.push(format!("{} can't be read: {error}", path.display()));
+            notes.push(format!("{} cannot be read: {error}", path.display()));
             return None;
         }
     };

@@ -24,7 +24,7 @@ pub(crate) fn fits(points: &[SweepPoint<'_>]) -> (Vec<Metric>, Vec<String>) {
     for fit in MODELS.iter().flat_map(|model| model.fits) {
         let swept = points
             .iter()
-            .filter(|point| point.coordinates.iter().any(|place| place.key == fit.along));
+            .filter(|point| point.coordinates.iter().any(|coordinate| coordinate.key == fit.along));
         for (others, group) in
             grouped(swept.map(|point| (without(&point.coordinates, fit.along), point)))
         {
@@ -111,11 +111,12 @@ impl Fit {
     fn replicates(&self, group: &[&SweepPoint<'_>]) -> BTreeMap<u32, Vec<(f64, f64)>> {
         let mut replicates: BTreeMap<u32, Vec<(f64, f64)>> = BTreeMap::new();
         for point in group {
-            let place = point.coordinates.iter().find(|place| place.key == self.along);
+            let coordinate =
+                point.coordinates.iter().find(|coordinate| coordinate.key == self.along);
             for run in &point.runs {
                 let x = match self.over {
                     Some(name) => run.measurement(name).map(|found| found.estimate.value),
-                    None => place.and_then(|place| place.value.parse().ok()),
+                    None => coordinate.and_then(|coordinate| coordinate.value.parse().ok()),
                 };
                 if let (Some(x), Some(found)) = (x, run.measurement(self.of)) {
                     let points = replicates.entry(run.manifest.replicate).or_default();
