@@ -116,7 +116,7 @@ pub(crate) struct Blocking {
 }
 
 /// Minimum number of blocks for an error estimate.
-const FEWEST_BLOCKS: u64 = 8;
+const MIN_BLOCKS: u64 = 8;
 
 impl Blocking {
     /// Adds the next value with weight 1.
@@ -192,12 +192,12 @@ impl Blocking {
 
     /// Mean weight per block of this level.
     fn block_weight(&self, level: &Level) -> f64 {
-        let entries_a_block = self.levels[0].blocks as f64 / level.blocks as f64;
-        self.weight.value() / self.entries as f64 * entries_a_block
+        let entries_per_block = self.levels[0].blocks as f64 / level.blocks as f64;
+        self.weight.value() / self.entries as f64 * entries_per_block
     }
 
     fn standard_error(&self, excess: f64) -> Option<f64> {
-        if self.entries < FEWEST_BLOCKS {
+        if self.entries < MIN_BLOCKS {
             return None;
         }
         let plain = self.error_at(self.levels.first()?, excess);
@@ -205,7 +205,7 @@ impl Blocking {
             return Some(0.0);
         }
         let mut block_length = 1.0;
-        for level in self.levels.iter().take_while(|level| level.blocks >= FEWEST_BLOCKS) {
+        for level in self.levels.iter().take_while(|level| level.blocks >= MIN_BLOCKS) {
             let error = self.error_at(level, excess);
             let growth = error / plain;
             if block_length * block_length * block_length

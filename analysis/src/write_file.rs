@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// A file or folder that cannot be written, with the user's next step.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "{} can't be written: {reason}. Make room or make it writable, or name another folder with --output DIR",
+    "{} cannot be written: {reason}. Make room or make it writable, or name another folder with --output DIR",
     path.display()
 )]
 pub(crate) struct WriteError {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// Maximum difference in combined standard errors. Chance exceeds it for one in 16,000 unchanged metrics.
 const MAX_STANDARD_ERRORS: f64 = 4.0;
 /// Differences below this fraction of the value are rounding errors.
-const ROUNDING_SHARE: f64 = 1e-9;
+const ROUNDING_FRACTION: f64 = 1e-9;
 
 /// The metrics of an earlier analysis.
 #[derive(Debug, Deserialize)]
@@ -75,11 +75,11 @@ impl Baseline {
             let of = earlier.subject();
             match now.get(&of) {
                 Some(metric) => match compare(earlier, metric) {
-                    BaselineComparison::Judged(result) => check_results.push(result),
+                    BaselineComparison::Checked(result) => check_results.push(result),
                     BaselineComparison::Changed(note) => notes.push(note),
                     BaselineComparison::Same => {}
                 },
-                None => check_results.push(gone(&of)),
+                None => check_results.push(missing(&of)),
             }
         }
         (check_results, notes)
@@ -117,23 +117,25 @@ fn subject_of(metric: &Metric) -> MetricId {
     let places = metric.coordinates().iter();
     MetricId {
         name: metric.name().to_owned(),
-        coordinates: places.map(|place| (place.key.clone(), place.value.clone())).collect(),
+        coordinates: places
+            .map(|coordinate| (coordinate.key.clone(), coordinate.value.clone()))
+            .collect(),
         replicate,
         along,
     }
 }
 
 enum BaselineComparison {
-    Judged(CheckResult),
+    Checked(CheckResult),
     Changed(String),
     Same,
 }
 
 fn compare(earlier: &BaselineMetric, metric: &Metric) -> BaselineComparison {
     let before = earlier.value.unwrap_or(f64::NAN);
-    let apart = metric.value - before;
-    let rounding = metric.rounding + ROUNDING_SHARE * before.abs();
-    let same = apart.abs() <= rounding || (before.is_nan() && !metric.value.is_finite());
+    let difference = metric.value - before;
+    let rounding = metric.rounding + ROUNDING_FRACTION * before.abs();
+    let same = difference.abs() <= rounding || (before.is_nan() && !metric.value.is_finite());
     let errors = [earlier.standard_error, metric.standard_error];
     let numbers = format!("{}, before {}", in_unit(metric.value, metric), in_unit(before, metric));
     if errors == [None, None] {
@@ -142,18 +144,18 @@ fn compare(earlier: &BaselineMetric, metric: &Metric) -> BaselineComparison {
         } else {
             let subject = subject(metric);
             BaselineComparison::Changed(format!(
-                "{subject} has changed and is not judged, as it has no standard error: {numbers}"
+                "{subject} has changed and is not checked, because it has no standard error: {numbers}"
             ))
         };
     }
     let error = errors.map(|error| error.unwrap_or(0.0));
-    let common = error[0].hypot(error[1]);
-    let passed = same || apart.abs() <= MAX_STANDARD_ERRORS * common;
+    let combined = error[0].hypot(error[1]);
+    let passed = same || difference.abs() <= MAX_STANDARD_ERRORS * combined;
     let finding = format!(
-        "{numbers}: {:.1} of {MAX_STANDARD_ERRORS} standard errors apart",
-        if same { 0.0 } else { apart.abs() / common }
+        "{numbers}: {:.1} of {MAX_STANDARD_ERRORS} combined standard errors",
+        if same { 0.0 } else { difference.abs() / combined }
     );
-    BaselineComparison::Judged(CheckResult {
+    BaselineComparison::Checked(CheckResult {
         passed,
         kind: CheckKind::Baseline,
         subject: subject(metric),
@@ -164,7 +166,7 @@ fn compare(earlier: &BaselineMetric, metric: &Metric) -> BaselineComparison {
     })
 }
 
-fn gone(of: &MetricId) -> CheckResult {
+fn missing(of: &MetricId) -> CheckResult {
     let places = of.coordinates.iter().map(|(key, value)| format!("{key} = {value}"));
     let replicate = of.replicate.filter(|replicate| *replicate > 0);
     let replicate = replicate.map(|replicate| format!("replicate = {replicate}"));
@@ -177,6 +179,6 @@ fn gone(of: &MetricId) -> CheckResult {
         requirement: "in the baseline".to_owned(),
         line: 0,
         seconds: 0.0,
-        finding: "the baseline has it, and it is not there any more".to_owned(),
+        finding: "the baseline contains it, and this analysis does not".to_owned(),
     }
 }

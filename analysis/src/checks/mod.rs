@@ -58,7 +58,7 @@ pub(crate) fn evaluate(check: &Check, metrics: &[Metric]) -> Vec<CheckResult> {
         .filter(|metric| matches!(metric.scope, MetricScope::Sweep(_)))
         .map(|metric| coordinates::text(metric.coordinates()))
         .collect();
-    let judged: Vec<&Metric> = selected
+    let checked: Vec<&Metric> = selected
         .into_iter()
         .filter(|metric| match &metric.scope {
             MetricScope::Sweep(_) => true,
@@ -68,10 +68,10 @@ pub(crate) fn evaluate(check: &Check, metrics: &[Metric]) -> Vec<CheckResult> {
             }
         })
         .collect();
-    if judged.is_empty() {
+    if checked.is_empty() {
         return vec![missing(check, &named)];
     }
-    judged.into_iter().map(|metric| compare(check, metric)).collect()
+    checked.into_iter().map(|metric| compare(check, metric)).collect()
 }
 
 fn missing(check: &Check, named: &[&Metric]) -> CheckResult {
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_not_be_judged_fails() {
+    fn metric_without_theory_or_error_fails() {
         let bare = metric(10.0, None, None);
         assert!(!passes(Bound::Near { expected: None, tolerance: 1.0 }, &bare));
         assert!(!passes(

@@ -10,7 +10,7 @@ pub use export_arguments::ExportArguments;
 use crate::checks::CheckKind;
 use crate::checks::baseline::Baseline;
 use crate::checks::ci_formats::{self, ExperimentChecks};
-use crate::export::{self, ExportFormat};
+use crate::export::{self, Export, ExportFormat};
 use crate::input::{self, RecordingFolder};
 use crate::report::table::{Style, Terminal};
 use crate::report::{self, AnalysisOptions, AnalysisReport, analyze};
@@ -119,9 +119,8 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
             report.compare(&baselines.remove(at));
         }
         arguments.say(&report.text(terminal));
-        for line in export_all(&source, &arguments.export, &folder.join("export"), terminal)? {
-            arguments.say(&line);
-        }
+        let exports = folder.join("export");
+        export_all(&source, &arguments.export, &exports, |line| arguments.say(line))?;
         #[cfg(feature = "parquet")]
         if arguments.metrics_table {
             arguments.say(&write_table(&report, &folder, terminal)?);
@@ -177,21 +176,23 @@ fn fill_caches(sources: Vec<RecordingFolder>, snapshots_at: &[f64], no_cache: bo
     errors
 }
 
-/// Exports the recordings in all requested formats to a folder; returns one line per format for the user.
+/// Exports the recordings in all requested formats to a folder, and passes one line per format to `say`.
 fn export_all(
     source: &RecordingFolder,
     formats: &[ExportFormat],
     folder: &Path,
-    terminal: Terminal,
-) -> Result<Vec<String>, CommandError> {
-    let mut lines = Vec::new();
+    say: impl Fn(&str),
+) -> Result<Vec<Export>, CommandError> {
+    let mut all = Vec::new();
     for format in formats {
-        let count = export::export(source, *format, folder)?;
+        let mut exports = export::export(source, *format, folder)?;
+        let count = exports.len();
         let plural = if count == 1 { "recording" } else { "recordings" };
         let line = format!("exported: {count} {plural} to {}", folder.display());
-        lines.push(format!("{}\n", terminal.wrapped(&line, 2)));
+        say(&format!("{}\n", terminal().wrapped(&line, 2)));
+        all.append(&mut exports);
     }
-    Ok(lines)
+    Ok(all)
 }
 
 /// Writes all files and prints which.
@@ -305,13 +306,13 @@ fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> Analys
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
     let text = std::fs::read_to_string(path)
-        .map_err(|error| format!("the checks file {} can't be read: {error}", path.display()))?;
+        .map_err(|error| format!("the checks file {} cannot be read: {error}", path.display()))?;
     parse_checks(&text, &path.display().to_string()).map_err(|diagnostics| diagnostics.to_string())
 }
 
 fn read_baseline(path: &Path) -> Result<Baseline, String> {
     let text = std::fs::read_to_string(path)
-        .map_err(|error| format!("the baseline {} can't be read: {error}", path.display()))?;
+        .map_err(|error| format!("the baseline {} cannot be read: {error}", path.display()))?;
     Baseline::read(&text).map_err(|why| format!("{} {why}", path.display()))
 }
 

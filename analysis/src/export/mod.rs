@@ -13,7 +13,7 @@ use crate::input::RecordingFolder;
 use crate::input::recording;
 use crate::models;
 use crate::write_file::{WriteError, create_folder};
-use exporter::{ExportedRun, Exporter};
+use exporter::{ExportedRun, Exporter, WrittenFile};
 use std::path::{Path, PathBuf};
 
 /// A format of exported recordings.
@@ -54,17 +54,21 @@ pub(crate) enum ExportError {
     NotBuiltIn,
 }
 
-/// Exports the recordings of a folder to one subfolder of `folder` per recording; returns their number.
-///
-/// # Errors
-/// A file that cannot be written, or Parquet in a program without it. Unreadable recordings are skipped, because the
-/// analysis reports them.
+/// One recording in one format.
+pub(crate) struct Export {
+    pub(crate) recording: PathBuf,
+    pub(crate) format: ExportFormat,
+    pub(crate) files: Vec<WrittenFile>,
+}
+
+/// Exports the recordings of a folder to one subfolder of `folder` per recording. Unreadable recordings are skipped,
+/// because the analysis reports them.
 pub(crate) fn export(
     source: &RecordingFolder,
     format: ExportFormat,
     folder: &Path,
-) -> Result<usize, ExportError> {
-    let mut exported = 0;
+) -> Result<Vec<Export>, ExportError> {
+    let mut exports = Vec::new();
     for path in &source.files {
         let Ok(recording) = source.recording(path) else { continue };
         let Ok(run) = recording::opened(recording) else { continue };
@@ -82,10 +86,9 @@ pub(crate) fn export(
         for frame in frames.map_while(Result::ok) {
             exporter.write_frame(&frame)?;
         }
-        exporter.finish()?;
-        exported += 1;
+        exports.push(Export { recording: path.clone(), format, files: exporter.finish()? });
     }
-    Ok(exported)
+    Ok(exports)
 }
 
 fn exporter(

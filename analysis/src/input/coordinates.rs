@@ -5,16 +5,17 @@ use std::collections::BTreeMap;
 
 /// Formats coordinates, such as "temperature_k = 300, variant = Verlet"; empty for a single run.
 pub(crate) fn text(coordinates: &[Coordinate]) -> String {
-    let parts =
-        coordinates.iter().map(|place| format!("{} = {}", last_part(&place.key), place.value));
+    let parts = coordinates
+        .iter()
+        .map(|coordinate| format!("{} = {}", last_part(&coordinate.key), coordinate.value));
     parts.collect::<Vec<_>>().join(", ")
 }
 
 /// Formats coordinates for a curve's name: a variant by its name only.
 pub(crate) fn label(coordinates: &[Coordinate]) -> String {
-    let parts = coordinates.iter().map(|place| match place.key.as_str() {
-        "variant" => place.value.clone(),
-        key => format!("{} = {}", last_part(key), place.value),
+    let parts = coordinates.iter().map(|coordinate| match coordinate.key.as_str() {
+        "variant" => coordinate.value.clone(),
+        key => format!("{} = {}", last_part(key), coordinate.value),
     });
     parts.collect::<Vec<_>>().join(", ")
 }
@@ -30,7 +31,7 @@ pub(crate) fn file_part(coordinates: &[Coordinate]) -> String {
     };
     coordinates
         .iter()
-        .map(|place| format!("__{}={}", last_part(&place.key), place.value))
+        .map(|coordinate| format!("__{}={}", last_part(&coordinate.key), coordinate.value))
         .collect::<String>()
         .chars()
         .map(safe)
@@ -44,7 +45,7 @@ pub(crate) fn last_part(key: &str) -> &str {
 
 /// All coordinates except that of a key.
 pub(crate) fn without(coordinates: &[Coordinate], key: &str) -> Vec<Coordinate> {
-    coordinates.iter().filter(|place| place.key != key).cloned().collect()
+    coordinates.iter().filter(|coordinate| coordinate.key != key).cloned().collect()
 }
 
 /// Groups items by coordinates, in order of first appearance.
@@ -54,8 +55,10 @@ pub(crate) fn grouped<T>(
     let mut groups: Vec<(Vec<Coordinate>, Vec<T>)> = Vec::new();
     let mut index: BTreeMap<Vec<(String, String)>, usize> = BTreeMap::new();
     for (coordinates, item) in items {
-        let pairs: Vec<(String, String)> =
-            coordinates.iter().map(|place| (place.key.clone(), place.value.clone())).collect();
+        let pairs: Vec<(String, String)> = coordinates
+            .iter()
+            .map(|coordinate| (coordinate.key.clone(), coordinate.value.clone()))
+            .collect();
         let at = *index.entry(pairs).or_insert_with(|| {
             groups.push((coordinates, Vec::new()));
             groups.len() - 1

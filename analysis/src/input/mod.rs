@@ -103,7 +103,7 @@ fn search_remote(address: &Path, found: &mut Vec<RecordingFolder>) -> Result<(),
 /// Adds the recordings of a folder and its subfolders.
 fn search(folder: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
     let unlisted =
-        |error| InvalidPath::new(format!("{} can't be listed: {error}", folder.display()));
+        |error| InvalidPath::new(format!("{} cannot be listed: {error}", folder.display()));
     let entries = std::fs::read_dir(folder).map_err(unlisted)?;
     let mut paths: Vec<PathBuf> = entries
         .map(|entry| entry.map(|entry| entry.path()))

@@ -3,6 +3,7 @@
 pub(crate) mod definition;
 pub(crate) mod law;
 pub(crate) mod measurement;
+pub(crate) mod symbols;
 
 pub use definition::Definition;
 pub use law::Law;
@@ -48,7 +49,7 @@ pub(crate) enum Deviation {
 }
 
 /// Deviations below this fraction of the theoretical value are rounding errors.
-const ROUNDING_SHARE: f64 = 1e-9;
+const ROUNDING_FRACTION: f64 = 1e-9;
 
 impl Metric {
     pub(crate) fn new(
@@ -84,13 +85,13 @@ impl Metric {
     /// Deviation from theory; `None` without a theoretical value.
     pub(crate) fn deviation(&self) -> Option<Deviation> {
         let theory = self.theory?;
-        let apart = self.value - theory;
-        let rounding = self.rounding.max(ROUNDING_SHARE * theory.abs());
+        let difference = self.value - theory;
+        let rounding = self.rounding.max(ROUNDING_FRACTION * theory.abs());
         Some(match self.standard_error {
-            _ if apart.abs() <= rounding => Deviation::Rounding,
+            _ if difference.abs() <= rounding => Deviation::Rounding,
             // A standard error within rounding is not a measure of the deviation.
-            Some(error) if error > rounding => Deviation::StandardErrors(apart / error),
-            _ => Deviation::Bare(apart),
+            Some(error) if error > rounding => Deviation::StandardErrors(difference / error),
+            _ => Deviation::Bare(difference),
         })
     }
 
@@ -143,7 +144,9 @@ fn as_map<S: serde::Serializer>(
     coordinates: &[Coordinate],
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
-    let pairs: BTreeMap<&str, &str> =
-        coordinates.iter().map(|place| (place.key.as_str(), place.value.as_str())).collect();
+    let pairs: BTreeMap<&str, &str> = coordinates
+        .iter()
+        .map(|coordinate| (coordinate.key.as_str(), coordinate.value.as_str()))
+        .collect();
     pairs.serialize(serializer)
 }

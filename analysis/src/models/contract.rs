@@ -64,7 +64,9 @@ pub(crate) struct Fit {
     pub(crate) of: &'static str,
     /// The fitted function.
     pub(crate) shape: FitShape,
-    /// The theoretical value of the slope, exponent or scale.
+    /// The metrics that the function's parameters are.
+    pub(crate) parameters: &'static [&'static Definition],
+    /// The theoretical value of the first parameter.
     pub(crate) theory: fn(&ModelConfig) -> Option<f64>,
     /// Whether the fit is an order of convergence: all runs must end at the same time, and the theory must know an order.
     pub(crate) is_convergence_order: bool,
@@ -72,30 +74,26 @@ pub(crate) struct Fit {
 
 impl Fit {
     /// A fit over the swept key itself, without a theoretical value.
-    pub(crate) const fn new(along: &'static str, of: &'static str, shape: FitShape) -> Self {
-        Self { along, over: None, of, shape, theory: |_| None, is_convergence_order: false }
+    pub(crate) const fn new(
+        along: &'static str,
+        of: &'static str,
+        shape: FitShape,
+        parameters: &'static [&'static Definition],
+    ) -> Self {
+        let theory = |_: &ModelConfig| None;
+        Self { along, over: None, of, shape, parameters, theory, is_convergence_order: false }
     }
 }
 
-/// A fitted function and the metrics that its parameters are.
+/// A fitted function, with its parameters in order.
 #[derive(Clone, Copy)]
 pub(crate) enum FitShape {
-    /// A line.
-    Line {
-        /// Its slope.
-        slope: &'static Definition,
-        /// Its intercept.
-        intercept: &'static Definition,
-    },
-    /// A power law with this exponent.
-    PowerLaw(&'static Definition),
-    /// A saturating exponential y = s (1 - exp(-x/s)).
-    Saturation {
-        /// The scale s.
-        scale: &'static Definition,
-        /// The root mean square relative deviation from the fit.
-        misfit: &'static Definition,
-    },
+    /// A line, with slope and intercept.
+    Line,
+    /// A power law, with its exponent.
+    PowerLaw,
+    /// A saturating exponential y = s (1 - exp(-x/s)), with s and the root mean square relative deviation from the fit.
+    Saturation,
 }
 
 /// A metric that is plotted against swept numbers.

@@ -4,7 +4,7 @@
 
 use crate::checks::CheckKind;
 use crate::input::coordinates::label;
-use crate::metric::Metric;
+use crate::metric::{Definition, Metric, symbols};
 use crate::report::AnalysisReport;
 use crate::report::table::{deviation_text, six_digits, with_error};
 use kinetoscope_manifest::{Coordinate, TimingTable};
@@ -145,7 +145,7 @@ fn numbers(report: &AnalysisReport) -> Markup {
                         thead {
                             tr {
                                 th { "metric" } th { "value" } th { "unit" } th { "theory" }
-                                th { "apart" }
+                                th { "deviation" }
                             }
                         }
                         tbody { @for metric in metrics { (metric_row(metric)) } }
@@ -167,7 +167,7 @@ fn metric_row(metric: &Metric) -> Markup {
             td data-label="" { (with_error(metric.value, metric.standard_error)) }
             td data-label="" { (unit) }
             td data-label=(label("theory", &theory)) { (theory) }
-            td data-label=(label("apart", &deviation)) { (deviation) }
+            td data-label=(label("deviation", &deviation)) { (deviation) }
         }
     }
 }
@@ -251,9 +251,16 @@ fn definitions(report: &AnalysisReport) -> Markup {
     let mut listed = BTreeSet::new();
     let all = report.metrics.iter().map(|metric| metric.definition);
     let definitions = all.filter(|definition| listed.insert((definition.name, definition.how)));
+    let definitions: Vec<&Definition> = definitions.collect();
+    let formulas = definitions.iter().flat_map(|definition| {
+        definition.laws.iter().map(|law| law.statement).chain([definition.how])
+    });
+    let symbols: Vec<String> =
+        symbols::used(formulas).map(|(symbol, meaning)| format!("{symbol}: {meaning}")).collect();
     html! {
         section {
             h2 { "Definitions" }
+            @if !symbols.is_empty() { p { (symbols.join(" · ")) } }
             dl {
                 @for definition in definitions {
                     @let laws: Vec<String> =

@@ -26,10 +26,12 @@ use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunStatus};
 use crate::sweep;
 use kinetoscope_manifest::{Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable};
+use rayon::iter::{
+    IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
+};
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread::{self, available_parallelism};
+use std::thread::available_parallelism;
 use std::time::Instant;
 
 /// The analysis of one experiment.
@@ -113,32 +115,16 @@ fn analyze_all(
     options: &AnalysisOptions,
 ) -> Vec<(Result<RunAnalysis, UnreadableRecording>, f64)> {
     let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let workers = tasks.len().min(cores.get());
-    let threads = NonZeroUsize::new(cores.get() / workers.max(1)).unwrap_or(NonZeroUsize::MIN);
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut found = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(task) = tasks.get(index) else { return found };
-            let started = Instant::now();
-            let result = task.analyze(options, threads);
-            found.push((index, (result, started.elapsed().as_secs_f64())));
-        }
-    };
-    let mut found: Vec<_> = thread::scope(|scope| {
-        let others: Vec<_> = (1..workers).map(|_| scope.spawn(work)).collect();
-        let mut found = work();
-        for other in others {
-            match other.join() {
-                Ok(theirs) => found.extend(theirs),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        found
+    let threads = NonZeroUsize::new(cores.get() / tasks.len().clamp(1, cores.get()));
+    let threads = threads.unwrap_or(NonZeroUsize::MIN);
+    // One task at a time per thread, because recordings differ in length.
+    let tasks = tasks.par_iter().with_max_len(1);
+    let timed = tasks.map(|task| {
+        let started = Instant::now();
+        let result = task.analyze(options, threads);
+        (result, started.elapsed().as_secs_f64())
     });
-    found.sort_by_key(|(index, _)| *index);
-    found.into_iter().map(|(_, result)| result).collect()
+    timed.collect()
 }
 
 /// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
@@ -250,7 +236,7 @@ fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<Ti
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
         Err(error) => {
-            notes.push(format!("{} can't be read: {error}", path.display()));
+            notes.push(format!("{} cannot be read: {error}", path.display()));
             return None;
         }
     };

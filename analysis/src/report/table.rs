@@ -122,7 +122,7 @@ pub(crate) fn six_digits(value: f64) -> String {
 /// numbers are below the name.
 pub(crate) fn table(metrics: &[&Metric], terminal: Terminal) -> String {
     let rows: Vec<[String; 4]> = metrics.iter().map(|metric| row(metric)).collect();
-    let header = ["metric", "value", "theory", "apart"].map(str::to_owned);
+    let header = ["metric", "value", "theory", "deviation"].map(str::to_owned);
     let mut widths = header.each_ref().map(|text| text.chars().count());
     for row in &rows {
         for (width, cell) in widths.iter_mut().zip(row) {

@@ -15,9 +15,9 @@ pub(crate) const MAX_CURVES: usize = 7;
 /// All plots over the numeric axes of the sweep.
 pub(crate) fn plots(points: &[SweepPoint<'_>]) -> Vec<Plot> {
     let mut keys: Vec<&str> = Vec::new();
-    for place in points.iter().flat_map(|point| &point.coordinates) {
-        if !keys.contains(&place.key.as_str()) {
-            keys.push(&place.key);
+    for coordinate in points.iter().flat_map(|point| &point.coordinates) {
+        if !keys.contains(&coordinate.key.as_str()) {
+            keys.push(&coordinate.key);
         }
     }
     let models = models_of(points);
@@ -66,7 +66,7 @@ fn trade_off_plot(points: &[SweepPoint<'_>], trade_off: &TradeOff) -> Option<Plo
 }
 
 fn abscissa(point: &SweepPoint<'_>, key: &str) -> Option<f64> {
-    point.coordinates.iter().find(|place| place.key == key)?.value.parse().ok()
+    point.coordinates.iter().find(|coordinate| coordinate.key == key)?.value.parse().ok()
 }
 
 fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plot> {

@@ -128,7 +128,7 @@ fn stress_by_height(run: &DemRun) -> Option<Plot> {
         data("vertical", 0, |layer| layer.vertical),
         data("horizontal", 1, |layer| layer.horizontal),
         Curve::theory("weight of the discs above / width", 6, above),
-        Curve::theory("rho g (h - y), an even bed", 3, even),
+        Curve::theory("mean density × gravity × depth, an even bed", 3, even),
     ];
     let axes = [Axis::linear("height over the floor", "m"), Axis::linear("stress", "N/m")];
     let title = "Stress by height, mean over the last tenth of the run";

@@ -9,16 +9,16 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 laws! {
     ENERGY_BALANCE: "kinetic + gravitational + elastic + dissipated - wall work is constant", "conservation of energy; what is left is the integrator's";
-    RESTITUTION: "the specified e; for a damping, e = exp(-pi zeta / sqrt(1 - zeta^2)) without limit_damping", "Schwager and Poeschel 2007";
-    CONTACT_DURATION: "pi / w, w^2 = k/m_eff - (eta/(2 m_eff))^2; with limit_damping to the end of the force, and then eta/k until the surfaces part", "damped harmonic oscillator; Schwager and Poeschel 2007";
-    WEIGHT: "sum of m g, for discs at rest", "equilibrium of forces without friction at the side walls";
-    WEIGHT_PER_WIDTH: "sum of m g over the box's width, for discs at rest", "equilibrium of forces without friction at the side walls";
-    WEIGHT_ABOVE: "sum of m g over the box's width, of the discs whose centers are above, mean over the layer's heights", "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum rho g (h - y)";
-    HAFF: "1/tau = (1 - e^2) w0/4 of T = T0/(1 + t/tau)^2, w0 = 2 sqrt(pi) n s g sqrt(T0), g = (1 - 7f/16)/(1 - f)^2", "Haff 1983; Enskog's collision rate in two dimensions, Henderson 1975";
-    ROW_OF_DISCS: "((1 + e)/2)^(N - 1) if each gap is longer than the distance traveled in a contact, v pi/w", "conservation of momentum, collision by collision; Herrmann and Seitz 1982";
+    RESTITUTION: "the specified e; for a damping, e = exp(-pi ζ / sqrt(1 - ζ^2)) without limit_damping", "Schwager and Poeschel 2007";
+    CONTACT_DURATION: "pi / ω, ω^2 = k_n/m_eff - (η_n/(2 m_eff))^2; with limit_damping to the end of the force, and then η_n/k_n until the surfaces part", "damped harmonic oscillator; Schwager and Poeschel 2007";
+    WEIGHT: "sum of the discs' weights, for discs at rest", "equilibrium of forces without friction at the side walls";
+    WEIGHT_PER_WIDTH: "sum of the discs' weights over the box's width, for discs at rest", "equilibrium of forces without friction at the side walls";
+    WEIGHT_ABOVE: "weight over the box's width, of the discs whose centers are above, mean over the layer's heights", "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum the mean density times gravity and depth";
+    HAFF: "1/τ = (1 - e^2) ν/4 of T = T_0/(1 + t/τ)^2, ν = 2 sqrt(pi) n d χ sqrt(T_0), χ = (1 - 7φ/16)/(1 - φ)^2", "Haff 1983; Enskog's collision rate in two dimensions, Henderson 1975";
+    ROW_OF_DISCS: "((1 + e)/2)^(N - 1) if each gap is longer than the distance traveled in a contact, v pi/ω", "conservation of momentum, collision by collision; Herrmann and Seitz 1982";
     BEVERLOO: "3/2 of the opening less 1.4 diameters, in two dimensions", "Beverloo, Leniger and van de Velde 1961";
     RUNOUT: "between 2/3 and 1 of the aspect ratio: linear for low columns, about 0.7 for tall ones", "Staron and Hinch 2005; Lube et al. 2005";
-    JANSSEN: "F = Ws (1 - exp(-W/Ws)): the walls carry the rest of the weight W", "Janssen 1895";
+    JANSSEN: "F = F_s (1 - exp(-F_g/F_s)): the walls carry the rest of the weight", "Janssen 1895";
 }
 
 /// Reduction of the effective orifice width, in mean diameters.

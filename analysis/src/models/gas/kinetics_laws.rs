@@ -7,12 +7,12 @@ use std::f64::consts::PI;
 laws! {
     MAXWELL_MEAN: "<v>/v_rms = sqrt(pi)/2 after many collisions", "Maxwell's law in two dimensions";
     MAXWELL_A2: "a2 = -1/(N + 1) after many collisions", "Maxwell's law in two dimensions, N discs of a fixed energy";
-    MIN_H: "H = -ln(pi e <v^2>), and (bins - 2)/(2N) more for a histogram of N discs", "Boltzmann's H of Maxwell's law in two dimensions; scatter by Wilks 1938";
-    ENSKOG_RATE: "2 sqrt(pi) n s sqrt(<v^2>/2) (1 - 7c/16)/(1 - c)^2 per disc, less the pairs that the wall leaves out", "Enskog 1922, Henderson 1975; disc line picking";
-    HENDERSON: "Z = (1 + c^2/8)/(1 - c)^2, Z - 1 less the pairs that the wall leaves out", "Henderson 1975; disc line picking";
-    CLAUSIUS: "P = (N m <v^2> + W/t) / (2 pi R (R - a)), W the virial of the pairs, a the disc's radius", "Clausius 1870";
+    MIN_H: "H = -ln(pi <v^2>) - 1, and (bins - 2)/(2N) more for a histogram of N discs", "Boltzmann's H of Maxwell's law in two dimensions; scatter by Wilks 1938";
+    ENSKOG_RATE: "ν = 2 sqrt(pi) n d sqrt(<v^2>/2) (1 - 7φ/16)/(1 - φ)^2, less the pairs that the wall leaves out", "Enskog 1922, Henderson 1975; disc line picking";
+    HENDERSON: "Z = (1 + φ^2/8)/(1 - φ)^2, Z - 1 less the pairs that the wall leaves out", "Henderson 1975; disc line picking";
+    CLAUSIUS: "P = (N m <v^2> + W/t) / (2 pi R (R - d/2))", "Clausius 1870";
     STATIONARY: "1: uniform over the area is stationary", "Liouville's theorem";
-    FRACTION_WITHIN: "1/4 at all times if uniform over the area; if uniform in the radius 1/2 at first and 0.32807 later", "areas; time on a chord within r/2, averaged by quadrature";
+    FRACTION_WITHIN: "1/4 at all times if uniform over the area; if uniform in the radius 1/2 at first and 0.32807 later", "areas; time on a chord within R/2, averaged by quadrature";
 }
 
 /// Fraction within half the radius after a long time, for a start uniform in the radius. With d = U sin(phi), U and phi

@@ -13,13 +13,13 @@ laws! {
     SPEED_LAW: "<v>^2 / <v^2> = 3/4 for uniform speeds, pi/4 for Maxwell's, 1 for equal ones", "moments of the speeds' law";
     WALL_COLLISION_RATE: "2 N <v> / (pi R)", "mean chord pi R / 2 of a uniform isotropic state";
     INVARIANTS: "speed and angular momentum of each particle are constant", "specular reflection in a circle";
-    EFFUSION: "dN/dt = -N <v> w / (pi A), w the width of the opening", "flux n <v> / pi on a wall in two dimensions (Knudsen)";
+    EFFUSION: "N <v> w / (pi A) particles per unit of time", "flux n <v> / pi on a wall in two dimensions (Knudsen)";
     ADIABATIC: "T A = constant for a slow wall", "adiabatic exponent 2 in two dimensions";
     ENERGY_BALANCE: "energy = energy at the start + work + heat + rescaling - escaped", "first law of thermodynamics";
     THERMALIZATION: "T tends to the wall's temperature", "equilibrium with a thermal wall (Maxwell 1879)";
     HISTOGRAM: "1 on average: counts scatter by the root of what is expected", "Pearson's chi-square";
-    PRESSURE_SLOPE: "dP/dT = N k_B / A times <v^2> over its share by the definition", "ideal gas law";
-    PRESSURE_RADIUS_EXPONENT: "P is proportional to r^-2 at fixed T", "ideal gas law, A = pi r^2";
+    PRESSURE_SLOPE: "slope N k_B / A of P over T, times <v^2> over its value by the definition", "ideal gas law";
+    PRESSURE_RADIUS_EXPONENT: "P is proportional to R^-2 at fixed T", "ideal gas law, A = pi R^2";
     SPEED_EXPONENT: "<v> is proportional to T^(1/2)", "definition of temperature";
 }
 

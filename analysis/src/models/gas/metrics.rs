@@ -17,7 +17,7 @@ definitions! {
     WALL_COLLISION_RATE: "wall_collision_rate", "1/s", "/collisions: wall collisions of all particles over time; error from the scatter between particles", [law::WALL_COLLISION_RATE], 0.0;
     ENERGY_DRIFT: "energy.drift_relative", "1", "/energy: kinetic energy, last frame against the first", [law::INVARIANTS], 1e-9;
     MAX_SPEED_CHANGE: "max_speed_change_relative", "1", "/energy: largest of any particle and frame", [law::INVARIANTS], 1e-9;
-    MAX_ANGULAR_MOMENTUM_CHANGE: "max_angular_momentum_change_relative", "1", "/energy: largest of any particle and frame, over m r v", [law::INVARIANTS], 1e-9;
+    MAX_ANGULAR_MOMENTUM_CHANGE: "max_angular_momentum_change_relative", "1", "/energy: largest of any particle and frame, over m R v", [law::INVARIANTS], 1e-9;
     PARTICLES_OUTSIDE: "particles_outside", "1", "/energy: most of any frame", [law::INVARIANTS], 0.0;
     RESIDUAL: "energy.residual_relative", "1", "/energy_balance: energy-balance error over the initial energy", [law::ENERGY_BALANCE], 1e-9;
     EFFUSION_RATE: "effusion_rate", "1/s", "/energy_balance: escaped particles over time; error sqrt of their number", [law::EFFUSION], 0.0;
@@ -25,13 +25,13 @@ definitions! {
     THERMALIZED_TEMPERATURE: "temperature.thermalized", "K", "speeds of the last frame; error T / sqrt(N)", [law::THERMALIZATION], 0.0;
     RELATIVE_ENTROPY: "relative_entropy", "1", "/energy_balance: H above Maxwell's, last frame; error of discs that have collided, sqrt(2 (bins - 2))/(2N)", [kinetics::MIN_H], 0.0;
     RELATIVE_ENTROPY_AT_START: "relative_entropy.start", "1", "/energy_balance: H above Maxwell's, first frame", [], 0.0;
-    H_FUNCTION: "h_function", "1", "/energy_balance and speeds, last frame: H above Maxwell's and -ln(pi e <v^2>), velocities in m/s; error as of relative_entropy", [kinetics::MIN_H], 0.0;
+    H_FUNCTION: "h_function", "1", "/energy_balance and speeds, last frame: H above Maxwell's and -ln(pi <v^2>) - 1, with v in meters per second; error as of relative_entropy", [kinetics::MIN_H], 0.0;
     MEAN_OVER_RMS: "mean_speed_over_rms", "1", "speeds of the last frame: <v>/sqrt(<v^2>); error of discs 0.135/sqrt(N)", [kinetics::MAXWELL_MEAN], 0.0;
     A2: "a2", "1", "speeds of the last frame: <v^4>/(2 <v^2>^2) - 1; error of discs 1/sqrt(N)", [kinetics::MAXWELL_A2], 0.0;
     PAIR_COLLISION_RATE: "pair_collision_rate_per_disc", "1/s", "/collisions: collisions of two discs per disc over the second half of the run; error by the root of their number", [kinetics::ENSKOG_RATE], 0.0;
-    COMPRESSIBILITY: "compressibility_factor", "1", "/collisions, /energy: 1 + W/(2 E t), W the virial of the pairs since the start; error 1.13 (Z - 1) over the root of their number", [kinetics::HENDERSON], 0.0;
+    COMPRESSIBILITY: "compressibility_factor", "1", "/collisions, /energy: 1 + W/(2 E t) since the start; error 1.13 (Z - 1) over the root of their number", [kinetics::HENDERSON], 0.0;
     PRESSURE_DRIFT: "pressure.second_half_over_first", "1", "/pressure: mean over the second half of the run over that of the first; error sqrt(3) R / (v_rms t/2 sqrt(2N))", [kinetics::STATIONARY], 0.0;
-    WITHIN_HALF_RADIUS: "fraction_within_half_radius", "1", "/state, last frame: fraction of the particles within r/2; error sqrt(p (1 - p)/N)", [kinetics::FRACTION_WITHIN], 0.0;
+    WITHIN_HALF_RADIUS: "fraction_within_half_radius", "1", "/state, last frame: fraction of the particles within R/2; error sqrt(p (1 - p)/N)", [kinetics::FRACTION_WITHIN], 0.0;
     WITHIN_HALF_RADIUS_AT_START: "fraction_within_half_radius.start", "1", "/state, first frame: the same", [kinetics::FRACTION_WITHIN], 0.0;
     HISTOGRAM_CHI_SQUARE: "speed_histogram.chi_square_per_bin", "1", "/speeds, last frame: mean over bins of (count - expected)^2 / expected against the law of the start, where 5 or more are expected; error sqrt(2/bins)", [law::HISTOGRAM], 0.0;
     TOTAL_VARIATION_DISTANCE: "speed_histogram.total_variation_distance", "1", "/speeds, last frame: half of the integral of |density - Maxwell's at the same <v^2>|", [], 0.0;

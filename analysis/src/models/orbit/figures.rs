@@ -79,7 +79,7 @@ fn energy(run: &OrbitRun, first: &OrbitPoint) -> Plot {
         _ => 0.0,
     };
     let name = match run.config.integrator {
-        OrbitIntegrator::ExplicitEuler => "theory: 1 − (1 + 6 h n² t)^(−1/3)",
+        OrbitIntegrator::ExplicitEuler => "theory: 1 − (1 + 6 Δt ω² t)^(−1/3)",
         _ => "exact",
     };
     let line = run.points.iter().map(|point| (point.time_days, theory(point.time_days)));

@@ -8,17 +8,17 @@ use std::f64::consts::{PI, TAU};
 pub(crate) const GM_SUN_AU3_PER_DAY2: f64 = 2.959_122_082_322_128e-4;
 
 laws! {
-    EULER_ENERGY: "E/E0 = (1 + 6 h n^2 t)^(-1/3), h the step, n the mean motion at the start", "orbit average of the first-order modified equation, small eccentricity";
-    EULER_ENERGY_PER_REVOLUTION: "8 pi^2 h / P of |E0| at the start", "orbit average of the first-order modified equation, small eccentricity";
-    EULER_ANGULAR_MOMENTUM: "L/L0 = (1 + 6 h n^2 t)^(1/6)", "orbit average of L(n+1) = L(n) (1 + h^2 GM/r^3), small eccentricity";
+    EULER_ENERGY: "E/E_0 = (1 + 6 Δt ω^2 t)^(-1/3)", "orbit average of the first-order modified equation, small eccentricity";
+    EULER_ENERGY_PER_REVOLUTION: "4 pi ω Δt of |E_0| at the start", "orbit average of the first-order modified equation, small eccentricity";
+    EULER_ANGULAR_MOMENTUM: "L/L_0 = (1 + 6 Δt ω^2 t)^(1/6)", "orbit average of the step from L to L (1 + Δt^2 GM/|r|^3), small eccentricity";
     ENERGY: "constant", "conservation of energy";
-    ANGULAR_MOMENTUM: "constant", "kicks along r and drifts along v keep r x v";
+    ANGULAR_MOMENTUM: "constant", "kicks along r and drifts along v keep L = r × v";
     MUTUAL_ANGULAR_MOMENTUM: "constant", "the forces of a pair are opposite and along its line";
-    KEPLERS_THIRD: "4 pi^2 a^3 / (GM P^2) = 1", "Kepler's third law, in Newton's form";
-    SYMPLECTIC_ENERGY: "about n h e (1 + sin E0) for semi-implicit Euler, (n h)^2 e for velocity Verlet", "first term of the modified Hamiltonian";
+    KEPLERS_THIRD: "4 pi^2 over GM, times the cube of the semi-major axis, over the square of the period, is 1", "Kepler's third law, in Newton's form";
+    SYMPLECTIC_ENERGY: "about ω Δt ε (1 + sin u_0) for semi-implicit Euler, (ω Δt)^2 ε for velocity Verlet", "first term of the modified Hamiltonian";
     EXACT: "0 for the exact solution", "Kepler's ellipse is fixed";
-    CONVERGENCE: "error of position proportional to h^order", "order of the method";
-    ENERGY_CONVERGENCE: "largest energy error proportional to h^order", "order of the method; one more for RK4 on a nearly circular orbit";
+    CONVERGENCE: "error of position proportional to Δt^order", "order of the method";
+    ENERGY_CONVERGENCE: "largest energy error proportional to Δt^order", "order of the method; one more for RK4 on a nearly circular orbit";
 }
 
 /// Order of an integrator's position error; `None` for the exact solution and for adaptive steps, whose errors are

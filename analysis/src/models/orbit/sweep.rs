@@ -16,7 +16,7 @@ pub(crate) const FITS: &[Fit] = &[
     Fit {
         theory: |model| model_order(model, laws::order),
         is_convergence_order: true,
-        ..Fit::new(TIME_STEP, "position_error.final", FitShape::PowerLaw(CONVERGENCE_ORDER))
+        ..Fit::new(TIME_STEP, "position_error.final", FitShape::PowerLaw, &[CONVERGENCE_ORDER])
     },
     Fit {
         theory: |model| model_order(model, laws::energy_order),
@@ -24,7 +24,8 @@ pub(crate) const FITS: &[Fit] = &[
         ..Fit::new(
             TIME_STEP,
             "energy.max_error_relative",
-            FitShape::PowerLaw(ENERGY_CONVERGENCE_ORDER),
+            FitShape::PowerLaw,
+            &[ENERGY_CONVERGENCE_ORDER],
         )
     },
 ];

@@ -49,7 +49,7 @@ fn temperature(run: &PackingRun) -> Plot {
             (*events, start.temperature * law::cooling(restitution, *pairs, discs))
         });
         let name =
-            if restitution == 1.0 { "T at the start" } else { "Haff, T₀ exp(−(1−α²) C/n)" };
+            if restitution == 1.0 { "T at the start" } else { "Haff, T₀ exp(−(1−e²) C/N)" };
         curves.push(Curve::theory(name, 1, theory));
     }
     let ends = [run.frames.first(), run.frames.last()];
@@ -63,7 +63,7 @@ fn temperature(run: &PackingRun) -> Plot {
 fn a2(run: &PackingRun) -> Plot {
     let restitution = run.config.restitution.get();
     let (theory, name) = if restitution == 1.0 {
-        (law::a2_at_fixed_energy(run.config.discs.get()), "mean at fixed energy, −1/(n + 1)")
+        (law::a2_at_fixed_energy(run.config.discs.get()), "mean at fixed energy, −1/(N + 1)")
     } else {
         (law::a2_cooling(restitution), "homogeneous cooling state")
     };
@@ -116,7 +116,7 @@ fn displacement(run: &PackingRun) -> Vec<Plot> {
     let correlation = &run.displacement.velocity_autocorrelation;
     let mut plots = Vec::new();
     if squares.len() > 1 {
-        let curves = vec![Curve::line("<|x − x(0)|²>", 0, squares.iter().copied())];
+        let curves = vec![Curve::line("<|r − r(0)|²>", 0, squares.iter().copied())];
         let axis = time_axis(squares);
         let axes = [axis("time", ""), axis("mean square displacement", "")];
         let title = "How far the discs have gone";

@@ -5,18 +5,18 @@ use kinetoscope_manifest::model::PackingConfig;
 use std::f64::consts::PI;
 
 laws! {
-    COOLING: "T = T0 exp(-(1 - alpha^2) C / n) after C pair collisions; constant for alpha = 1", "Haff 1983";
-    A2_FIXED_ENERGY: "mean a2 = -1/(n + 1) at fixed energy", "uniform law on the energy sphere";
-    A2_FIXED_MOMENTUM: "mean a2 = -1/n at fixed energy and momentum", "uniform law on the energy sphere of relative velocities";
-    A2_COOLING: "a2 = 16 (1 - a)(1 - 2 a^2) / (57 - 25 a + 30 a^2 (1 - a))", "van Noije and Ernst 1998, homogeneous cooling state";
-    COLLISION_RATE: "Enskog: w = 2 sqrt(pi) n s g sqrt(kT/m), corrected for walls and fixed n and energy", "Chapman and Enskog; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
-    WALL_COLLISION_RATE: "force on the walls / kT times sqrt(kT / (2 pi m))", "contact theorem; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
-    COMPRESSIBILITY: "Z = (1 + f^2/8) / (1 - f)^2, corrected for walls and fixed n; Z - 1 times (1 + alpha)/2", "Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
-    COMPRESSIBILITY_OF_SIZES: "Z = (1 - x)/(1 - f) + x (1 + f^2/8)/(1 - f)^2, x = <r>^2/<r^2>, corrected for walls and fixed n; Z - 1 times (1 + alpha)/2", "Santos, Yuste and Lopez de Haro 1999; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
-    COLLISION_RATE_OF_SIZES: "Enskog: w = 2 sqrt(pi) n <s_ij g_ij> sqrt(kT/m), g_ij = 1/(1 - f) + (9/16) f/(1 - f)^2 (s_i s_j/s_ij) <s>/<s^2>, s_ij = (s_i + s_j)/2, corrected for walls and fixed n and energy", "Santos, Yuste and Lopez de Haro 1999; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
-    CONTACT_VALUE: "<s_ij g_ij>/<s> = 1/(1 - f) + (9/16) x f/(1 - f)^2, x = <s>^2/<s^2>, for one size (1 - 7f/16)/(1 - f)^2; corrected for fixed n", "Santos, Yuste and Lopez de Haro 1999; Henderson 1975";
-    VIRIAL_IDENTITY: "Z - 1 = (1 + alpha)/2 (sqrt(pi)/4) s w sqrt(m/kT), for several sizes s = <s_ij^2 g_ij>/<s_ij g_ij>", "virial theorem with Maxwell's velocities, corrected for fixed energy; Henderson 1975";
-    ELASTIC_ENERGY: "constant for alpha = 1", "conservation of energy; walls keep the speed";
+    COOLING: "T = T_0 exp(-(1 - e^2) C / N) after C pair collisions; constant for e = 1", "Haff 1983";
+    A2_FIXED_ENERGY: "mean a2 = -1/(N + 1) at fixed energy", "uniform law on the energy sphere";
+    A2_FIXED_MOMENTUM: "mean a2 = -1/N at fixed energy and momentum", "uniform law on the energy sphere of relative velocities";
+    A2_COOLING: "a2 = 16 (1 - e)(1 - 2 e^2) / (57 - 25 e + 30 e^2 (1 - e))", "van Noije and Ernst 1998, homogeneous cooling state";
+    COLLISION_RATE: "Enskog: ν = 2 sqrt(pi) n d χ sqrt(T), corrected for walls and fixed N and energy", "Chapman and Enskog; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
+    WALL_COLLISION_RATE: "force on the walls / (m T) times sqrt(T / (2 pi))", "contact theorem; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
+    COMPRESSIBILITY: "Z = (1 + φ^2/8) / (1 - φ)^2, corrected for walls and fixed N; Z - 1 times (1 + e)/2", "Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
+    COMPRESSIBILITY_OF_SIZES: "Z = (1 - q)/(1 - φ) + q (1 + φ^2/8)/(1 - φ)^2, corrected for walls and fixed N; Z - 1 times (1 + e)/2", "Santos, Yuste and Lopez de Haro 1999; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
+    COLLISION_RATE_OF_SIZES: "Enskog: ν = 2 sqrt(pi) n <d_ij χ_ij> sqrt(T), χ_ij = 1/(1 - φ) + (9/16) φ/(1 - φ)^2 (d_i d_j/d_ij) <d>/<d^2>, corrected for walls and fixed N and energy", "Santos, Yuste and Lopez de Haro 1999; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
+    CONTACT_VALUE: "<d_ij χ_ij>/<d> = 1/(1 - φ) + (9/16) q φ/(1 - φ)^2, for one size (1 - 7φ/16)/(1 - φ)^2; corrected for fixed N", "Santos, Yuste and Lopez de Haro 1999; Henderson 1975";
+    VIRIAL_IDENTITY: "Z - 1 = (1 + e)/2 (sqrt(pi)/4) d ν/sqrt(T), for several sizes with <d_ij^2 χ_ij>/<d_ij χ_ij> in place of d", "virial theorem with Maxwell's velocities, corrected for fixed energy; Henderson 1975";
+    ELASTIC_ENERGY: "constant for e = 1", "conservation of energy; walls keep the speed";
 }
 
 /// Henderson's compressibility factor (1 + f^2/8) / (1 - f)^2 of discs at packing fraction f.
