@@ -79,10 +79,10 @@ fn speed(criterion: &mut Criterion) {
         let model = scene.model(discs);
         let mut group = criterion.benchmark_group(format!("{scene:?}/{discs}"));
         group.throughput(Throughput::Elements(u64::from(discs) * STEPS)).sample_size(20);
-        for (name, lanes) in [("scalar", false), ("simd", true)] {
+        for (name, width) in [("scalar", 1), ("simd", 8)] {
             group.bench_function(name, |bencher| {
                 bencher.iter_batched_ref(
-                    || model.clone().with_lanes(lanes),
+                    || model.clone().with_max_width(width),
                     |model| {
                         let goal = Target::Count(model.count() + STEPS);
                         model.advance(goal, u64::MAX).expect("no blow-up");
