@@ -334,7 +334,6 @@ vectorized! {
 mod tests {
     use super::*;
     use crate::dem::discs::Disc;
-    use crate::dem::parameters::Parameters;
     use kinetoscope_manifest::quantity::{Fraction, NonNegative};
 
     #[test]
@@ -352,7 +351,14 @@ mod tests {
             Dissipation::Damping(NonNegative::new(0.3).unwrap()),
         ] {
             let config = DemConfig { dissipation, ..DemConfig::default() };
-            let law = Parameters::new(&config).law;
+            let law = ContactLaw {
+                stiffness: 5e4,
+                materials: Materials::new(&config),
+                only_pushes: true,
+                is_implicit: false,
+                tangential_stiffness: 1e4,
+                tangential_to_normal_damping: 1.0,
+            };
             let mut dampings = vec![0.0; 19];
             law.dampings(&discs, [5, 9], [&first, &second], &mut dampings);
             let pairs = first.iter().zip(&second);

@@ -17,10 +17,8 @@ pub(crate) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> String {
     if suggestions.is_empty() {
         sentences.push("No change of a single key is sufficient: change two of them.".to_owned());
     } else {
-        sentences.push(format!(
-            "The nearest accepted values, each alone: {}.",
-            suggestions.join("; ")
-        ));
+        sentences
+            .push(format!("The nearest accepted values, each alone: {}.", suggestions.join("; ")));
     }
     if config.dashpot == DemDashpot::Explicit {
         sentences.push(

@@ -155,10 +155,9 @@ impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
                 let [count, in_contact] =
                     self.find_kinematics::<FRICTION, ROLLING>(&groups, springs, batch);
                 contacts += in_contact;
-                for place in 0..Ord::min(count, BATCH) {
-                    let group =
-                        if skips_idle_groups::<FRICTION, N>() { batch[place].group } else { place };
-                    let contact = &batch[place];
+                for (place, contact) in batch.iter().enumerate().take(count) {
+                    let skips = skips_idle_groups::<FRICTION, N>();
+                    let group = if skips { contact.group } else { place };
                     self.add_forces::<FRICTION, ROLLING, MIXED>(&groups, springs, contact, group);
                 }
             }

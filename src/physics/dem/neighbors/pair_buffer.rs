@@ -15,7 +15,7 @@ const PARTNERS: usize = 4;
 pub(crate) type ImageShift = [i8; 2];
 
 /// A disc and up to four adjacent discs that it is compared with.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Comparison {
     /// The disc, and the first of its partners.
     ends: [u32; 2],
@@ -26,14 +26,14 @@ struct Comparison {
 
 /// Comparisons to be made, in order. Room is reserved ahead, and a comparison is written before it is known whether it counts, so
 /// there is no branch to predict.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Comparisons {
     comparisons: Vec<Comparison>,
     count: usize,
 }
 
 /// The pairs found, column by column, in the order in which they were found. Room is reserved ahead here as well.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct PairBuffer {
     /// The disc, counted from the block's first disc, and its partner, counted from the first disc of the search space.
     pairs: Vec<[u32; 2]>,

@@ -11,9 +11,8 @@ use crate::dem::neighbors::pair_buffer::{Comparisons, ImageShift, PairBuffer, Se
 use crate::dem::neighbors::tiers::Sorter;
 use crate::dem::parameters::Parameters;
 use crate::dem::walls::{self, PlacedWall};
-use std::fmt;
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// The discs, the cells, and the constants of a search.
 pub(crate) struct PairSearch<'a> {
@@ -37,7 +36,7 @@ pub(crate) struct Surroundings<'a> {
 }
 
 /// Memory of a search.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Finder {
     around: Vec<CellRun>,
     /// Comparisons within the block.
@@ -56,8 +55,8 @@ const MANY: usize = 256;
 const GROUP: usize = 16;
 
 /// Memory of finished searches. It is kept from list to list, because new memory would have to be cleared and is not in the cache.
-#[derive(Default)]
-pub(crate) struct SearchMemory(Mutex<Vec<Finder>>);
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SearchMemory(Arc<Mutex<Vec<Finder>>>);
 
 impl SearchMemory {
     /// Rebuilds the lists of a block: inner pairs, inter-block pairs and discs near walls.
@@ -66,19 +65,6 @@ impl SearchMemory {
         let mut finder = idle().pop().unwrap_or_default();
         finder.fill(block, search);
         idle().push(finder);
-    }
-}
-
-/// A copy of a run gets memory of its own.
-impl Clone for SearchMemory {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
-
-impl fmt::Debug for SearchMemory {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("SearchMemory").finish_non_exhaustive()
     }
 }
 

@@ -67,7 +67,7 @@ vectorized! {
 }
 
 /// Sorts pairs by tier; within a tier they keep the order in which they were found.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Sorter {
     order: Vec<u32>,
     quarters: Vec<u32>,
