@@ -6,7 +6,9 @@
 use crate::dem::diagnosis::Diagnosis;
 use crate::dem::parameters::Parameters;
 use crate::dem::restitution;
-use kinetoscope_manifest::model::{DemConfig, DiscRadius, Dissipation, Placement, TimeStep};
+use kinetoscope_manifest::model::{
+    DemConfig, DiscRadius, Dissipation, Placement, StepLength, TimeStep,
+};
 use kinetoscope_manifest::quantity::{Fraction, NonNegative, Positive};
 use std::f64::consts::PI;
 
@@ -39,7 +41,7 @@ fn keys(config: &DemConfig) -> [Key; 6] {
     let steps_per_wall_contact = PI * (mass / stiffness).sqrt() / parameters.time_step;
     [
         key("time_step_s", parameters.time_step, |config, value| {
-            config.time_step = TimeStep::Fixed(Positive::new(value)?);
+            config.time_step = TimeStep::Length(StepLength::Fixed(Positive::new(value)?));
             Some(())
         }),
         key("steps_per_wall_contact", steps_per_wall_contact, |config, value| {
