@@ -5,7 +5,7 @@ use super::motion::{ChordPath, Circle};
 use super::particle_groups::{BLOCK, Group, LANES, Lanes, Particles};
 use super::sine_cosine::sine_and_cosine;
 use super::state::GasState;
-use crate::simd::dispatch::{self, Kernel};
+use crate::simd::registers::{self, InstructionSet, Kernel};
 use crate::sum::CompensatedSum;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -104,7 +104,7 @@ impl Paths {
             .groups
             .par_chunks_mut(BLOCK)
             .zip(particles.groups.par_chunks_mut(BLOCK))
-            .map(|(paths, particles)| dispatch::run(AdvanceBlock { instant, paths, particles }))
+            .map(|(paths, particles)| registers::run(AdvanceBlock { instant, paths, particles }, 4))
             .collect();
         let mut sums = WallSums::default();
         for block in &blocks {
@@ -179,7 +179,7 @@ impl Kernel for AdvanceBlock<'_> {
     type Output = BlockSums;
 
     #[inline(always)]
-    fn run(self) -> BlockSums {
+    fn run<const N: usize, I: InstructionSet<N>>(self, _: I) -> BlockSums {
         let mut sums = BlockSums::default();
         for (path, particle) in self.paths.iter_mut().zip(self.particles) {
             // Copies show the compiler that the memory does not overlap.
