@@ -1,4 +1,5 @@
-//! The discs of each cell of a grid, inserted and removed one at a time: shared by the packing and random placement.
+//! The discs of each cell of a grid, inserted and removed one at a time: shared by the packing, the gas and random
+//! placement.
 //!
 //! Invariant: the order of the discs of a cell influences no result.
 

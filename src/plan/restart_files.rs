@@ -60,7 +60,7 @@ impl StartFiles {
         }
         Err(other.unwrap_or_else(|| {
             format!(
-                "no recording with the run key {run_key} is in {} or a folder beside it: put it there",
+                "no recording with the run key {run_key} is in {} or an adjacent folder: put it there",
                 self.folder.display()
             )
         }))
@@ -82,7 +82,7 @@ fn last_state(path: &Path) -> Result<RecordedState, String> {
     match &provenance.outcome {
         Some(Outcome::Complete) => {}
         Some(Outcome::Fault(fault)) => {
-            return Err(format!("{} ended in a fault: {fault}", path.display()));
+            return Err(format!("{} failed: {fault}", path.display()));
         }
         Some(Outcome::Interrupted) | None => {
             return Err(format!("{} is not finished: finish its run first", path.display()));

@@ -122,5 +122,5 @@ fn impossible_run_is_reported() {
     fs::write(&path, "[model.dem]\ndamping_n_s_per_m = 1.5e3\n").unwrap();
     let asked = kinetoscope(["why".as_ref(), path.as_os_str()]);
     assert_eq!(asked.status.code(), Some(2), "{}", stderr(&asked));
-    assert!(stdout(&asked).starts_with("unstable: can't be done: "), "{}", stdout(&asked));
+    assert!(stdout(&asked).starts_with("unstable: rejected: "), "{}", stdout(&asked));
 }

@@ -5,11 +5,11 @@ use super::pressure::{SpeedMoments, speed_at};
 use super::speed_distribution::InitialSpeeds;
 use super::state::Substance;
 use crate::model::SetupError;
-use crate::placement::{Rectangle, random_sequential_addition_where};
+use crate::placement::{Rectangle, random_sequential_addition};
 use crate::random::{Seed, Stream};
 use crate::restart_state;
 use kinetoscope_manifest::model::{
-    GasConfig, GivenState, Placement, PositionDistribution, SpeedDistribution, SpeedScale,
+    Boundary, GasConfig, GivenState, Placement, PositionDistribution, SpeedDistribution, SpeedScale,
 };
 use std::f64::consts::TAU;
 
@@ -168,7 +168,7 @@ fn draw_positions(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Setup
     let center_limit = radius - disc_radius;
     let is_inside = |[x, y]: [f64; 2], _: f64| x * x + y * y <= center_limit * center_limit;
     let radii = vec![disc_radius; count as usize];
-    random_sequential_addition_where(square, &radii, &mut draws, is_inside).map_err(|jammed| {
+    random_sequential_addition(square, Boundary::Walls, &radii, &mut draws, is_inside).map_err(|jammed| {
         SetupError(format!(
             "only {} of {count} discs fit without overlap: reduce particles or disc_radius_m, or increase radius_m",
             jammed.placed

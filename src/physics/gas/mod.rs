@@ -10,7 +10,6 @@
 pub mod as_printed;
 mod clock;
 mod closed_form;
-mod closed_form_simd;
 mod collisions;
 mod energy_balance;
 mod event_driven;
@@ -23,7 +22,6 @@ mod particle_groups;
 pub mod pressure;
 mod propagator;
 mod schemes;
-mod short_number;
 pub mod sine_cosine;
 pub mod speed_distribution;
 mod state;

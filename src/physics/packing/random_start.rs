@@ -2,9 +2,7 @@
 
 use super::motion::{self, Vector};
 use crate::model::SetupError;
-use crate::placement::{
-    Rectangle, periodic_random_sequential_addition, random_sequential_addition,
-};
+use crate::placement::{Rectangle, random_sequential_addition};
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{Boundary, InitialVelocities, PackingConfig};
 
@@ -85,12 +83,9 @@ pub(super) fn random_positions(
     seed: Seed,
 ) -> Result<Vec<Vector>, SetupError> {
     let mut generator = seed.stream(Stream::Positions);
-    let placed = match config.boundary {
-        Boundary::Walls => random_sequential_addition(rectangle(config), radii, &mut generator),
-        Boundary::Periodic => {
-            periodic_random_sequential_addition(rectangle(config), radii, &mut generator)
-        }
-    };
+    let (rectangle, boundary) = (rectangle(config), config.boundary);
+    let placed =
+        random_sequential_addition(rectangle, boundary, radii, &mut generator, |_, _| true);
     placed.map_err(|jammed| {
         SetupError(format!(
             "random placement found room for {} of {} discs (packing fraction {:.4}, and walls take room); \

@@ -53,31 +53,29 @@ pub(super) enum DiscSizes<'a> {
     },
 }
 
-/// Finds the first contact of a disc with the discs of the block around its cell; all radii are equal. If `HAS_AVX512`, the
-/// processor must have AVX-512.
+/// Finds the first contact of a disc with the discs of the block around its cell. If `HAS_AVX512`, the processor must have
+/// AVX-512.
 #[inline(always)]
-pub(super) fn first_contact_of_equal_discs<const HAS_AVX512: bool>(
-    discs: &[DiscRecord],
-    cells: &CellLists,
-    offsets: &BlockOffsets,
+pub(super) fn first_contact<const HAS_AVX512: bool>(
+    input: ScanInput<'_>,
     moving: MovingDisc,
-    contact_distance: f64,
 ) -> PredictedContact {
+    let DiscSizes::Equal(contact_distance) = input.sizes else {
+        return scan_in_function(input, moving);
+    };
     #[cfg(target_arch = "x86_64")]
     if HAS_AVX512
-        && !cells.has_overflow()
-        && let Some(contact) =
-            scan_simd::first_contact(discs, cells, offsets, moving, contact_distance)
+        && !input.cells.has_overflow()
+        && let Some(contact) = scan_simd::first_contact(input, moving, contact_distance)
     {
         return contact;
     }
-    let input = ScanInput { discs, cells, offsets, sizes: DiscSizes::Equal(contact_distance) };
-    if HAS_AVX512 { first_contact(input, moving) } else { scan(input, moving) }
+    if HAS_AVX512 { scan_in_function(input, moving) } else { scan(input, moving) }
 }
 
-/// Finds the first contact of a disc with the discs of the block around its cell.
+/// [`scan`] as a function of its own, where it is rare.
 #[inline(never)]
-pub(super) fn first_contact(input: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
+fn scan_in_function(input: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
     scan(input, moving)
 }
 
@@ -328,18 +326,16 @@ impl CandidateStates {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cells::cell_grid;
     use super::*;
     use crate::cell_grid::CellGrid;
+    use crate::packing::domain::Domain;
     use crate::random::{Seed, Stream};
     use crate::simd::instruction_set::{InstructionSet, WideKernel};
+    use kinetoscope_manifest::model::{Boundary, PackingConfig};
 
     struct ScanKernel<'a> {
-        discs: &'a [DiscRecord],
-        cells: &'a CellLists,
-        offsets: &'a BlockOffsets,
+        input: ScanInput<'a>,
         moving: MovingDisc,
-        contact_distance: f64,
     }
 
     impl WideKernel for ScanKernel<'_> {
@@ -347,14 +343,7 @@ mod tests {
 
         #[inline(always)]
         fn run<const HAS_AVX512: bool>(self) -> PredictedContact {
-            let Self { discs, cells, offsets, moving, contact_distance } = self;
-            first_contact_of_equal_discs::<HAS_AVX512>(
-                discs,
-                cells,
-                offsets,
-                moving,
-                contact_distance,
-            )
+            first_contact::<HAS_AVX512>(self.input, self.moving)
         }
     }
 
@@ -391,7 +380,9 @@ mod tests {
     fn every_instruction_set_gives_the_same_bits() {
         let radius = 1.0;
         for (box_side, may_overflow) in [(120.0, false), (75.0, false), (45.0, true)] {
-            let grid = cell_grid([box_side; 2], 2.0 * radius, 1500, false);
+            let config = PackingConfig { boundary: Boundary::Periodic, ..Default::default() };
+            let domain = Domain { sides: [box_side; 2], ..Domain::new(&config, radius) };
+            let grid = domain.cell_grid(1500);
             let count = if may_overflow { 1500 } else { 1300 };
             let (discs, cells) = random_discs(count, grid, box_side, may_overflow);
             assert_eq!(cells.has_overflow(), may_overflow);
@@ -404,16 +395,10 @@ mod tests {
                 let (cell, velocity) = (record.cell, record.velocity);
                 let position = record.position_at(0.0);
                 let moving = MovingDisc { id, cell, position, velocity, now: 0.0 };
-                let portable = first_contact(input, moving);
+                let portable = scan_in_function(input, moving);
                 contacts += u32::from(portable.time_to_contact < NEVER);
                 for instruction_set in InstructionSet::available() {
-                    let contact = instruction_set.run(ScanKernel {
-                        discs: &discs,
-                        cells: &cells,
-                        offsets: &offsets,
-                        moving,
-                        contact_distance: 2.0 * radius,
-                    });
+                    let contact = instruction_set.run(ScanKernel { input, moving });
                     let times = [contact.time_to_contact, portable.time_to_contact];
                     assert_eq!(times[0].to_bits(), times[1].to_bits());
                     assert_eq!(contact.partner, portable.partner);

@@ -6,7 +6,7 @@
 //! # Safety
 //! - Intrinsics: [`first_contact`] is called only in code that is compiled for AVX-512 and runs only where the processor has
 //!   it (`simd::instruction_set`).
-//! - CellLists are read without bounds checks after an assertion on the largest index of the block.
+//! - Cells are read without bounds checks after an assertion on the largest index of the block.
 //! - Disc records are read without bounds checks after an assertion on the ids of all lanes. A record is `repr(C)` and begins
 //!   with position, velocity and time, which are five numbers.
 
@@ -16,9 +16,9 @@ use super::contact::{MovingDisc, PredictedContact};
 use super::disc::DiscRecord;
 use super::events::NEVER;
 use super::motion;
-
+use super::scan::ScanInput;
 use crate::cell_grid::BlockOffsets;
-use crate::cell_lists::{CellLists, NO_DISC};
+use crate::cell_lists::NO_DISC;
 use crate::simd::f64x8::F64x8;
 use crate::simd::real::Real;
 use std::arch::x86_64::*;
@@ -109,9 +109,7 @@ unsafe fn occupied(row: __m512i, excluded: __m512i) -> __mmask16 {
 /// if the block has more than sixteen other discs.
 #[inline(always)]
 pub(super) fn first_contact(
-    discs: &[DiscRecord],
-    cells: &CellLists,
-    offsets: &BlockOffsets,
+    ScanInput { discs, cells, offsets, .. }: ScanInput<'_>,
     moving: MovingDisc,
     contact_distance: f64,
 ) -> Option<PredictedContact> {

@@ -83,9 +83,10 @@ fn for_each_scanned_block(
 
 #[cfg(test)]
 mod tests {
-    use crate::packing::domain::{Domain, ElasticThreshold};
+    use crate::packing::domain::Domain;
     use crate::packing::engine::state::Engine;
     use crate::random::{Seed, Stream};
+    use kinetoscope_manifest::model::PackingConfig;
 
     /// Guarantee: prefetching does not change a single bit.
     /// Setup: 400 discs on a square lattice, within walls with noise and periodic; 40,000 events, including crossings and
@@ -94,16 +95,11 @@ mod tests {
     fn prefetching_does_not_affect_the_trajectory() {
         let seed = Seed { seed: 4, replicate: 0 };
         for has_walls in [true, false] {
-            let wall_noise_rad = if has_walls { 0.1 } else { 0.0 };
-            let (restitution, elastic_threshold) = (1.0, ElasticThreshold::Off);
-            let sides = [60.0; 2];
             let domain = Domain {
-                sides,
+                sides: [60.0; 2],
                 has_walls,
-                max_radius: 1.0,
-                restitution,
-                elastic_threshold,
-                wall_noise_rad,
+                wall_noise_rad: if has_walls { 0.1 } else { 0.0 },
+                ..Domain::new(&PackingConfig::default(), 1.0)
             };
             let run = |prefetches| {
                 let positions = (0..400).map(|disc| {
