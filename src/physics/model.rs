@@ -33,6 +33,17 @@ pub enum Target {
     Time(f64),
 }
 
+impl Extent {
+    /// The end of the run.
+    #[must_use]
+    pub fn end(self) -> Target {
+        match self {
+            Self::Steps { total, .. } | Self::Events(total) => Target::Count(total),
+            Self::Time(duration) => Target::Time(duration),
+        }
+    }
+}
+
 /// Result of a call to [`Model::advance`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {

@@ -8,7 +8,7 @@ use kinetoscope_manifest::{
     Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,
     TimingTable,
 };
-use kinetoscope_physics::model::{Extent, Progress, SetupError, SimulationFault, Target};
+use kinetoscope_physics::model::{Progress, SetupError, SimulationFault};
 use kinetoscope_physics::prepare;
 use kinetoscope_physics::random::Seed;
 use std::fs;
@@ -24,13 +24,6 @@ pub enum TimingError {
     /// The simulation failed.
     #[error(transparent)]
     Fault(#[from] SimulationFault),
-}
-
-/// Time and work of one run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Measurement {
-    seconds: f64,
-    steps_or_events: u64,
 }
 
 /// The replicates of one point of the sweep, in order.
@@ -55,16 +48,16 @@ pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
         if Some(run.replicate) == first_replicate {
             measure(&run.manifest)?;
         }
-        let Measurement { seconds, steps_or_events } = measure(&run.manifest)?;
+        let (seconds, count) = measure(&run.manifest)?;
         match points.iter_mut().find(|point| point.coordinates == run.coordinates) {
             Some(point) => {
                 point.seconds.push(seconds);
-                point.steps_or_events += steps_or_events;
+                point.steps_or_events += count;
             }
             None => points.push(Point {
                 coordinates: run.coordinates.clone(),
                 seconds: vec![seconds],
-                steps_or_events,
+                steps_or_events: count,
             }),
         }
     }
@@ -77,16 +70,14 @@ pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
     })
 }
 
-fn measure(manifest: &RunManifest) -> Result<Measurement, TimingError> {
+/// Time of a run, s, and number of its steps or events.
+fn measure(manifest: &RunManifest) -> Result<(f64, u64), TimingError> {
     let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
     let mut model = prepare(&manifest.model, seed, false)?;
-    let target = match model.extent() {
-        Extent::Steps { total, .. } | Extent::Events(total) => Target::Count(total),
-        Extent::Time(duration) => Target::Time(duration),
-    };
+    let target = model.extent().end();
     let started = Instant::now();
     while model.advance(target, u64::MAX)? == Progress::Working {}
-    Ok(Measurement { seconds: started.elapsed().as_secs_f64(), steps_or_events: model.count() })
+    Ok((started.elapsed().as_secs_f64(), model.count()))
 }
 
 /// Description of the machine.
