@@ -40,9 +40,9 @@ impl StartFiles {
     }
 
     fn named_by_key(&self, run_key: &str, identity: &str) -> Result<RecordedState, String> {
-        let beside = self.folder.parent().map(Path::to_owned).unwrap_or_default();
+        let parent = self.folder.parent().map(Path::to_owned).unwrap_or_default();
         let mut folders = vec![self.folder.clone()];
-        folders.extend(entries(&beside).into_iter().filter(|path| path.is_dir()));
+        folders.extend(entries(&parent).into_iter().filter(|path| path.is_dir()));
         folders.extend(entries(&self.folder).into_iter().filter(|path| path.is_dir()));
         let short = run_key.get(..8).unwrap_or(run_key);
         let endings = [format!("__{short}.mcap"), format!("__{run_key}.mcap")];

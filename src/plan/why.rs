@@ -14,8 +14,8 @@ use std::path::Path;
 /// The recordings of a folder, each opened once.
 #[derive(Debug, Default)]
 pub struct Earlier {
-    /// By the file's stem without the key: the experiment's name, the coordinates and the replicate.
-    by_place: BTreeMap<String, Vec<EarlierRecording>>,
+    /// By the file's stem without its run key: the experiment's name, the coordinates and the replicate.
+    by_stem: BTreeMap<String, Vec<EarlierRecording>>,
     /// File names by run key.
     by_key: BTreeMap<String, String>,
 }
@@ -60,8 +60,8 @@ impl Earlier {
                 }
                 Err(_) => continue,
             };
-            let place = place_of(stem).to_owned();
-            earlier.by_place.entry(place).or_default().push(EarlierRecording { file, contents });
+            let stem = without_key(stem).to_owned();
+            earlier.by_stem.entry(stem).or_default().push(EarlierRecording { file, contents });
         }
         earlier
     }
@@ -90,7 +90,7 @@ impl Earlier {
         if let Some(file) = self.by_key.get(run.run_key.as_str()) {
             return format!("recorded as {file}, which has another name");
         }
-        let candidates = self.by_place.get(place_of(&run.stem)).into_iter().flatten();
+        let candidates = self.by_stem.get(without_key(&run.stem)).into_iter().flatten();
         let nearest = candidates
             .map(|earlier| (changes(&earlier.contents, run), &earlier.file))
             .min_by_key(|(changes, _)| changes.len());
@@ -102,8 +102,8 @@ impl Earlier {
 }
 
 /// A file's stem without its run key.
-fn place_of(stem: &str) -> &str {
-    stem.rsplit_once("__").map_or(stem, |(place, _)| place)
+fn without_key(stem: &str) -> &str {
+    stem.rsplit_once("__").map_or(stem, |(start, _)| start)
 }
 
 /// Why an existing file cannot serve as the run's recording; `None` if there is no file.

@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_is_a_frame_whatever_the_interval() {
+    fn end_is_a_frame_for_every_interval() {
         let every = RecordInterval::EveryTime(Positive::literal(0.4));
         let steps = Extent::Steps { total: 10, step: 0.1 };
         assert_eq!(targets(every, steps), [4, 8, 10].map(Target::Count).to_vec());
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interval_that_divides_the_run_gives_no_frame_twice() {
+    fn interval_that_divides_the_run_repeats_no_frame() {
         let every = RecordInterval::EveryTime(Positive::literal(0.1));
         assert_eq!(targets(every, Extent::Time(0.3)).len(), 3);
         let steps = Extent::Steps { total: 30, step: 0.01 };
@@ -178,20 +178,20 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_that_rounds_onto_the_end_is_taken_once() {
+    fn frame_that_rounds_to_the_end_is_taken_once() {
         let every = RecordInterval::EveryTime(Positive::literal(0.33));
         let steps = Extent::Steps { total: 10, step: 0.1 };
         assert_eq!(targets(every, steps), [3, 7, 10].map(Target::Count).to_vec());
     }
 
-    /// Law: 10^(k/3) of the least; 1, 2.15, 4.64, 10 ... 1000 rounded, and in time to a few units in the last place.
+    /// Law: the targets are 10^(k/3) times the first: 1, 2.15, 4.64, 10 ... 1000, rounded; times are exact to a few rounding errors.
     #[test]
     fn logarithmic_frames_are_even_in_the_logarithm() {
         let three = RecordInterval::Logarithmic(3.try_into().unwrap(), 3.try_into().unwrap());
         let counts = [1, 2, 5, 10, 22, 46, 100, 215, 464, 1000].map(Target::Count).to_vec();
         assert_eq!(targets(three, Extent::Events(1000)), counts);
         assert_eq!(targets(three, Extent::Steps { total: 1000, step: 0.1 }), counts);
-        // Where counts are fewer than frames, each is taken once; of one step there is one.
+        // If there are fewer counts than frames, each is taken once.
         let few = [1, 2, 5, 10].map(Target::Count).to_vec();
         assert_eq!(targets(three, Extent::Events(10)), few);
         assert_eq!(targets(three, Extent::Events(1)), [Target::Count(1)]);
@@ -206,7 +206,7 @@ mod tests {
             let expected = whole * part;
             assert!((time / expected - 1.0).abs() < 1e-14, "{time} {expected}");
         }
-        // The largest total is still the end, and no frame comes twice or after it.
+        // The largest total is the end, and no frame is repeated or after it.
         let all = targets(three, Extent::Events(u64::MAX));
         assert_eq!(all.last(), Some(&Target::Count(u64::MAX)));
         assert!(

@@ -198,6 +198,7 @@ impl Rerun<'_> {
         Ok(compare_messages(self.recording, &again)?)
     }
 
+    /// Executes the run again and records it into a sink, which is returned.
     fn record_into<W: Write + Send + 'static>(&self, sink: W) -> Result<W, VerifyError> {
         let interrupt = self.interrupt.with_own_stop();
         let unfinished = self.extent.damaged
@@ -213,26 +214,19 @@ impl Rerun<'_> {
             stop_at(done);
             (self.on_frame)(done, of);
         };
-        let recorded = self.replay_into(sink, &interrupt, &on_frame);
+        let replay = || {
+            let run_key = &self.recording.provenance().run_key;
+            let start = Prepared::new(self.manifest, self.recording.manifest(), run_key)?;
+            let recorder = Recorder::create(sink, &start.header)?;
+            let mut state = record_start(start, recorder)?;
+            let outcome = record_frames(&mut state, &interrupt, &on_frame, |_, _| Ok(()))?;
+            Ok(state.recorder.finish(&outcome)?)
+        };
+        let recorded = replay();
         if let Some(code) = interrupt.exit_code() {
             return Err(VerifyError::Interrupted(code));
         }
         recorded.map_err(VerifyError::Run)
-    }
-
-    /// Executes the run again and records it into a sink, which is returned.
-    fn replay_into<W: Write + Send + 'static>(
-        &self,
-        sink: W,
-        interrupt: &Interrupt,
-        on_frame: &(dyn Fn(u64, u64) + Sync),
-    ) -> Result<W, RunError> {
-        let run_key = &self.recording.provenance().run_key;
-        let start = Prepared::new(self.manifest, self.recording.manifest(), run_key)?;
-        let recorder = Recorder::create(sink, &start.header)?;
-        let mut state = record_start(start, recorder)?;
-        let outcome = record_frames(&mut state, interrupt, on_frame, |_, _| Ok(()))?;
-        Ok(state.recorder.finish(&outcome)?)
     }
 
     fn unreadable(&self, source: io::Error) -> VerifyError {

@@ -70,7 +70,7 @@ fn factor_to_temperature(
     let present = moments.squared_speed(*definition).sqrt();
     if target > 0.0 && !(present > 0.0 && present.is_finite()) {
         return Err(SetupError(format!(
-            "velocities with a mean of {present} m/s can't be scaled to {temperature_k} K: give some particle a finite velocity, or set temperature_k = 0"
+            "velocities with a mean of {present} m/s cannot be scaled to {temperature_k} K: give some particle a finite velocity, or set temperature_k = 0"
         )));
     }
     Ok(if target > 0.0 { target / present } else { 0.0 })

@@ -56,9 +56,6 @@ pub(super) struct Trajectory<V> {
 /// Number of steps between two checks for finite numbers: a number that is not finite remains so.
 const MAX_STEPS_PER_CHECK: u64 = 64;
 
-/// Factor for the length of an adaptive step whose error is not finite.
-const OVERFLOW_LENGTH_FACTOR: f64 = 0.1;
-
 /// Error of a step whose result is not finite.
 pub(super) struct NotFinite;
 
@@ -168,10 +165,7 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
             }
             self.evaluations += DORMAND_PRINCE_8.evaluations();
             let Attempt { length_factor, is_accepted } =
-                try_step(&mut state, h, discretization.tolerance).unwrap_or(Attempt {
-                    length_factor: OVERFLOW_LENGTH_FACTOR,
-                    is_accepted: false,
-                });
+                try_step(&mut state, h, discretization.tolerance);
             last.next_length *= length_factor;
             if is_accepted {
                 last.turns += counter.turns_between(&last.phase.position, &state.phase.position);

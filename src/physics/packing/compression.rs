@@ -141,7 +141,7 @@ fn grow(
 
 fn jammed(config: &PackingConfig, scale: f64, reason: &str) -> SetupError {
     SetupError(format!(
-        "compression came to a packing fraction of {:.4} only: {reason}; use fewer discs, a smaller radius, a smaller \
+        "compression reached a packing fraction of only {:.4}: {reason}; use fewer discs, a smaller radius, a smaller \
          compression_rate, a target_reduced_pressure, or placement = \"lattice\"",
         packing_fraction(config, &[config.radius.get()])
             * f64::from(config.discs.get())

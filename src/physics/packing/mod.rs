@@ -238,7 +238,7 @@ impl Packing {
         match target {
             Target::Count(events) => {
                 return Err(SimulationFault(format!(
-                    "event {events} never comes: after {} events at time {} no disc approaches a disc or a wall; \
+                    "event {events} cannot be reached: after {} events at time {} no disc approaches a disc or a wall; \
                      give the discs velocities, or set a duration",
                     self.statistics.collision_count(),
                     self.time

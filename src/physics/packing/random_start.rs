@@ -25,19 +25,13 @@ pub(super) fn is_equal(config: &PackingConfig) -> bool {
     config.radius_half_width.get() == 0.0
 }
 
-/// The radius of each disc, uniformly distributed about the mean, from a random stream of their own.
+/// The radius of each disc, uniformly distributed about the mean, from a random stream of their own. For a width of zero, all
+/// are exactly the mean.
 pub(super) fn random_radii(config: &PackingConfig, seed: Seed) -> Vec<f64> {
     let (radius, half_width) = (config.radius.get(), config.radius_half_width.get());
+    let (min, max) = (radius * (1.0 - half_width), radius * (1.0 + half_width));
     let mut generator = seed.stream(Stream::Radii);
-    (0..config.discs.get())
-        .map(|_| {
-            if is_equal(config) {
-                radius
-            } else {
-                generator.uniform_in(radius * (1.0 - half_width), radius * (1.0 + half_width))
-            }
-        })
-        .collect()
+    (0..config.discs.get()).map(|_| generator.uniform_in(min, max)).collect()
 }
 
 /// Packing fraction n π `<r²>` / (lx ly).

@@ -35,7 +35,7 @@ fn prefetch_events(discs: &[DiscRecord], cells: &CellLists, upcoming: UpcomingEv
     if let Some((disc, event)) = upcoming.get(3 * STAGE) {
         prefetch(discs, disc as usize);
         // The partner, if the event is a pair collision.
-        prefetch(discs, event.bits() as usize);
+        prefetch(discs, event.0 as usize);
     }
     if let Some((disc, event)) = upcoming.get(2 * STAGE) {
         for_each_scanned_block(discs, cells, disc, event, |cell| {
@@ -103,7 +103,7 @@ mod tests {
             };
             let run = |prefetches| {
                 let positions = (0..400).map(|disc| {
-                    [disc % 20, disc / 20].map(|place: u32| 3.0 * f64::from(place) - 28.5)
+                    [disc % 20, disc / 20].map(|index: u32| 3.0 * f64::from(index) - 28.5)
                 });
                 let mut generator = seed.stream(Stream::Velocities);
                 let velocities = (0..400).map(|_| generator.normal_pair()).collect();
