@@ -4,6 +4,7 @@ use super::Gas;
 use super::clock::{Clock, StepClock};
 use super::numeric_range::max_speed;
 use super::pressure::SpeedMoments;
+use super::short_number::short;
 use super::speed_distribution::InitialSpeeds;
 use kinetoscope_manifest::model::TemperatureDefinition;
 use kinetoscope_recording::frame::{Frame, Level};
@@ -98,15 +99,5 @@ impl Gas {
                 ),
             );
         }
-    }
-}
-
-/// Formats a number with six digits, with an exponent if the plain number would be long.
-pub(super) fn short(value: f64) -> String {
-    let rounded = format!("{value:.5e}");
-    match rounded.parse::<f64>() {
-        Ok(number) if number == 0.0 || (1e-3..1e7).contains(&number.abs()) => number.to_string(),
-        Ok(number) => format!("{number:e}"),
-        Err(_) => rounded,
     }
 }

@@ -22,6 +22,7 @@ mod particle_groups;
 pub mod pressure;
 mod propagator;
 mod schemes;
+mod short_number;
 pub mod sine_cosine;
 pub mod speed_distribution;
 mod state;

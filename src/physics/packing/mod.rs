@@ -3,7 +3,7 @@
 //! Start reading here: `motion` has the rules of motion, and `Engine::step` executes one event. The
 //! other files, in reading order:
 //!
-//! - data: `domain` (box and collision parameters), `disc`, `events`, `collision`, `contact`, `clock`;
+//! - data: `domain` (box and collision parameters), `disc`, `events`, `collision`, `contact`, `growth`, `clock`;
 //! - start: `start`, `random_start`, `lattice`, `compression`;
 //! - algorithms: `engine` with `prediction`, `collisions`, `crossings`, `growth` and `prefetch`; the contact scan `scan` and
 //!   `scan_simd`; `cells`; `event_queue`; `inelastic_collapse`;
@@ -25,6 +25,7 @@ mod domain;
 mod engine;
 mod event_queue;
 mod events;
+mod growth;
 mod inelastic_collapse;
 mod lattice;
 mod motion;

@@ -3,7 +3,7 @@
 //! Candidates are the discs of the 3 x 3 block around the disc's cell. They are gathered into lanes and processed without
 //! branches, so that the compiler vectorizes the loops; `scan_simd` does the same in AVX-512 registers.
 
-use super::contact::{MovingDisc, PredictedContact};
+use super::contact::{DiscSizes, MovingDisc, PredictedContact, ScanInput};
 use super::disc::{DiscRecord, SENTINEL};
 use super::events::NEVER;
 use super::motion::{self, Vector};
@@ -21,37 +21,6 @@ const MAX_CANDIDATES: usize = 64;
 
 /// Room for the candidates and for the lanes that are written after them.
 const ROOM: usize = MAX_CANDIDATES + 2 * LANES;
-
-/// The input that all scans share.
-#[derive(Clone, Copy)]
-pub(super) struct ScanInput<'a> {
-    /// All discs.
-    pub(super) discs: &'a [DiscRecord],
-    /// The discs of each cell.
-    pub(super) cells: &'a CellLists,
-    /// The corners of the cells of a block.
-    pub(super) offsets: &'a BlockOffsets,
-    /// The sizes of the discs.
-    pub(super) sizes: DiscSizes<'a>,
-}
-
-/// The sizes of the discs.
-#[derive(Clone, Copy)]
-pub(super) enum DiscSizes<'a> {
-    /// Any two discs have this contact distance.
-    Equal(f64),
-    /// Each disc has its own radius.
-    Mixed(&'a [f64]),
-    /// Each disc has its own radius, and all grow at the same relative rate.
-    Growing {
-        /// Full radii.
-        radii: &'a [f64],
-        /// Present radius over full radius.
-        scale: f64,
-        /// Growth of this ratio per unit of time.
-        rate: f64,
-    },
-}
 
 /// Finds the first contact of a disc with the discs of the block around its cell. If `HAS_AVX512`, the processor must have
 /// AVX-512.

@@ -12,11 +12,10 @@
 
 #![allow(unsafe_code)]
 
-use super::contact::{MovingDisc, PredictedContact};
+use super::contact::{MovingDisc, PredictedContact, ScanInput};
 use super::disc::DiscRecord;
 use super::events::NEVER;
 use super::motion;
-use super::scan::ScanInput;
 use crate::cell_grid::BlockOffsets;
 use crate::cell_lists::NO_DISC;
 use crate::simd::f64x8::F64x8;

@@ -8,9 +8,9 @@ mod tournament_tree;
 
 use self::tournament_tree::TournamentTree;
 use super::clock::Clock;
-use super::log::short;
 use super::motion::{Particle, dot, drifted, elastic_collision, reflected, time_to_wall};
 use super::propagator::Propagator;
+use super::short_number::short;
 use super::state::GasState;
 use super::tallies::{PairTally, WallTallies};
 use crate::cell_grid::{Cell, CellGrid, Side};

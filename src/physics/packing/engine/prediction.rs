@@ -2,10 +2,10 @@
 
 use super::state::{Engine, State};
 use crate::cell_grid::Side;
-use crate::packing::contact::MovingDisc;
+use crate::packing::contact::{DiscSizes, MovingDisc, ScanInput};
 use crate::packing::events::{EventCode, NEVER};
 use crate::packing::motion;
-use crate::packing::scan::{DiscSizes, ScanInput, first_contact};
+use crate::packing::scan::first_contact;
 
 /// The predicted next event of a disc.
 #[derive(Clone, Copy)]

@@ -1,6 +1,5 @@
 //! The engine's data: the state, from which all events follow, and what is derived from it.
 
-use super::growth::Growth;
 use crate::cell_grid::BlockOffsets;
 use crate::cell_lists::CellLists;
 use crate::packing::clock::Clock;
@@ -8,6 +7,7 @@ use crate::packing::disc::{DiscRecord, LARGE_SYSTEM};
 use crate::packing::domain::Domain;
 use crate::packing::event_queue::EventQueue;
 use crate::packing::events::NEVER;
+use crate::packing::growth::Growth;
 use crate::packing::inelastic_collapse::CollapseDetector;
 use crate::packing::motion::{self, Vector};
 use crate::random::Generator;
