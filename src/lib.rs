@@ -1,18 +1,54 @@
 //! Kinetoscope: reproducible particle experiments, from a TOML manifest to one MCAP recording per run.
 //!
-//! Folders in the order of their dependencies: `interrupt`, `live`, `run`, `plan`, `outputs`, `executor` and `verify`, `cli`.
-//! The physics is the package `kinetoscope-physics`.
+//! The library runs an experiment in memory. The package `kinetoscope-analysis` derives metrics from a recording:
+//!
+//! ```
+//! use kinetoscope::{Experiment, run};
+//!
+//! let experiment: Experiment = r#"
+//!     seed = 7
+//!     [model.gas]
+//!     particles = 200
+//!     duration_s = 0.05
+//!     [record]
+//!     frames = 100
+//! "#
+//! .parse()?;
+//! let recording = run(&experiment.runs[0])?;
+//! let analysis = kinetoscope_analysis::analyze(&recording)?;
+//! let pressure = analysis.measurement("pressure.measured").ok_or("the gas has no pressure")?;
+//! assert!(pressure.estimate.value > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The folder `examples` has three programs: `run_in_memory`, `read_recording` and `add_a_model`. The modules are internal to
+//! the programs `run-experiment` and `kinetoscope`: they may change in every version.
 
+pub use kinetoscope_manifest::{Diagnostics, Experiment, Run};
+pub use kinetoscope_recording::error::ReadError;
+pub use kinetoscope_recording::reader::{Frames, Outcome, RecordedFrame, Recording, StateTable};
+pub use run::RunError;
+pub use run::in_memory::run;
+
+// In the order of their dependencies.
+#[doc(hidden)]
 pub mod interrupt;
+#[doc(hidden)]
 pub mod live;
 
+#[doc(hidden)]
 pub mod run;
 
+#[doc(hidden)]
 pub mod plan;
 
+#[doc(hidden)]
 pub mod outputs;
 
+#[doc(hidden)]
 pub mod executor;
+#[doc(hidden)]
 pub mod verify;
 
+#[doc(hidden)]
 pub mod cli;

@@ -14,7 +14,7 @@ use kinetoscope::cli::starter::{NewArguments, print_schema};
 use kinetoscope::cli::why::WhyArguments;
 use kinetoscope::cli::{Program, messages};
 use kinetoscope_analysis::cli::{self as analysis, AnalyzeArguments, ExportArguments};
-use kinetoscope_analysis::models::registry;
+use kinetoscope_analysis::models;
 use kinetoscope_usage::Ended;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -68,10 +68,10 @@ impl Analysis for LinkedAnalysis {
     }
 
     fn lookup(&self, model: &str, metric: &str) -> MetricLookup {
-        if registry::is_metric(model, metric) {
+        if models::is_metric(model, metric) {
             return MetricLookup::Known;
         }
-        MetricLookup::Unknown(registry::nearest_metric(model, metric).map(str::to_owned))
+        MetricLookup::Unknown(models::nearest_metric(model, metric).map(str::to_owned))
     }
 }
 

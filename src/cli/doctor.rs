@@ -5,11 +5,7 @@ use crate::cli::exit::Exit;
 use crate::cli::messages::{Failure, existing_ancestor};
 use crate::executor::progress::size;
 use clap::Args;
-use kinetoscope_physics::dem::Dem;
-use kinetoscope_physics::gas::Gas;
-use kinetoscope_physics::model::Model;
-use kinetoscope_physics::orbit::Orbit;
-use kinetoscope_physics::packing::Packing;
+use kinetoscope_physics::kinds;
 use kinetoscope_recording::channels::SCHEMA_VERSION;
 use serde_json::{Map, Value as Json, json};
 use std::env;
@@ -92,15 +88,11 @@ fn versions(findings: &mut Findings) {
         format!("schema version {SCHEMA_VERSION}"),
         json!({ "schema_version": SCHEMA_VERSION }),
     );
-    let versions = [version::<Dem>(), version::<Gas>(), version::<Packing>(), version::<Orbit>()];
+    let kinds = kinds();
     let text: Vec<String> =
-        versions.iter().map(|(name, version)| format!("{name} {version}")).collect();
-    let json = versions.iter().map(|(name, version)| ((*name).to_owned(), json!(version)));
+        kinds.iter().map(|kind| format!("{} {}", kind.name, kind.physics_version)).collect();
+    let json = kinds.iter().map(|kind| (kind.name.to_owned(), json!(kind.physics_version)));
     findings.add("physics", text.join(", "), Json::Object(json.collect()));
-}
-
-fn version<M: Model>() -> (&'static str, u32) {
-    (M::kind().name, M::kind().physics_version)
 }
 
 /// The width of the vector registers that the kernels use here, in bits.

@@ -3,12 +3,13 @@
 use crate::cli::exit::Exit;
 use crate::cli::messages::print;
 use clap::Args;
+use kinetoscope_manifest::model::ModelConfig;
 
 /// Print a commented starter manifest with every key, unit and default.
 #[derive(Debug, Args)]
 pub struct NewArguments {
     /// The model of the experiment
-    #[arg(value_name = "MODEL", value_parser = ["dem", "gas", "packing", "orbit"])]
+    #[arg(value_name = "MODEL", value_parser = ModelConfig::NAMES)]
     model: String,
 }
 

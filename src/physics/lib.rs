@@ -27,6 +27,12 @@ use kinetoscope_recording::checkpoint;
 /// Registers the models: one line per model, its variant of [`ModelConfig`] and its type.
 macro_rules! models {
     ($($variant:ident => $model:ty),+ $(,)?) => {
+        /// The properties of every model.
+        #[must_use]
+        pub fn kinds() -> Vec<&'static ModelKind> {
+            vec![$(<$model>::kind()),+]
+        }
+
         /// The properties that all runs of the configured model share.
         #[must_use]
         pub fn kind_of(config: &ModelConfig) -> &'static ModelKind {

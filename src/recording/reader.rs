@@ -9,8 +9,9 @@ use crate::container::{Broken, Fields, MAGIC, PREFIX, Records, attachment, kind,
 use crate::data_section::DataSection;
 use crate::error::{ReadError, ReadFault};
 use crate::provenance::{MANIFEST_ATTACHMENT, OUTCOME_RECORD, PROVENANCE_RECORD};
-use crate::storage::{Input, LocalFolders, Opened, Storage};
-use std::io::{BufReader, Seek as _, SeekFrom};
+use crate::storage::{InMemory, Input, LocalFolders, Opened, Storage};
+use std::fs::File;
+use std::io::{self, BufReader, Seek as _, SeekFrom};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Arc;
@@ -62,6 +63,24 @@ impl Recording {
         let state_columns = provenance.state_columns.clone().into();
         let path = path.into();
         Ok(Self { storage, path, changed, bytes, manifest, provenance, state_columns })
+    }
+
+    /// Opens a recording in memory. `path` names it in errors.
+    ///
+    /// # Errors
+    /// As [`Recording::open`].
+    pub fn from_bytes(bytes: Vec<u8>, path: &Path) -> Result<Self, ReadError> {
+        Self::open_in(Arc::new(InMemory(bytes.into())), path)
+    }
+
+    /// Writes the recording to a file, byte for byte. A file of this name is replaced.
+    ///
+    /// # Errors
+    /// A recording that cannot be read, or a file that cannot be written.
+    pub fn save(&self, path: &Path) -> io::Result<()> {
+        let mut input = self.storage.open(&self.path)?.input;
+        io::copy(&mut input, &mut File::create(path)?)?;
+        Ok(())
     }
 
     /// The file.

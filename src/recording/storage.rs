@@ -2,8 +2,9 @@
 
 use std::fmt;
 use std::fs::File;
-use std::io::{self, Read, Seek};
+use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::SystemTime;
 
 /// An input with random access.
@@ -40,5 +41,22 @@ impl Storage for LocalFolders {
         let metadata = file.metadata()?;
         let changed = metadata.modified().ok();
         Ok(Opened { input: Box::new(file), bytes: metadata.len(), changed })
+    }
+}
+
+/// The bytes of one recording in memory, under any path.
+#[derive(Clone)]
+pub(crate) struct InMemory(pub(crate) Arc<[u8]>);
+
+impl fmt::Debug for InMemory {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "InMemory({} bytes)", self.0.len())
+    }
+}
+
+impl Storage for InMemory {
+    fn open(&self, _: &Path) -> io::Result<Opened> {
+        let bytes = self.0.len() as u64;
+        Ok(Opened { input: Box::new(Cursor::new(Arc::clone(&self.0))), bytes, changed: None })
     }
 }

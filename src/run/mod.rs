@@ -3,6 +3,7 @@
 pub mod benchmark;
 pub mod checkpoint;
 pub mod estimate;
+pub mod in_memory;
 pub mod prepared;
 pub mod schedule;
 
@@ -14,7 +15,7 @@ use kinetoscope_physics::model::{Progress, SetupError};
 use kinetoscope_physics::{kind_of, restore};
 use kinetoscope_recording::background::FrameWriter;
 use kinetoscope_recording::checkpoint::{self as checkpoint_file, decode_head};
-use kinetoscope_recording::error::RecordError;
+use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::frame::{Level, LogLine};
 use kinetoscope_recording::recorder::{Clock, Outcome, Recorder, RecorderState};
@@ -95,6 +96,9 @@ pub enum RunError {
     /// The recording could not be written.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// The recording in memory could not be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
 }
 
 /// Executes a run or resumes it from its checkpoint. `start` is the run's start if the plan has kept it.

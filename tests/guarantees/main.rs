@@ -44,9 +44,11 @@ mod layouts_name_only_recorded_topics;
 
 // A large recorded DEM bed stays within its bytes per disc.
 mod dem_memory_per_disc_is_bounded;
-// Paths named in documents exist; packages, unsafe code and imports stay where they belong.
+// A new model changes at most five existing files.
+mod new_model_changes_at_most_five_files;
 // Imports between folders follow the layers, without cycles; files stay below 500 lines.
 mod layers;
+// Paths named in documents exist; packages, unsafe code and imports stay where they belong.
 mod repository_layout;
 // Texts for users contain no replaced term and no British spelling.
 mod vocabulary;

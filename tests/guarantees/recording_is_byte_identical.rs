@@ -68,6 +68,28 @@ fn recordings_do_not_depend_on_the_number_of_jobs() {
 }
 
 #[test]
+fn recordings_in_memory_equal_the_program_s() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = recordings(Path::new(env!("CARGO_BIN_EXE_run-experiment")), "1");
+    let mut made = BTreeMap::new();
+    for (name, manifest) in MANIFESTS {
+        let text = format!("name = \"{name}\"\nreplicates = 2\n{manifest}");
+        let experiment: kinetoscope::Experiment = text.parse().unwrap();
+        for run in &experiment.runs {
+            let recording = kinetoscope::run(run).unwrap();
+            let path = folder.path().join("copy.mcap");
+            recording.save(&path).unwrap();
+            made.insert(recording.provenance().run_key.clone(), fs::read(&path).unwrap());
+        }
+    }
+    assert_eq!(made.len(), written.len());
+    for (name, bytes) in &written {
+        let (key, same) = made.iter().find(|(_, made)| *made == bytes).unwrap();
+        assert!(name.contains(&key[..8]), "{name} has the bytes of the run {key}, {}", same.len());
+    }
+}
+
+#[test]
 fn recordings_do_not_depend_on_the_number_of_threads() {
     let program = env!("CARGO_BIN_EXE_run-experiment");
     let with = |threads| {

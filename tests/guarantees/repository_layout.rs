@@ -41,6 +41,7 @@ fn paths_in(document: &str) -> Vec<String> {
                 "recordings/README",
                 "docs/",
                 "benches/",
+                "examples/",
             ]
             .iter()
             .any(|top| path.starts_with(top))

@@ -11,7 +11,7 @@ mod xyz;
 
 use crate::input::RecordingFolder;
 use crate::input::recording;
-use crate::models::registry;
+use crate::models;
 use crate::write_file::{WriteError, create_folder};
 use exporter::{ExportedRun, Exporter};
 use std::path::{Path, PathBuf};
@@ -73,7 +73,7 @@ pub fn export(
         let folder = folder.join(stem).join(format.folder());
         create_folder(&folder)?;
         let run = ExportedRun {
-            extent: registry::extent(&run.manifest.model),
+            extent: models::extent(&run.manifest.model),
             columns: recording.state_columns().to_vec(),
         };
         let mut exporter = exporter(format, run, folder)?;

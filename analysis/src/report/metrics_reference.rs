@@ -1,7 +1,7 @@
 //! The reference of all metrics, `docs/metrics.md`.
 
 use crate::metric::Definition;
-use crate::models::registry::MODELS;
+use crate::models::MODELS;
 use std::fmt::Write as _;
 
 const HEAD: &str = "\

@@ -3,7 +3,7 @@
 use crate::input::recording::OpenRun;
 use crate::metric::{Definition, Measurement};
 use crate::models::figures::Figures;
-use crate::models::registry::metrics_of;
+use crate::models::metrics_of;
 use crate::run::{RunAnalysis, RunStatus};
 use crate::statistics::Estimate;
 use crate::write_file;

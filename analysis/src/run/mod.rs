@@ -5,8 +5,8 @@ pub mod cache;
 use crate::input::UnreadableRecording;
 use crate::input::recording::{OpenRun, is_partial};
 use crate::metric::{Measurement, Metric, MetricScope, RunScope};
+use crate::models;
 use crate::models::figures::Figures;
-use crate::models::registry;
 use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_manifest::{Coordinate, RunManifest};
 use kinetoscope_recording::error::{ReadError, ReadFault};
@@ -112,7 +112,7 @@ pub fn analyze(
     snapshots_at: &[f64],
     threads: NonZeroUsize,
 ) -> Result<RunAnalysis, UnreadableRecording> {
-    let mut observer = registry::observer(&run.manifest.model, snapshots_at).ok_or_else(|| {
+    let mut observer = models::observer(&run.manifest.model, snapshots_at).ok_or_else(|| {
         let model = run.manifest.model.name();
         UnreadableRecording(format!("the model {model} has no analysis"))
     })?;

@@ -1,9 +1,9 @@
 //! Plots of a sweep: a metric over a swept number, with one curve per group of equal other coordinates.
 
 use crate::input::coordinates::{self, grouped, last_part, without};
+use crate::models::MODELS;
 use crate::models::contract::{ModelAnalysis, Ordinate, TradeOff};
 use crate::models::figures::SharedCurve;
-use crate::models::registry::MODELS;
 use crate::plot::{Axis, Chart, Curve, CurveStyle, Plot, Point, Scale};
 use crate::run::RunAnalysis;
 use crate::statistics::{mean, mean_of_independent};

@@ -5,8 +5,8 @@
 
 use crate::input::coordinates::{self, grouped, without};
 use crate::metric::{Definition, Metric, MetricScope, SweepScope};
+use crate::models::MODELS;
 use crate::models::contract::{Fit, FitShape};
-use crate::models::registry::MODELS;
 use crate::statistics::{least_squares_line, mean_of_independent, power_law_exponent, saturation};
 use crate::sweep::SweepPoint;
 use kinetoscope_manifest::Coordinate;

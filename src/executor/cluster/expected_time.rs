@@ -14,13 +14,12 @@ const MARGIN: f64 = 3.0;
 /// models whose work is not known from the plan.
 fn work_per_second(model: &ModelConfig) -> Option<f64> {
     match model {
-        ModelConfig::Dem(_) => Some(1e6),
         ModelConfig::Gas(config) => config.propagation.time_step_s().map(|_| 1e7),
         ModelConfig::Packing(config) => match config.length {
             RunLength::EventsPerDisc(_) => Some(2e5),
             RunLength::Duration(_) => None,
         },
-        ModelConfig::Orbit(_) => Some(1e6),
+        _ => Some(1e6),
     }
 }
 

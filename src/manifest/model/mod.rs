@@ -1,9 +1,7 @@
 //! The models: one type per model with all its physics and its duration, every value in range.
 //!
-//! A new model needs a file here, with a type that implements `contract::Model`, and one line in the list in
-//! `config`.
+//! A new model needs a file here, with a type that implements `contract::Model`, its `mod` line, and one line in `models!`.
 
-mod config;
 mod contract;
 mod dem;
 mod dem_insertion;
@@ -17,11 +15,9 @@ mod gas_start;
 mod gas_walls;
 mod orbit;
 mod packing;
-mod placement;
+mod start;
 mod start_from;
 
-pub(crate) use config::no_model;
-pub use config::{CHANNELS, ModelConfig};
 pub use dem::{
     DemConfig, DemDashpot, DemIntegrator, Dissipation, PeriodicSides, TimeStep, UnstableTimeStep,
 };
@@ -31,13 +27,211 @@ pub use dem_radius::DiscRadius;
 pub use dem_walls::{DemWall, DemWallShape};
 pub use gas::{GasConfig, Propagation};
 pub use gas_start::{
-    BoltzmannConstant, PositionDistribution, SpeedDistribution, SpeedScale, TemperatureDefinition,
+    BoltzmannConstant, GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale,
+    TemperatureDefinition,
 };
 pub use gas_walls::ThermalWall;
-pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitSummation};
+pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitState, OrbitSummation};
 pub use packing::{
     Boundary, CollapseGuard, InitialVelocities, PERIODIC_DIAMETERS, PackingConfig,
-    PackingPlacement, RunLength,
+    PackingPlacement, PackingState, RunLength,
 };
-pub use placement::{GivenState, Placement};
+pub use start::{GivenState, Placement};
 pub use start_from::{RecordedState, Recordings, StartFrom};
+
+use crate::diagnostics::{Diagnostic, nearest};
+use crate::keys::{HasKeys, Keys, Reader};
+use crate::tree::{Entry, Table};
+use crate::value::refuse;
+use contract::Model;
+use start_from::MayBeRecorded as _;
+
+/// Defines [`ModelConfig`] and [`CHANNELS`] from the list of models: each with its name, its variant, its type, the key of
+/// `[record]` for an interval of simulated time, its channels and, if a run can start from a recording, the field of its
+/// start.
+macro_rules! models {
+    ($(
+        $(#[$meta:meta])*
+        $name:ident: $variant:ident($config:ty) $(from $start:ident)? every $time_key:ident [$($channel:ident)+],
+    )+) => {
+        /// The table `[model.<NAME>]`: which model, and its values.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum ModelConfig {
+            $($(#[$meta])* $variant($config),)+
+        }
+
+        /// The channels that each model can record, without the leading slash; `/frame` is always recorded.
+        pub const CHANNELS: [(&str, &[&str]); ModelConfig::NAMES.len()] =
+            [$((stringify!($name), &[$(stringify!($channel)),+])),+];
+
+        impl ModelConfig {
+            /// The names of all models.
+            pub const NAMES: [&'static str; [$(stringify!($name)),+].len()] =
+                [$(stringify!($name)),+];
+
+            /// The model of a name with all its defaults.
+            #[must_use]
+            pub fn with_defaults(name: &str) -> Option<Self> {
+                match name {
+                    $(stringify!($name) => Some(Self::$variant(<$config>::default())),)+
+                    _ => None,
+                }
+            }
+
+            /// The name of the model, as in `[model.<NAME>]`.
+            #[must_use]
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$variant(_) => stringify!($name),)+
+                }
+            }
+
+            /// The recording that the run begins with, if it begins with one.
+            #[must_use]
+            pub fn start_from(&self) -> Option<&StartFrom> {
+                match self {
+                    $(Self::$variant(_model) => None$(.or(_model.$start.recorded()))?,)+
+                }
+            }
+
+            fn start_from_mut(&mut self) -> Option<&mut StartFrom> {
+                match self {
+                    $(Self::$variant(_model) => None$(.or(_model.$start.recorded_mut()))?,)+
+                }
+            }
+
+            /// The key of `[record]` for an interval of simulated time.
+            pub(crate) fn time_key(&self) -> &'static str {
+                match self {
+                    $(Self::$variant(_) => stringify!($time_key),)+
+                }
+            }
+        }
+
+        /// Returns a commented manifest of a model to begin from: all its keys, at their defaults.
+        #[must_use]
+        pub fn starter(model: &str) -> Option<&'static str> {
+            match model {
+                $(stringify!($name) => {
+                    Some(include_str!(concat!("../starter/", stringify!($name), ".toml")))
+                })+
+                _ => None,
+            }
+        }
+
+        /// Evaluates an expression for the model's own type.
+        macro_rules! each {
+            ($model:expr, $own:ident => $result:expr) => {
+                match $model {
+                    $(ModelConfig::$variant($own) => $result,)+
+                }
+            };
+        }
+    };
+}
+
+models! {
+    /// Spring–dashpot discs in a box.
+    dem: Dem(DemConfig) from placement every every_s [
+        state discs walls legend velocity force_chains energy energy_percent contact_statistics wall_forces temperature
+        contact_forces log
+    ],
+    /// Point particles in a circular container.
+    gas: Gas(GasConfig) from placement every every_s [
+        state discs walls legend velocity pressure temperature energy energy_balance collisions speeds log
+    ],
+    /// Event-driven hard discs.
+    packing: Packing(PackingConfig) from placement every every_time [
+        state discs walls legend velocity temperature collisions pressure per_collision log
+    ],
+    /// The Earth around the Sun.
+    orbit: Orbit(OrbitConfig) from start every every_days [
+        state discs walls legend velocity trail energy orbit conserved log
+    ],
+}
+
+impl HasKeys for ModelConfig {
+    fn keys(&mut self, keys: &mut impl Keys) {
+        each!(self, model => model.keys(keys));
+    }
+}
+
+impl ModelConfig {
+    /// Reads the recording that the run begins with, if it begins with one.
+    ///
+    /// # Errors
+    /// Why there is none, or none that this model can begin with.
+    pub fn read_start(&mut self, recordings: Recordings<'_>) -> Result<(), String> {
+        let name = self.name();
+        self.start_from_mut().map_or(Ok(()), |start| start.read_by(recordings, name))
+    }
+
+    /// The keys of `[record]` that give an interval between frames of this model.
+    pub(crate) fn intervals(&self, sound: bool) -> Vec<&'static str> {
+        let own = each!(self, model => model.intervals(sound));
+        [&["frames"], own, &["frames_per_decade"]].concat()
+    }
+
+    /// The channels that the model can record.
+    pub(crate) fn channels(&self) -> &'static [&'static str] {
+        CHANNELS.iter().find(|(name, _)| *name == self.name()).map_or(&[], |(_, own)| own)
+    }
+
+    /// Reads the table `[model]`, which holds exactly one model. `None` if no model can be identified. Without
+    /// `recordings`, a start from a recording remains a name.
+    pub(crate) fn read(
+        models: &Table,
+        recordings: Option<Recordings<'_>>,
+        errors: &mut Vec<Diagnostic>,
+    ) -> Option<Self> {
+        let entry = one_model(models, errors)?;
+        let mut model = Self::with_defaults(&entry.key)?;
+        let path = format!("model.{}", entry.key);
+        let Some(table) = entry.node.table() else {
+            return refuse(&entry.node, &path, "a table", errors).or(Some(model));
+        };
+        let mut reader = Reader::new(&path, table, errors);
+        model.keys(&mut reader);
+        if let Some(Err(why)) = recordings.map(|recordings| model.read_start(recordings)) {
+            let title = format!("the run cannot start from `{path}.start_from`");
+            reader.refuse(&["start_from"], &title, &why);
+        }
+        each!(&mut model, model => model.check(&mut reader));
+        reader.finish();
+        Some(model)
+    }
+}
+
+/// The entry of the model in `[model]`; unknown and further models are errors.
+fn one_model<'a>(models: &'a Table, errors: &mut Vec<Diagnostic>) -> Option<&'a Entry> {
+    let mut known: Vec<&Entry> = Vec::new();
+    for entry in &models.entries {
+        if ModelConfig::NAMES.contains(&&*entry.key) {
+            known.push(entry);
+            continue;
+        }
+        let label = match nearest(&entry.key, ModelConfig::NAMES) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => format!("models: {}", ModelConfig::NAMES.join(", ")),
+        };
+        let title = format!("unknown model `{}`", entry.key);
+        errors.push(Diagnostic::new(title).at(entry.key_span, label));
+    }
+    if known.len() > 1 {
+        let names: Vec<String> =
+            known.iter().map(|entry| format!("[model.{}]", entry.key)).collect();
+        let title = format!("{} cannot be used together", names.join(" and "));
+        let places = known.iter().map(|entry| entry.key_span).collect();
+        errors.push(Diagnostic::between(title, places, "keep one model"));
+    }
+    if models.entries.is_empty() {
+        errors.push(no_model());
+    }
+    known.first().copied()
+}
+
+/// The error of a manifest without a model.
+pub(crate) fn no_model() -> Diagnostic {
+    let tables = ModelConfig::NAMES.map(|name| format!("[model.{name}]"));
+    Diagnostic::new(format!("no model: add one of {}", tables.join(", ")))
+}

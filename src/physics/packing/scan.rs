@@ -10,7 +10,7 @@ use super::motion::{self, Vector};
 #[cfg(target_arch = "x86_64")]
 use super::scan_simd;
 use crate::cell_grid::BlockOffsets;
-use crate::cell_lists::{CellLists, NO_DISC};
+use crate::cell_lists::NO_DISC;
 
 /// Number of pairs that are processed in parallel.
 const LANES: usize = 8;
@@ -297,6 +297,7 @@ impl CandidateStates {
 mod tests {
     use super::*;
     use crate::cell_grid::CellGrid;
+    use crate::cell_lists::CellLists;
     use crate::packing::domain::Domain;
     use crate::random::{Seed, Stream};
     use crate::simd::instruction_set::{InstructionSet, WideKernel};

@@ -1,0 +1,61 @@
+//! Analysis of oscillator runs.
+
+use crate::metric::Measurement;
+use crate::metric::definition::definitions;
+use crate::models::contract::{Extent, ModelAnalysis, Observer, PlottedObserver};
+use crate::models::figures::Figures;
+use kinetoscope_manifest::model::ModelConfig;
+use kinetoscope_recording::channels::OscillatorEnergy;
+use kinetoscope_recording::error::ReadError;
+use kinetoscope_recording::reader::RecordedFrame;
+
+definitions! {
+    MAX_ENERGY_ERROR: "energy.max_error_relative", "1", "/energy: max |E - E_0|/E_0 over the frames", [], 0.0;
+}
+
+/// The analysis of oscillator runs.
+pub const ANALYSIS: ModelAnalysis = ModelAnalysis {
+    name: "oscillator",
+    title: "Oscillator",
+    metrics: ALL,
+    sweep_metrics: &[],
+    fits: &[],
+    ordinates: &[],
+    trade_offs: &[],
+    observer: |config, _| match config {
+        ModelConfig::Oscillator(_) => Some(Box::new(OscillatorRun::default())),
+        _ => None,
+    },
+    extent: |config| match config {
+        ModelConfig::Oscillator(_) => Some(Extent::default()),
+        _ => None,
+    },
+};
+
+#[derive(Default)]
+struct OscillatorRun {
+    start_energy: Option<f64>,
+    max_error: f64,
+}
+
+impl Observer for OscillatorRun {
+    fn observe(&mut self, frame: RecordedFrame) -> Result<(), ReadError> {
+        if let Some(energy) = frame.get::<OscillatorEnergy>()? {
+            let energy = energy.specific_energy_j_per_kg;
+            let start = *self.start_energy.get_or_insert(energy);
+            self.max_error = self.max_error.max((energy / start - 1.0).abs());
+        }
+        Ok(())
+    }
+
+    fn measurements(&self) -> Vec<Measurement> {
+        let measured = self.start_energy.map(|_| Measurement::new(MAX_ENERGY_ERROR, self.max_error));
+        measured.into_iter().collect()
+    }
+}
+
+impl PlottedObserver for OscillatorRun {
+    fn figures(&self) -> Figures {
+        Figures::default()
+    }
+}
