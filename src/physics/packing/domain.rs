@@ -15,30 +15,37 @@ pub(super) struct Domain {
     pub(super) max_radius: f64,
     /// Coefficient of restitution of a pair.
     pub(super) restitution: f64,
-    /// Time since the last collision of either disc below which a pair collision is elastic, to prevent inelastic collapse:
-    /// the TC model (Luding and McNamara, Granular Matter 1 (1998) 113). Minus infinity if there is no such limit.
-    pub(super) elastic_below_time: f64,
-    /// Approach speed below which a pair collision is elastic; minus infinity if there is no such limit.
-    pub(super) elastic_below_speed: f64,
+    /// Pair collisions that are elastic for any restitution.
+    pub(super) elastic_threshold: ElasticThreshold,
     /// Standard deviation of the angle by which a wall rotates the outgoing velocity, rad.
     pub(super) wall_noise_rad: f64,
+}
+
+/// The threshold below which a pair collision is elastic, to prevent inelastic collapse.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum ElasticThreshold {
+    /// No threshold.
+    Off,
+    /// Time since the last collision of either disc: the TC model (Luding and McNamara, Granular Matter 1 (1998) 113).
+    ContactTime(f64),
+    /// Approach speed.
+    CutoffVelocity(f64),
 }
 
 impl Domain {
     /// The box and the collision parameters of a manifest.
     pub(super) fn new(config: &PackingConfig, max_radius: f64) -> Self {
-        let (elastic_below_time, elastic_below_speed) = match config.collapse_guard {
-            CollapseGuard::Off => (f64::NEG_INFINITY, f64::NEG_INFINITY),
-            CollapseGuard::ContactTime(time) => (time.get(), f64::NEG_INFINITY),
-            CollapseGuard::CutoffVelocity(speed) => (f64::NEG_INFINITY, speed.get()),
+        let elastic_threshold = match config.collapse_guard {
+            CollapseGuard::Off => ElasticThreshold::Off,
+            CollapseGuard::ContactTime(time) => ElasticThreshold::ContactTime(time.get()),
+            CollapseGuard::CutoffVelocity(speed) => ElasticThreshold::CutoffVelocity(speed.get()),
         };
         Self {
             sides: [config.width.get(), config.height.get()],
             has_walls: config.boundary == Boundary::Walls,
             max_radius,
             restitution: config.restitution.get(),
-            elastic_below_time,
-            elastic_below_speed,
+            elastic_threshold,
             wall_noise_rad: config.wall_noise_variance_rad2.get().sqrt(),
         }
     }
@@ -52,8 +59,11 @@ impl Domain {
     /// The coefficient of restitution at an approach speed, at a time since the last collision of either disc.
     #[inline(always)]
     pub(super) fn restitution_at(&self, approach_speed: f64, time: f64) -> f64 {
-        let is_elastic =
-            time < self.elastic_below_time || approach_speed < self.elastic_below_speed;
+        let is_elastic = match self.elastic_threshold {
+            ElasticThreshold::Off => false,
+            ElasticThreshold::ContactTime(threshold) => time < threshold,
+            ElasticThreshold::CutoffVelocity(threshold) => approach_speed < threshold,
+        };
         if is_elastic { 1.0 } else { self.restitution }
     }
 }

@@ -3,14 +3,14 @@
 //! Candidates are the discs of the 3 x 3 block around the disc's cell. They are gathered into lanes and processed without
 //! branches, so that the compiler vectorizes the loops; `scan_simd` does the same in AVX-512 registers.
 
-use super::contact::{DiscSizes, MovingDisc, PredictedContact, ScanInput};
+use super::contact::{MovingDisc, PredictedContact};
 use super::disc::{DiscRecord, SENTINEL};
 use super::events::NEVER;
 use super::motion::{self, Vector};
 #[cfg(target_arch = "x86_64")]
 use super::scan_simd;
 use crate::cell_grid::BlockOffsets;
-use crate::cell_lists::NO_DISC;
+use crate::cell_lists::{CellLists, NO_DISC};
 
 /// Number of pairs that are processed in parallel.
 const LANES: usize = 8;
@@ -22,29 +22,62 @@ const MAX_CANDIDATES: usize = 64;
 /// Room for the candidates and for the lanes that are written after them.
 const ROOM: usize = MAX_CANDIDATES + 2 * LANES;
 
-/// Finds the first contact of a disc with the discs of the block around its cell. If `HAS_AVX512`, the processor must have
-/// AVX-512.
+/// The input that all scans share.
+#[derive(Clone, Copy)]
+pub(super) struct ScanInput<'a> {
+    /// All discs.
+    pub(super) discs: &'a [DiscRecord],
+    /// The discs of each cell.
+    pub(super) cells: &'a CellLists,
+    /// The corners of the cells of a block.
+    pub(super) offsets: &'a BlockOffsets,
+    /// The sizes of the discs.
+    pub(super) sizes: DiscSizes<'a>,
+}
+
+/// The sizes of the discs.
+#[derive(Clone, Copy)]
+pub(super) enum DiscSizes<'a> {
+    /// Any two discs have this contact distance.
+    Equal(f64),
+    /// Each disc has its own radius.
+    Mixed(&'a [f64]),
+    /// Each disc has its own radius, and all grow at the same relative rate.
+    Growing {
+        /// Full radii.
+        radii: &'a [f64],
+        /// Present radius over full radius.
+        scale: f64,
+        /// Growth of this ratio per unit of time.
+        rate: f64,
+    },
+}
+
+/// Finds the first contact of a disc with the discs of the block around its cell; all radii are equal. If `HAS_AVX512`, the
+/// processor must have AVX-512.
 #[inline(always)]
-pub(super) fn first_contact<const HAS_AVX512: bool>(
-    input: ScanInput<'_>,
+pub(super) fn first_contact_of_equal_discs<const HAS_AVX512: bool>(
+    discs: &[DiscRecord],
+    cells: &CellLists,
+    offsets: &BlockOffsets,
     moving: MovingDisc,
+    contact_distance: f64,
 ) -> PredictedContact {
-    let DiscSizes::Equal(contact_distance) = input.sizes else {
-        return scan_in_function(input, moving);
-    };
     #[cfg(target_arch = "x86_64")]
     if HAS_AVX512
-        && !input.cells.has_overflow()
-        && let Some(contact) = scan_simd::first_contact(input, moving, contact_distance)
+        && !cells.has_overflow()
+        && let Some(contact) =
+            scan_simd::first_contact(discs, cells, offsets, moving, contact_distance)
     {
         return contact;
     }
-    if HAS_AVX512 { scan_in_function(input, moving) } else { scan(input, moving) }
+    let input = ScanInput { discs, cells, offsets, sizes: DiscSizes::Equal(contact_distance) };
+    if HAS_AVX512 { first_contact(input, moving) } else { scan(input, moving) }
 }
 
-/// [`scan`] as a function of its own, where it is rare.
+/// Finds the first contact of a disc with the discs of the block around its cell.
 #[inline(never)]
-fn scan_in_function(input: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
+pub(super) fn first_contact(input: ScanInput<'_>, moving: MovingDisc) -> PredictedContact {
     scan(input, moving)
 }
 
@@ -297,15 +330,17 @@ impl CandidateStates {
 mod tests {
     use super::*;
     use crate::cell_grid::CellGrid;
-    use crate::cell_lists::CellLists;
     use crate::packing::domain::Domain;
     use crate::random::{Seed, Stream};
     use crate::simd::instruction_set::{InstructionSet, WideKernel};
     use kinetoscope_manifest::model::{Boundary, PackingConfig};
 
     struct ScanKernel<'a> {
-        input: ScanInput<'a>,
+        discs: &'a [DiscRecord],
+        cells: &'a CellLists,
+        offsets: &'a BlockOffsets,
         moving: MovingDisc,
+        contact_distance: f64,
     }
 
     impl WideKernel for ScanKernel<'_> {
@@ -313,7 +348,14 @@ mod tests {
 
         #[inline(always)]
         fn run<const HAS_AVX512: bool>(self) -> PredictedContact {
-            first_contact::<HAS_AVX512>(self.input, self.moving)
+            let Self { discs, cells, offsets, moving, contact_distance } = self;
+            first_contact_of_equal_discs::<HAS_AVX512>(
+                discs,
+                cells,
+                offsets,
+                moving,
+                contact_distance,
+            )
         }
     }
 
@@ -365,10 +407,16 @@ mod tests {
                 let (cell, velocity) = (record.cell, record.velocity);
                 let position = record.position_at(0.0);
                 let moving = MovingDisc { id, cell, position, velocity, now: 0.0 };
-                let portable = scan_in_function(input, moving);
+                let portable = first_contact(input, moving);
                 contacts += u32::from(portable.time_to_contact < NEVER);
                 for instruction_set in InstructionSet::available() {
-                    let contact = instruction_set.run(ScanKernel { input, moving });
+                    let contact = instruction_set.run(ScanKernel {
+                        discs: &discs,
+                        cells: &cells,
+                        offsets: &offsets,
+                        moving,
+                        contact_distance: 2.0 * radius,
+                    });
                     let times = [contact.time_to_contact, portable.time_to_contact];
                     assert_eq!(times[0].to_bits(), times[1].to_bits());
                     assert_eq!(contact.partner, portable.partner);

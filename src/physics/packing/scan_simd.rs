@@ -12,12 +12,13 @@
 
 #![allow(unsafe_code)]
 
-use super::contact::{MovingDisc, PredictedContact, ScanInput};
+use super::contact::{MovingDisc, PredictedContact};
 use super::disc::DiscRecord;
 use super::events::NEVER;
 use super::motion;
+
 use crate::cell_grid::BlockOffsets;
-use crate::cell_lists::NO_DISC;
+use crate::cell_lists::{CellLists, NO_DISC};
 use crate::simd::f64x8::F64x8;
 use crate::simd::real::Real;
 use std::arch::x86_64::*;
@@ -108,7 +109,9 @@ unsafe fn occupied(row: __m512i, excluded: __m512i) -> __mmask16 {
 /// if the block has more than sixteen other discs.
 #[inline(always)]
 pub(super) fn first_contact(
-    ScanInput { discs, cells, offsets, .. }: ScanInput<'_>,
+    discs: &[DiscRecord],
+    cells: &CellLists,
+    offsets: &BlockOffsets,
     moving: MovingDisc,
     contact_distance: f64,
 ) -> Option<PredictedContact> {

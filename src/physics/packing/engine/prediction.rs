@@ -2,10 +2,10 @@
 
 use super::state::{Engine, State};
 use crate::cell_grid::Side;
-use crate::packing::contact::{DiscSizes, MovingDisc, ScanInput};
+use crate::packing::contact::MovingDisc;
 use crate::packing::events::{EventCode, NEVER};
 use crate::packing::motion;
-use crate::packing::scan::first_contact;
+use crate::packing::scan::{DiscSizes, ScanInput, first_contact, first_contact_of_equal_discs};
 
 /// The predicted next event of a disc.
 #[derive(Clone, Copy)]
@@ -51,16 +51,23 @@ impl Engine {
         moving: MovingDisc,
     ) -> Prediction {
         let (time_to_edge, edge) = self.first_edge(moving);
-        let State { discs, domain, radii, growth, .. } = &self.state;
-        let sizes = match growth {
-            _ if radii.is_empty() => DiscSizes::Equal(2.0 * domain.max_radius),
-            Some(growth) => {
-                DiscSizes::Growing { radii, scale: growth.scale_at(moving.now), rate: growth.rate }
-            }
-            None => DiscSizes::Mixed(radii),
+        let State { discs, domain, radii, .. } = &self.state;
+        let contact = if self.are_equal {
+            let distance = 2.0 * domain.max_radius;
+            let (cells, offsets) = (&self.cells, &self.offsets);
+            first_contact_of_equal_discs::<HAS_AVX512>(discs, cells, offsets, moving, distance)
+        } else {
+            let sizes = match self.state.growth {
+                Some(growth) => DiscSizes::Growing {
+                    radii,
+                    scale: growth.scale_at(moving.now),
+                    rate: growth.rate,
+                },
+                None => DiscSizes::Mixed(radii),
+            };
+            let input = ScanInput { discs, cells: &self.cells, offsets: &self.offsets, sizes };
+            first_contact(input, moving)
         };
-        let input = ScanInput { discs, cells: &self.cells, offsets: &self.offsets, sizes };
-        let contact = first_contact::<HAS_AVX512>(input, moving);
         // Of simultaneous events, a pair collision precedes a wall collision or a crossing.
         let is_pair = (contact.time_to_contact <= time_to_edge) & (contact.time_to_contact < NEVER);
         let time = if is_pair { contact.time_to_contact } else { time_to_edge };

@@ -27,6 +27,8 @@ pub(in crate::packing) struct Engine {
     pub(super) cells: CellLists,
     pub(super) offsets: BlockOffsets,
     pub(super) event_queue: EventQueue,
+    /// Whether all discs have the same constant radius.
+    pub(super) are_equal: bool,
     /// Number of events between two shifts of the clock's origin.
     pub(super) events_between_shifts: u64,
     /// Whether memory is prefetched; for few discs, it is in the cache, and prefetching only costs time.
@@ -74,6 +76,7 @@ impl Engine {
             event_queue: EventQueue::new(&state.discs, state.mean_time_to_event()),
             offsets: grid.block_offsets(),
             cells,
+            are_equal: state.radii.is_empty(),
             prefetches: state.discs.len() >= LARGE_SYSTEM,
             events_between_shifts: MIN_EVENTS_BETWEEN_SHIFTS
                 .max(EVENTS_PER_DISC_BETWEEN_SHIFTS * state.discs.len() as u64),
