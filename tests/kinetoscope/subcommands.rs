@@ -138,7 +138,7 @@ fn why_names_the_changed_key() {
     let bench = Bench::new();
     bench.recording();
     let done = bench.call(&["why", "gas.toml"]);
-    assert_eq!((done.code, done.out.as_str()), (Some(0), "gas: done\n"));
+    assert_eq!((done.code, done.out.as_str()), (Some(0), "gas: finished\n"));
     let changed = bench.call(&["why", "--json", "gas.toml", "--set", "seed=7"]).json();
     assert_eq!(changed["runs"][0]["status"], "to do");
     assert!(changed["runs"][0]["reason"].as_str().unwrap().contains("seed: 1 → 7"));

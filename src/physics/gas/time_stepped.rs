@@ -9,10 +9,8 @@ use super::particle_groups::{BLOCK, Group, LANES, Lanes};
 use super::propagator::Propagator;
 use super::state::GasState;
 use super::tallies::ParticleTally;
-use crate::model::{SetupError, Target};
-use crate::random::Seed;
+use crate::model::Target;
 use crate::simd::registers::{self, InstructionSet, Kernel};
-use kinetoscope_manifest::model::{GasConfig, Propagation};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -24,18 +22,16 @@ pub(super) struct TimeStepped {
     tallies: Vec<ParticleTally>,
 }
 
-impl Propagator for TimeStepped {
-    fn prepare(
-        config: &GasConfig,
-        _seed: Seed,
-        state: &GasState,
-    ) -> Option<Result<Self, SetupError>> {
-        let Propagation::TimeStepped { time_step_s } = config.propagation else { return None };
+impl TimeStepped {
+    /// The scheme at time 0.
+    pub(super) fn new(clock: StepClock, state: &GasState) -> Self {
         let mut tallies = vec![ParticleTally::default(); state.particles.groups.len() * LANES];
         ParticleTally::start_paths(&mut tallies, state.particles.iter());
-        Some(Ok(Self { clock: StepClock::new(config.duration_s, time_step_s), tallies }))
+        Self { clock, tallies }
     }
+}
 
+impl Propagator for TimeStepped {
     fn clock(&self) -> Clock {
         Clock::Steps(self.clock)
     }

@@ -328,11 +328,12 @@ impl CandidateStates {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cells::cell_grid;
     use super::*;
     use crate::cell_grid::CellGrid;
+    use crate::packing::domain::Domain;
     use crate::random::{Seed, Stream};
     use crate::simd::registers::{self, InstructionSet, Kernel};
+    use kinetoscope_manifest::model::{Boundary, PackingConfig};
 
     struct ScanKernel<'a> {
         discs: &'a [DiscRecord],
@@ -389,7 +390,9 @@ mod tests {
     fn every_instruction_set_gives_the_same_bits() {
         let radius = 1.0;
         for (box_side, may_overflow) in [(120.0, false), (75.0, false), (45.0, true)] {
-            let grid = cell_grid([box_side; 2], 2.0 * radius, 1500, false);
+            let config = PackingConfig { boundary: Boundary::Periodic, ..Default::default() };
+            let domain = Domain { sides: [box_side; 2], ..Domain::new(&config, radius) };
+            let grid = domain.cell_grid(1500);
             let count = if may_overflow { 1500 } else { 1300 };
             let (discs, cells) = random_discs(count, grid, box_side, may_overflow);
             assert_eq!(cells.has_overflow(), may_overflow);

@@ -6,7 +6,7 @@
 //! # Safety
 //! - Intrinsics: [`first_contact`] is called only in code that is compiled for AVX-512 and runs only where the processor has
 //!   it (`simd::registers`).
-//! - CellLists are read without bounds checks after an assertion on the largest index of the block.
+//! - Cells are read without bounds checks after an assertion on the largest index of the block.
 //! - Disc records are read without bounds checks after an assertion on the ids of all lanes. A record is `repr(C)` and begins
 //!   with position, velocity and time, which are five numbers.
 
