@@ -5,7 +5,7 @@ use crate::cli::messages::{complain, name_of};
 use crate::outputs::sidecars;
 use crate::plan::{Plan, PlannedRun, Status};
 use crate::run::{RunError, RunReport};
-use kinetoscope_manifest::Experiment;
+use kinetoscope_manifest::{ExpectedOutcome, Experiment};
 use kinetoscope_recording::recorder::Outcome;
 use serde_json::{Value as Json, json};
 use std::collections::HashMap;
@@ -23,19 +23,22 @@ pub(crate) fn report_errors(
 ) -> Exit {
     let (mut exit, mut failed) = (Exit::Done, 0);
     for (run, outcome) in plan.finished() {
-        if let Outcome::Fault(fault) = outcome {
+        if let Some(message) = unexpected(outcome, experiment) {
             let name = name_of(run, experiment);
             complain(&format!(
-                "error: {name} failed earlier: {fault}\nhelp: change the manifest, or rerun it with --force"
+                "error: {name} {message} (earlier run)\nhelp: change the manifest, or rerun it with --force"
             ));
             exit = Exit::RunFailed;
         }
     }
     for (run, result) in results {
         let (class, message) = match result {
-            Some(Ok(Outcome::Fault(fault))) => (Exit::RunFailed, format!("failed: {fault}")),
+            Some(Ok(outcome)) => match unexpected(outcome, experiment) {
+                Some(message) => (Exit::RunFailed, message),
+                None => continue,
+            },
             Some(Err((class, message))) => (*class, message.clone()),
-            Some(Ok(Outcome::Complete | Outcome::Interrupted)) | None => continue,
+            None => continue,
         };
         complain(&format!("error: {}: {message}", name_of(run, experiment)));
         failed += 1;
@@ -48,6 +51,17 @@ pub(crate) fn report_errors(
         complain(&format!("{failed} of {} runs failed", results.len()));
     }
     exit
+}
+
+/// Why an outcome is not the one that the manifest expects.
+fn unexpected(outcome: &Outcome, experiment: &Experiment) -> Option<String> {
+    match (outcome, experiment.expected_outcome) {
+        (Outcome::Fault(fault), ExpectedOutcome::Complete) => Some(format!("failed: {fault}")),
+        (Outcome::Complete, ExpectedOutcome::Fault) => {
+            Some("is complete, but its manifest expects a fault".to_owned())
+        }
+        _ => None,
+    }
 }
 
 /// A task reports a run without a recording to the process that submitted it.

@@ -219,6 +219,6 @@ fn documented_workflow_runs_unchanged() {
             + &String::from_utf8_lossy(&done.stderr);
         assert!(done.status.success(), "{step}\n{messages}");
     }
-    assert!(output.path().join("results/verdicts.xml").exists());
+    assert!(output.path().join("results/results.xml").exists());
     assert!(output.path().join("results/first_run/report.html").exists());
 }
