@@ -69,10 +69,6 @@ quantity!(
     PlaybackRate, "a number in (0, 50]", [exclusiveMinimum: 0.0, maximum: 50.0], |x| x > 0.0 && x <= 50.0
 );
 quantity!(
-    /// A time step of the orbit, days: the orbit exercise requires less than one.
-    StepBelowOneDay, "a number in (0, 1)", [exclusiveMinimum: 0.0, exclusiveMaximum: 1.0], |x| x > 0.0 && x < 1.0
-);
-quantity!(
     /// Relative error per step of an adaptive method; below 1e-15, rounding dominates.
     StepTolerance, "a number in [1e-15, 0.01]", [minimum: 1e-15, maximum: 0.01], |x| x >= 1e-15 && x <= 0.01
 );
@@ -80,11 +76,5 @@ quantity!(
 impl From<PlaybackRate> for Positive {
     fn from(rate: PlaybackRate) -> Self {
         Self(rate.0)
-    }
-}
-
-impl From<StepBelowOneDay> for Positive {
-    fn from(step: StepBelowOneDay) -> Self {
-        Self(step.0)
     }
 }

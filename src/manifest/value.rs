@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::quantity::{
-    BoxSide, Finite, Fraction, NonNegative, PlaybackRate, Positive, StepBelowOneDay, StepTolerance,
+    BoxSide, Finite, Fraction, NonNegative, PlaybackRate, Positive, StepTolerance,
 };
 use crate::renamed;
 use crate::tree::{Node, Value};
@@ -111,16 +111,7 @@ macro_rules! number_values {
         }
     )*};
 }
-number_values!(
-    Finite,
-    Positive,
-    NonNegative,
-    Fraction,
-    BoxSide,
-    PlaybackRate,
-    StepBelowOneDay,
-    StepTolerance
-);
+number_values!(Finite, Positive, NonNegative, Fraction, BoxSide, PlaybackRate, StepTolerance);
 
 /// Defines types of whole numbers from 1 to a maximum.
 macro_rules! counts {
