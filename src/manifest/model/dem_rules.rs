@@ -1,6 +1,6 @@
 //! The rules between the keys of a DEM scene: sizes, walls, regions, materials, insertion.
 
-use super::dem::{DemConfig, DemDashpot, DemIntegrator, Dissipation, PeriodicSides};
+use super::dem::{DemConfig, DemDashpot, Dissipation, PeriodicSides};
 use super::dem_materials::{DISC, MOST_MATERIALS, WALL};
 use super::dem_radius::MOST_RADIUS_RATIO;
 use super::dem_walls::{DemWall, DemWallShape};
@@ -56,19 +56,12 @@ impl DemConfig {
         if self.dashpot == DemDashpot::Explicit {
             return;
         }
-        if self.integrator != DemIntegrator::SemiImplicitEuler {
-            table.refuse(
-                &["dashpot", "integrator"],
-                "`dashpot = \"implicit\"` cannot be used with velocity-verlet",
-                "set integrator to \"semi-implicit-euler\"",
-            );
-        }
         let moves = self.walls.iter().any(|wall| !wall.is_at_rest());
         if moves || self.rubs() {
             table.refuse(
                 &["dashpot", "friction", "rolling_friction", "materials", "contact_pairs", "walls"],
                 "the implicit dashpot supports neither friction nor moving walls",
-                "use \"semi-implicit-euler\" or \"velocity-verlet\"",
+                "set dashpot to \"explicit\"",
             );
         }
     }
