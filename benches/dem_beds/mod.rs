@@ -106,5 +106,11 @@ fn with_speeds(config: DemConfig) -> DemConfig {
     let positions: Vec<[Finite; 2]> = rows.map(|row| [finite(row[0]), finite(row[1])]).collect();
     let velocities =
         positions.iter().map(|_| generator.normal_pair().map(|v| finite(0.1 * v))).collect();
-    DemConfig { placement: Placement::Given(GivenState { positions, velocities }), ..config }
+    DemConfig {
+        placement: Placement::Given(GivenState {
+            positions_m: positions,
+            velocities_m_per_s: velocities,
+        }),
+        ..config
+    }
 }

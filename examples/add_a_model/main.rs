@@ -23,8 +23,9 @@ const EDITS: &[(&str, &str, &str)] = &[
     ),
     (
         "src/manifest/model/mod.rs",
-        "\n    orbit: Orbit(OrbitConfig) from start,",
-        "\n    /// A body on a spring.\n    oscillator: Oscillator(OscillatorConfig),",
+        "\n        state discs walls legend velocity trail energy orbit conserved log\n    ],",
+        "\n    /// A body on a spring.\n    oscillator: Oscillator(OscillatorConfig) every every_s [\
+         \n        state discs walls legend velocity trail energy log\n    ],",
     ),
     ("src/physics/lib.rs", "\npub mod orbit;", "\npub mod oscillator;"),
     (

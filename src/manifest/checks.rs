@@ -1,14 +1,14 @@
 //! `[[checks]]`: the values that metrics must have.
 
 use crate::diagnostics::{Diagnostic, Diagnostics, nearest};
-use crate::keys::{HasKeys as _, Reader, Writer};
+use crate::keys::{HasKeys as _, Reader, Writer, rules};
 use crate::quantity::{Finite, NonNegative};
 use crate::renamed;
 use crate::sweep::{Axis, Coordinate, text};
 use crate::syntax::parse_toml;
 use crate::table::table;
-use crate::tree::{Entry, Node, Value};
-use crate::value::{quoted, refuse};
+use crate::tree::{Entry, Node, Table};
+use crate::value::{quoted, refuse, tables};
 
 /// A condition on a metric.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,8 +85,7 @@ pub fn parse_checks(source: &str, origin: &str) -> Result<Vec<Check>, Diagnostic
     if checks.is_none() && errors.is_empty() {
         errors.push(Diagnostic::new("no [[checks]] in this file"));
     }
-    let diagnostics = diagnostics.with(errors);
-    if diagnostics.is_empty() { Ok(read) } else { Err(diagnostics) }
+    diagnostics.ok_or(read, errors)
 }
 
 table! {
@@ -156,18 +155,16 @@ impl CheckKeys {
 
 /// Reads all checks. If the sweep's axes are given, `where` must name them.
 pub(crate) fn read(node: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>) -> Vec<Check> {
-    let Value::Array(elements) = &node.value else {
-        refuse(node, "checks", "tables [[checks]]", errors);
-        return Vec::new();
-    };
-    elements.iter().filter_map(|element| read_one(element, axes, errors)).collect()
+    let tables = tables(node, "checks", ["tables [[checks]]", "a table"], errors);
+    tables.into_iter().filter_map(|(node, table)| read_one(node, table, axes, errors)).collect()
 }
 
-fn read_one(element: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>) -> Option<Check> {
-    let Some(table) = element.table() else {
-        refuse(element, "checks", "a table", errors);
-        return None;
-    };
+fn read_one(
+    element: &Node,
+    table: &Table,
+    axes: Option<&[Axis]>,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<Check> {
     let at = table.get("where").map_or_else(Vec::new, |place| read_where(place, axes, errors));
     let mut reader = Reader::new("checks", table, errors);
     reader.also_known(&["where"]);
@@ -187,34 +184,15 @@ fn read_one(element: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>)
         reader
             .report(Diagnostic::new("a check has nothing to compare with").at(element.span, label));
     }
-    let range = ["minimum", "maximum"].iter().any(|key| reader.has(key));
-    if range
-        && ["expected", "tolerance", "relative_tolerance", "standard_errors"]
-            .iter()
-            .any(|key| reader.has(key))
-    {
-        let keys = [
-            "expected",
-            "tolerance",
-            "relative_tolerance",
-            "standard_errors",
-            "minimum",
-            "maximum",
-        ];
-        reader.refuse(
-            &keys,
-            "`minimum` and `maximum` cannot be used together with `expected` or a tolerance",
-            "write two checks",
-        );
-    }
-    if let (Some(minimum), Some(maximum)) = (keys.minimum, keys.maximum)
-        && minimum > maximum
-    {
-        reader.refuse(
-            &["minimum", "maximum"],
-            "`minimum` is above `maximum`",
-            "must be minimum <= maximum",
-        );
+    let has_any = |keys: &[&str]| keys.iter().any(|key| table.get(key).is_some());
+    let is_range = has_any(&["minimum", "maximum"]);
+    let is_empty =
+        keys.minimum.zip(keys.maximum).is_some_and(|(minimum, maximum)| minimum > maximum);
+    rules! { reader;
+        is_range && has_any(&["expected", "tolerance", "relative_tolerance", "standard_errors"]) =>
+            ["expected", "tolerance", "relative_tolerance", "standard_errors", "minimum", "maximum"]
+            "`minimum` and `maximum` cannot be used together with `expected` or a tolerance", "write two checks";
+        is_empty => ["minimum", "maximum"] "`minimum` is above `maximum`", "must be minimum <= maximum";
     }
     reader.finish();
     let bound = keys.bound()?;
@@ -226,41 +204,27 @@ fn read_where(
     axes: Option<&[Axis]>,
     errors: &mut Vec<Diagnostic>,
 ) -> Vec<(String, String)> {
-    let mut at = Vec::new();
-    match place.node.table() {
-        Some(table) => {
-            for entry in &table.entries {
-                read_place(&entry.key, entry, axes, &mut at, errors);
-            }
-        }
-        None => refuse(&place.node, "checks.where", "a table of swept keys and values", errors),
-    }
-    at
+    let Some(table) = place.node.table() else {
+        let expected = "a table of swept keys and values";
+        return refuse(&place.node, "checks.where", expected, errors).unwrap_or_default();
+    };
+    let entries = table.entries.iter().flat_map(|entry| entry.leaves(&entry.key, &|_, _| false));
+    entries.filter_map(|(key, entry)| read_place(&key, entry, axes, errors)).collect()
 }
 
-/// Reads one key of `where`; dotted keys without quotes are nested tables.
+/// Reads one key of `where`.
 fn read_place(
     key: &str,
     entry: &Entry,
     axes: Option<&[Axis]>,
-    at: &mut Vec<(String, String)>,
     errors: &mut Vec<Diagnostic>,
-) {
-    if let Some(table) = entry.node.table() {
-        for inner in &table.entries {
-            read_place(&format!("{key}.{}", inner.key), inner, axes, at, errors);
-        }
-        return;
-    }
+) -> Option<(String, String)> {
     if let Some(new) = renamed::dotted_key(key) {
         errors.push(renamed::error(key, new, entry.key_span));
-        return;
+        return None;
     }
     let value = text(&entry.node, 0);
-    let Some(axes) = axes else {
-        at.push((key.to_owned(), value));
-        return;
-    };
+    let Some(axes) = axes else { return Some((key.to_owned(), value)) };
     let swept = || {
         axes.iter().flat_map(|axis| {
             axis.keys.iter().enumerate().map(move |(column, key)| (axis, column, key))
@@ -272,7 +236,7 @@ fn read_place(
             None => "`where` takes keys of [sweep], or `variant`".to_owned(),
         };
         errors.push(Diagnostic::new(format!("`{key}` is not swept")).at(entry.key_span, label));
-        return;
+        return None;
     };
     if !axis.values.iter().any(|values| values[column] == value) {
         let known: Vec<&str> =
@@ -282,7 +246,7 @@ fn read_place(
             Diagnostic::new(title).at(entry.node.span, format!("values: {}", known.join(", "))),
         );
     }
-    at.push((full.clone(), value));
+    Some((full.clone(), value))
 }
 
 /// Writes checks in the form in which [`parse_checks`] reads them.

@@ -34,7 +34,11 @@ impl Diagnostic {
     }
 
     /// An error between several places. The last one in the text is the one to change; the others are shown with it.
-    pub(crate) fn between(title: impl Into<String>, mut places: Vec<Span>, label: &str) -> Self {
+    pub(crate) fn between(
+        title: impl Into<String>,
+        mut places: Vec<Span>,
+        label: impl Into<String>,
+    ) -> Self {
         places.sort();
         let mut error = Self::new(title);
         if let Some(last) = places.pop() {
@@ -72,6 +76,11 @@ impl Diagnostics {
         self.found = found.into_iter().filter(|error| seen.insert(error.clone())).collect();
         self.found.sort_by_key(Diagnostic::place);
         self
+    }
+
+    /// The value, if there are no errors; otherwise all of them.
+    pub(crate) fn ok_or<T>(self, value: T, found: Vec<Diagnostic>) -> Result<T, Self> {
+        if found.is_empty() { Ok(value) } else { Err(self.with(found)) }
     }
 
     /// Number of errors.
@@ -132,8 +141,9 @@ impl Diagnostics {
         let first = marks.iter().map(|(span, _)| span.start).min().unwrap_or(0);
         let last = marks.iter().map(|(span, _)| span.end).max().unwrap_or(0);
         // Only the lines in question: a manifest may hold a million positions.
-        let first = whole(&source.text, first);
-        let last = whole(&source.text, last);
+        // A mark may lie within a character.
+        let whole = |byte: usize| source.text.floor_char_boundary(byte);
+        let (first, last) = (whole(first), whole(last));
         let begin = source.text[..first].rfind('\n').map_or(0, |newline| newline + 1);
         let end = source.text[last..].find('\n').map_or(source.text.len(), |length| last + length);
         let line = 1 + source.text[..begin].matches('\n').count();
@@ -145,17 +155,11 @@ impl Diagnostics {
             } else {
                 AnnotationKind::Context
             };
-            let range =
-                whole(&source.text, span.start) - begin..whole(&source.text, span.end) - begin;
+            let range = whole(span.start) - begin..whole(span.end) - begin;
             snippet = snippet.annotation(kind.span(range).label(&**label));
         }
         snippet
     }
-}
-
-/// The nearest character boundary at or before a byte of the text.
-fn whole(text: &str, byte: usize) -> usize {
-    text.floor_char_boundary(byte)
 }
 
 impl fmt::Display for Diagnostics {

@@ -7,7 +7,7 @@ use crate::head::{Head, is_name};
 use crate::keys::{HasKeys as _, Reader};
 use crate::model::{ModelConfig, Recordings, no_model};
 use crate::record::RecordConfig;
-use crate::sweep::{self, Axis, Coordinate, Points, overlap};
+use crate::sweep::{self, Axis, Coordinate, Points, Setting, overlap};
 use crate::syntax::parse_toml;
 use crate::tree::{self, Node, Span, Table, Value};
 use crate::value::{ReplicateCount, quoted, refuse};
@@ -202,19 +202,12 @@ pub(crate) fn read_document(
     (document, diagnostics.with(errors))
 }
 
-/// A checked `--set`.
-struct Set {
-    key: String,
-    key_span: Span,
-    node: Node,
-}
-
 fn read_overrides(
     overrides: &[Override],
     diagnostics: &mut Diagnostics,
     errors: &mut Vec<Diagnostic>,
-) -> Vec<Set> {
-    let mut sets: Vec<Set> = Vec::new();
+) -> Vec<Setting> {
+    let mut sets: Vec<Setting> = Vec::new();
     for Override { key, value } in overrides {
         let text = format!("{key}={value}");
         let source = diagnostics.source("--set", &text);
@@ -235,20 +228,20 @@ fn read_overrides(
             let error = Diagnostic::new(format!("`{key}` is set twice"));
             errors.push(error.at(key_span, "set it once").at(first.key_span, ""));
         }
-        sets.push(Set { key: key.clone(), key_span, node });
+        sets.push(Setting { key: key.clone(), key_span, node });
     }
     sets
 }
 
 fn read_root(
     root: &mut Table,
-    sets: Vec<Set>,
+    sets: Vec<Setting>,
     recordings: Option<Recordings<'_>>,
     errors: &mut Vec<Diagnostic>,
 ) -> Document {
     let sweep = root.take("sweep");
     let axes = sweep.as_ref().map_or_else(Vec::new, |sweep| sweep::read(sweep, errors));
-    for Set { key, key_span, node } in sets {
+    for Setting { key, key_span, node } in sets {
         if let Some(setting) = axes
             .iter()
             .flat_map(|axis| axis.settings.iter().flatten())
@@ -388,18 +381,15 @@ fn read_physics(
         }
         Some(entry) => match entry.node.table() {
             Some(models) => ModelConfig::read(models, recordings, errors),
-            None => {
-                refuse(&entry.node, "model", "a table [model.<NAME>]", errors);
-                None
-            }
+            None => refuse(&entry.node, "model", "a table [model.<NAME>]", errors),
         },
     };
     let table = match root.get("record") {
         None => &empty,
-        Some(entry) => entry.node.table().unwrap_or_else(|| {
-            refuse(&entry.node, "record", "a table", errors);
-            &empty
-        }),
+        Some(entry) => {
+            let table = entry.node.table();
+            table.or_else(|| refuse(&entry.node, "record", "a table", errors)).unwrap_or(&empty)
+        }
     };
     let model = model?;
     let sound = errors.len() == errors_before;

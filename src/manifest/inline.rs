@@ -68,10 +68,7 @@ pub(crate) fn read<T: InlineTable>(
     name: &str,
     errors: &mut Vec<Diagnostic>,
 ) -> Option<T> {
-    let Some(table) = node.table() else {
-        refuse(node, name, T::EXPECTED, errors);
-        return None;
-    };
+    let Some(table) = node.table() else { return refuse(node, name, T::EXPECTED, errors) };
     let mut reader = Reader::new(name, table, errors);
     let value = T::read_keys(&mut reader, node.span);
     if let Some(value) = &value {
@@ -108,8 +105,9 @@ impl<T: TomlValue> OptionalValue for Option<T> {
     }
 }
 
-/// Defines a struct that is written as a table on one line. In brackets after the type: `[required]`; `[or DEFAULT]`,
-/// always written; `[optional]`, an `Option`; `[flatten]`, a table whose keys stand among the others.
+/// Defines a struct that is written as a table on one line. In brackets after the type: `[required]`; `[nonempty]`, a
+/// required list; `[or DEFAULT]`, always written; `[optional]`, an `Option`; `[flatten]`, a table whose keys are listed
+/// with the others.
 macro_rules! inline_table {
     (
         $(#[$meta:meta])*
@@ -233,9 +231,6 @@ macro_rules! inline_enum {
 
 /// Reads one key of a table on one line.
 macro_rules! read_key {
-    ($reader:ident, $at:ident, $field:ident, [required]) => {
-        $reader.required(stringify!($field), $at)
-    };
     ($reader:ident, $at:ident, $field:ident, [or $default:expr]) => {
         Some($reader.maybe(stringify!($field)).unwrap_or(const { $default }))
     };
@@ -244,6 +239,9 @@ macro_rules! read_key {
     };
     ($reader:ident, $at:ident, $field:ident, [flatten]) => {
         $crate::inline::InlineTable::read_keys($reader, $at)
+    };
+    ($reader:ident, $at:ident, $field:ident, [$required:ident]) => {
+        $reader.required(stringify!($field), $at)
     };
 }
 
@@ -276,8 +274,11 @@ macro_rules! add_key {
     };
     ($forms:ident, $field:ident, $type:ty, [$kind:ident $($default:expr)?]) => {
         for form in &mut $forms {
-            let schema = <$type as $crate::value::TomlValue>::schema();
-            form.insert(stringify!($field), schema, stringify!($kind) == "required");
+            let mut schema = <$type as $crate::value::TomlValue>::schema();
+            if stringify!($kind) == "nonempty" {
+                schema["minItems"] = 1.into();
+            }
+            form.insert(stringify!($field), schema, stringify!($kind) != "or");
         }
     };
 }

@@ -6,6 +6,7 @@ use crate::diagnostics::{Diagnostic, nearest};
 use crate::renamed;
 use crate::tree::{Entry, Node, Span, Table, Value};
 use crate::value::TomlValue;
+use std::fmt::Display;
 
 /// One key of a table.
 #[derive(Clone, Copy, Debug)]
@@ -43,12 +44,6 @@ pub(crate) trait Keys {
 pub(crate) trait HasKeys {
     /// Visits the keys in the order of the canonical manifest.
     fn keys(&mut self, keys: &mut impl Keys);
-}
-
-/// The state at the start of a run, which `start_from` may replace.
-pub(crate) trait StartKeys {
-    /// Visits its key and `start_from`. At most one of the keys `exclusive` may be present.
-    fn visit(&mut self, key: &Key, exclusive: &'static [&'static str], keys: &mut impl Keys);
 }
 
 /// Reads one table: known keys into values, everything else into errors.
@@ -119,14 +114,14 @@ impl<'a> Reader<'a> {
 
     /// Reports a broken rule between keys, at those that are present in the table. A key that could not be read breaks no
     /// rule.
-    pub(crate) fn refuse(&mut self, keys: &[&str], title: &str, label: &str) {
+    pub(crate) fn refuse(&mut self, keys: &[&str], title: impl Display, label: impl Display) {
         if keys.iter().any(|key| self.failed.contains(key)) {
             return;
         }
         self.breaks_a_rule = true;
         let entries = keys.iter().filter_map(|key| self.table.get(key));
         let places = entries.map(|entry| entry.node.span).collect();
-        self.errors.push(Diagnostic::between(title, places, label));
+        self.errors.push(Diagnostic::between(title.to_string(), places, label.to_string()));
     }
 
     /// Reports an error that has its place already.
@@ -196,6 +191,17 @@ impl Keys for Reader<'_> {
         }
     }
 }
+
+/// Reports each rule between keys whose condition holds, which means that it is broken: the keys, what is wrong, and what
+/// to do. Both texts are format strings.
+macro_rules! rules {
+    ($table:expr; $($is_broken:expr => [$($key:expr),+] $title:literal, $label:literal;)+) => {
+        $(if $is_broken {
+            $table.refuse(&[$($key),+], format_args!($title), format_args!($label));
+        })+
+    };
+}
+pub(crate) use rules;
 
 /// Writes a table in canonical form: every key that has a value, in the order of its declaration.
 #[derive(Default)]

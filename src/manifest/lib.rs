@@ -25,7 +25,6 @@ mod head;
 mod schema;
 mod sidecar;
 mod start_manifests;
-mod starter;
 mod sweep;
 mod timing;
 
@@ -34,9 +33,9 @@ pub use checks::{Bound, Check, parse_checks};
 pub use comparison::{KeyDifference, differing_keys};
 pub use diagnostics::Diagnostics;
 pub use experiment::{Experiment, Override, Run, parse, parse_run, parse_with_recordings};
+pub use model::starter;
 pub use schema::json_schema;
 pub use sidecar::{ExperimentRecord, RunRecord};
 pub use start_manifests::{StartManifest, is_manifest_name, start_manifests};
-pub use starter::starter;
 pub use sweep::{Axis, Coordinate};
 pub use timing::{TimingComparison, TimingPoint, TimingRatio, TimingTable};

@@ -1,21 +1,20 @@
 //! Numbers with a range: a value of these types was checked when it was read.
 
+use crate::diagnostics::Diagnostic;
+use crate::tree::Node;
+use crate::value::{TomlValue, number, refuse, shortest};
 use serde::Serialize;
+use serde_json::{Value as Json, json};
 
-macro_rules! quantity {
-    ($(#[$doc:meta])* $name:ident, $range:literal, [$($bound:ident: $limit:literal),*], |$x:ident| $holds:expr) => {
+/// Defines types of numbers: each line gives the range in words, as JSON Schema keywords, and as a condition.
+macro_rules! quantities {
+    ($($(#[$doc:meta])* $name:ident: $range:literal, [$($bound:ident: $limit:literal),*], |$x:ident| $holds:expr;)+) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
         #[serde(transparent)]
         pub struct $name(f64);
 
         impl $name {
-            /// The range in words, as error messages and the schema state it.
-            pub const RANGE: &'static str = $range;
-
-            /// The range as JSON Schema keywords with their limits.
-            pub(crate) const BOUNDS: &'static [(&'static str, f64)] = &[$((stringify!($bound), $limit)),*];
-
             /// The value, or `None` if it is not a finite number in the range. Minus zero becomes zero.
             #[must_use]
             pub const fn new($x: f64) -> Option<Self> {
@@ -41,40 +40,36 @@ macro_rules! quantity {
                 self.0
             }
         }
-    };
+
+        impl TomlValue for $name {
+            fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
+                number(node).and_then(Self::new).or_else(|| refuse(node, name, $range, errors))
+            }
+
+            fn write(&self) -> String {
+                shortest(self.get())
+            }
+
+            fn schema() -> Json {
+                json!({ "type": "number" $(, (stringify!($bound)): $limit)* })
+            }
+        }
+    )+};
 }
 
-quantity!(
+quantities! {
     /// A finite number of either sign.
-    Finite, "a finite number", [], |x| x.is_finite()
-);
-quantity!(
+    Finite: "a finite number", [], |x| x.is_finite();
     /// A finite number above zero.
-    Positive, "a number > 0", [exclusiveMinimum: 0.0], |x| x > 0.0
-);
-quantity!(
+    Positive: "a number > 0", [exclusiveMinimum: 0.0], |x| x > 0.0;
     /// A finite number of at least zero.
-    NonNegative, "a number >= 0", [minimum: 0.0], |x| x >= 0.0
-);
-quantity!(
+    NonNegative: "a number >= 0", [minimum: 0.0], |x| x >= 0.0;
     /// A fraction above zero and at most one, such as a coefficient of restitution.
-    Fraction, "a number in (0, 1]", [exclusiveMinimum: 0.0, maximum: 1.0], |x| x > 0.0 && x <= 1.0
-);
-quantity!(
+    Fraction: "a number in (0, 1]", [exclusiveMinimum: 0.0, maximum: 1.0], |x| x > 0.0 && x <= 1.0;
     /// The side of a packing box, by the input limits of the packing exercise.
-    BoxSide, "a number in [10, 100000]", [minimum: 10.0, maximum: 100_000.0], |x| x >= 10.0 && x <= 100_000.0
-);
-quantity!(
+    BoxSide: "a number in [10, 100000]", [minimum: 10.0, maximum: 100_000.0], |x| x >= 10.0 && x <= 100_000.0;
     /// Frames per second of playback: viewers warn above 60.
-    PlaybackRate, "a number in (0, 50]", [exclusiveMinimum: 0.0, maximum: 50.0], |x| x > 0.0 && x <= 50.0
-);
-quantity!(
+    PlaybackRate: "a number in (0, 50]", [exclusiveMinimum: 0.0, maximum: 50.0], |x| x > 0.0 && x <= 50.0;
     /// Relative error per step of an adaptive method; below 1e-15, rounding dominates.
-    StepTolerance, "a number in [1e-15, 0.01]", [minimum: 1e-15, maximum: 0.01], |x| x >= 1e-15 && x <= 0.01
-);
-
-impl From<PlaybackRate> for Positive {
-    fn from(rate: PlaybackRate) -> Self {
-        Self(rate.0)
-    }
+    StepTolerance: "a number in [1e-15, 0.01]", [minimum: 1e-15, maximum: 0.01], |x| x >= 1e-15 && x <= 0.01;
 }

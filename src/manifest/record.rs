@@ -22,7 +22,7 @@ table! {
         /// `contact_forces` (dem).
         channels: Option<Vec<String>> ["", optional],
         /// Frames per second of playback.
-        playback_fps: Positive ["1/s", through PlaybackRate] = Positive::literal(25.0),
+        playback_fps: PlaybackRate ["1/s"] = PlaybackRate::literal(25.0),
         /// Maximum number of particles drawn: of more, every k-th, and the strongest contact forces. The recorded state has
         /// all of them.
         max_drawn_particles: NonZeroU32 ["1"] = count(10_000),

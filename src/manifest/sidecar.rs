@@ -9,26 +9,35 @@ use crate::model::ModelConfig;
 use crate::sweep::{Axis, Coordinate};
 use crate::syntax::parse_toml;
 use crate::table::table;
-use crate::tree::{Node, Table, Value};
-use crate::value::{TomlValue, quoted, refuse};
+use crate::tree::{Node, Table};
+use crate::value::{TomlValue, quoted, tables};
 
-/// The runs of an experiment: which file belongs to which point, and the checks.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ExperimentRecord {
-    /// Name of the experiment.
-    pub name: String,
-    /// The question it asks; may be empty.
-    pub description: String,
-    /// Name of the model.
-    pub model: String,
-    /// Number of replicates at each point.
-    pub replicates: u32,
-    /// The sweep's axes.
-    pub axes: Vec<Axis>,
-    /// All runs; any other recording in the folder is stale.
-    pub runs: Vec<RunRecord>,
-    /// Conditions on the metrics.
-    pub checks: Vec<Check>,
+table! {
+    /// The runs of an experiment: which file belongs to which point, and the checks.
+    pub struct ExperimentRecord {
+        /// Name of the experiment.
+        name: String [""] = String::new(),
+        /// The question it asks; may be empty.
+        description: String [""] = String::new(),
+        /// Name of the model.
+        model: String [""] = String::new(),
+        /// Number of replicates at each point.
+        replicates: u32 ["1"] = 1,
+        /// The sweep's axes.
+        axes: Vec<Axis> [apart] = Vec::new(),
+        /// All runs; any other recording in the folder is stale.
+        runs: Vec<RunRecord> [apart] = Vec::new(),
+        /// Conditions on the metrics.
+        checks: Vec<Check> [apart] = Vec::new(),
+    }
+
+    /// The keys of one of `[[runs]]`.
+    struct RunKeys {
+        file: String [""] = String::new(),
+        run_key: String [""] = String::new(),
+        coordinates: Vec<Coordinate> [""] = Vec::new(),
+        replicate: u32 ["1"] = 0,
+    }
 }
 
 /// One run and its file.
@@ -67,21 +76,20 @@ impl ExperimentRecord {
 
     /// The text of `experiment.toml`.
     #[must_use]
-    pub fn to_toml(&self) -> String {
+    pub fn to_toml(mut self) -> String {
         let mut writer = Writer::default();
         writer
             .text
             .push_str("# Written by run-experiment: what the recordings in this folder are.\n");
-        let head = (&self.name, &self.description, &self.model);
-        let (name, description, model) = (head.0.clone(), head.1.clone(), head.2.clone());
-        Head { name, description, model, replicates: self.replicates }.keys(&mut writer);
-        for Axis { keys, values } in self.axes.iter().cloned() {
+        self.keys(&mut writer);
+        for mut axis in self.axes {
             writer.text.push_str("\n[[axes]]\n");
-            AxisKeys { keys, values }.keys(&mut writer);
+            axis.keys(&mut writer);
         }
-        for run in &self.runs {
+        for RunRecord { file, run_key, coordinates, replicate } in self.runs {
             writer.text.push_str("\n[[runs]]\n");
-            RunKeys::of(run).keys(&mut writer);
+            let run_key = run_key.to_string();
+            RunKeys { file, run_key, coordinates, replicate }.keys(&mut writer);
         }
         checks::write(&self.checks, &mut writer);
         writer.text
@@ -95,32 +103,37 @@ impl ExperimentRecord {
         let mut diagnostics = Diagnostics::default();
         let (root, syntax) = parse_toml(text, origin, &mut diagnostics);
         let mut errors = syntax.errors;
-        let mut head = Head::default();
+        let mut record = Self::default();
         let mut reader = Reader::new("", &root, &mut errors);
-        head.keys(&mut reader);
+        record.keys(&mut reader);
         reader.also_known(&["axes", "runs", "checks"]);
-        if ModelConfig::with_defaults(&head.model).is_none() {
-            reader.report(Diagnostic::new(format!("unknown model {}", quoted(&head.model))));
+        if ModelConfig::with_defaults(&record.model).is_none() {
+            reader.report(Diagnostic::new(format!("unknown model {}", quoted(&record.model))));
         }
         reader.finish();
-        let Head { name, description, model, replicates } = head;
-        let (axes, runs, checks) = (Vec::new(), Vec::new(), Vec::new());
-        let mut record = Self { name, description, model, replicates, axes, runs, checks };
         for_each(&root, "axes", &mut errors, |reader| {
-            let mut axis = AxisKeys::default();
+            let mut axis = Axis::default();
             axis.keys(reader);
-            record.axes.push(Axis { keys: axis.keys, values: axis.values });
+            record.axes.push(axis);
         });
         for_each(&root, "runs", &mut errors, |reader| {
             let mut run = RunKeys::default();
             run.keys(reader);
-            record.runs.extend(run.into_record(reader));
+            let RunKeys { file, run_key, coordinates, replicate } = run;
+            match RunKey::from_hex(&run_key) {
+                Some(run_key) => {
+                    record.runs.push(RunRecord { file, run_key, coordinates, replicate });
+                }
+                None => {
+                    let title = "this is not a run key";
+                    reader.refuse(&["run_key"], title, "must be 64 hexadecimal digits");
+                }
+            }
         });
         if let Some(entry) = root.get("checks") {
             record.checks = checks::read(&entry.node, None, &mut errors);
         }
-        let diagnostics = diagnostics.with(errors);
-        if diagnostics.is_empty() { Ok(record) } else { Err(diagnostics) }
+        diagnostics.ok_or(record, errors)
     }
 }
 
@@ -132,66 +145,10 @@ fn for_each(
     mut read: impl FnMut(&mut Reader<'_>),
 ) {
     let Some(entry) = root.get(key) else { return };
-    let Value::Array(elements) = &entry.node.value else {
-        refuse(&entry.node, key, "an array of tables", errors);
-        return;
-    };
-    for element in elements.iter() {
-        let Some(table) = element.table() else {
-            refuse(element, key, "a table", errors);
-            continue;
-        };
+    for (_, table) in tables(&entry.node, key, ["an array of tables", "a table"], errors) {
         let mut reader = Reader::new(key, table, errors);
         read(&mut reader);
         reader.finish();
-    }
-}
-
-table! {
-    /// The keys before the first table.
-    struct Head {
-        name: String [""] = String::new(),
-        description: String [""] = String::new(),
-        model: String [""] = String::new(),
-        replicates: u32 ["1"] = 1,
-    }
-
-    /// The keys of one of `[[axes]]`.
-    struct AxisKeys {
-        keys: Vec<String> [""] = Vec::new(),
-        values: Vec<Vec<String>> [""] = Vec::new(),
-    }
-
-    /// The keys of one of `[[runs]]`.
-    struct RunKeys {
-        file: String [""] = String::new(),
-        run_key: String [""] = String::new(),
-        coordinates: Vec<Coordinate> [""] = Vec::new(),
-        replicate: u32 ["1"] = 0,
-    }
-}
-
-impl RunKeys {
-    fn of(run: &RunRecord) -> Self {
-        Self {
-            file: run.file.clone(),
-            run_key: run.run_key.to_string(),
-            coordinates: run.coordinates.clone(),
-            replicate: run.replicate,
-        }
-    }
-
-    fn into_record(self, reader: &mut Reader<'_>) -> Option<RunRecord> {
-        let Some(run_key) = RunKey::from_hex(&self.run_key) else {
-            reader.refuse(&["run_key"], "this is not a run key", "must be 64 hexadecimal digits");
-            return None;
-        };
-        Some(RunRecord {
-            file: self.file,
-            run_key,
-            coordinates: self.coordinates,
-            replicate: self.replicate,
-        })
     }
 }
 

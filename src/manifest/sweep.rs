@@ -2,21 +2,24 @@
 
 use crate::describe;
 use crate::diagnostics::{Diagnostic, nearest};
-use crate::keys::Reader;
+use crate::keys::{Reader, rules};
 use crate::quantity::Finite;
 use crate::renamed;
+use crate::table::table;
 use crate::tree::{Entry, Node, Span, Table, Value};
-use crate::value::{TomlValue, refuse, shortest, words};
+use crate::value::{TomlValue, refuse, shortest, tables, words};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
-/// One direction of a sweep. Paired keys share an axis; named variants are the axis `variant`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Axis {
-    /// The dotted keys that change along the axis.
-    pub keys: Vec<String>,
-    /// For each point of the axis the value of each key, in the form of [`Coordinate::value`].
-    pub values: Vec<Vec<String>>,
+table! {
+    /// One direction of a sweep. Paired keys share an axis; named variants are the axis `variant`.
+    #[derive(Eq)]
+    pub struct Axis {
+        /// The dotted keys that change along the axis.
+        keys: Vec<String> [""] = Vec::new(),
+        /// For each point of the axis the value of each key, in the form of [`Coordinate::value`].
+        values: Vec<Vec<String>> [""] = Vec::new(),
+    }
 }
 
 /// The position of a run on one axis of its sweep.
@@ -63,26 +66,19 @@ words! {
 /// Reads the table `[sweep]` into its axes, in the order of the file.
 pub(crate) fn read(sweep: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Points> {
     let Some(table) = sweep.node.table() else {
-        refuse(&sweep.node, "sweep", "a table", errors);
-        return Vec::new();
+        return refuse(&sweep.node, "sweep", "a table", errors).unwrap_or_default();
     };
     let mut axes = Vec::new();
-    let mut found = Vec::new();
+    let is_leaf = |_: &str, table: &Table| is_range(table) || table.entries.is_empty();
     for entry in &table.entries {
         match &*entry.key {
             "zip" => {}
             "variants" => axes.extend(variants(&entry.node, errors)),
-            key => collect(key, entry, &mut found, errors),
+            key => {
+                let entries = entry.leaves(key, &is_leaf).into_iter();
+                axes.extend(entries.filter_map(|(key, entry)| swept(&key, entry, errors)));
+            }
         }
-    }
-    for (key, entry) in found {
-        if !key.starts_with("model.") && !key.starts_with("record.") {
-            let label = "keys of [model.*] and [record] can be swept, by their full name";
-            let title = format!("`{key}` cannot be swept");
-            errors.push(Diagnostic::new(title).at(entry.key_span, label));
-            continue;
-        }
-        axes.extend(axis(&key, entry, errors));
     }
     if let Some(zip) = table.get("zip") {
         pair(&zip.node, &mut axes, errors);
@@ -92,40 +88,32 @@ pub(crate) fn read(sweep: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Points> {
     axes
 }
 
-/// Follows dotted keys without quotes, which TOML reads as nested tables, down to the axis.
-fn collect<'a>(
-    key: &str,
-    entry: &'a Entry,
-    found: &mut Vec<(String, &'a Entry)>,
-    errors: &mut Vec<Diagnostic>,
-) {
-    match entry.node.table() {
-        Some(table) if !is_range(table) => {
-            if table.entries.is_empty() {
-                let title = format!("the axis `{key}` is empty");
-                errors.push(Diagnostic::new(title).at(entry.key_span, "needs a list or a range"));
-            }
-            for inner in &table.entries {
-                collect(&format!("{key}.{}", inner.key), inner, found, errors);
-            }
-        }
-        _ => found.push((key.to_owned(), entry)),
-    }
-}
-
 fn is_range(table: &Table) -> bool {
     ["from", "to", "count", "spacing"].iter().any(|key| table.get(key).is_some())
 }
 
-/// One axis: a list of values or a range.
+/// The axis of a key of a model or of `[record]`: a list of values or a range.
+fn swept(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Points> {
+    let is_empty_table = entry.node.table().is_some_and(|table| table.entries.is_empty());
+    let (title, label) = if is_empty_table {
+        (format!("the axis `{key}` is empty"), "needs a list or a range")
+    } else if !key.starts_with("model.") && !key.starts_with("record.") {
+        let label = "keys of [model.*] and [record] can be swept, by their full name";
+        (format!("`{key}` cannot be swept"), label)
+    } else {
+        return axis(key, entry, errors);
+    };
+    errors.push(Diagnostic::new(title).at(entry.key_span, label));
+    None
+}
+
 fn axis(key: &str, entry: &Entry, errors: &mut Vec<Diagnostic>) -> Option<Points> {
     let nodes = match &entry.node.value {
         Value::Array(elements) => elements.to_vec(),
         Value::Table(table) => range(key, &entry.node, table, errors)?,
         _ => {
             let expected = "a list [...] or a range { from, to, count, spacing }";
-            refuse(&entry.node, &format!("sweep.{key}"), expected, errors);
-            return None;
+            return refuse(&entry.node, &format!("sweep.{key}"), expected, errors);
         }
     };
     if nodes.is_empty() {
@@ -162,19 +150,12 @@ fn range(key: &str, node: &Node, table: &Table, errors: &mut Vec<Diagnostic>) ->
     let count: Option<NonZeroU32> = reader.required("count", node.span);
     let spacing = reader.maybe("spacing").unwrap_or(Spacing::Linear);
     let (from, to) = (from.map(Finite::get), to.map(Finite::get));
-    if let Some(count) = count
-        && !(2..=MOST_POINTS).contains(&count.get())
-    {
-        reader.refuse(
-            &["count"],
-            "the count of a range is out of range",
-            "must be from 2 to 1000000",
-        );
-    }
-    if let (Spacing::Log, Some(from), Some(to)) = (spacing, from, to)
-        && (from <= 0.0 || to <= 0.0)
-    {
-        reader.refuse(&["from", "to"], "a logarithmic range needs bounds > 0", "must be > 0");
+    let is_log = matches!(spacing, Spacing::Log);
+    rules! { reader;
+        count.is_some_and(|count| !(2..=MOST_POINTS).contains(&count.get())) => ["count"]
+            "the count of a range is out of range", "must be from 2 to 1000000";
+        is_log && from.zip(to).is_some_and(|(from, to)| from <= 0.0 || to <= 0.0) => ["from", "to"]
+            "a logarithmic range needs bounds > 0", "must be > 0";
     }
     let sound = reader.is_sound();
     reader.finish();
@@ -212,17 +193,10 @@ fn between(from: f64, to: f64, index: u32, last: u32, spacing: Spacing) -> f64 {
 
 /// Reads `[[sweep.variants]]`: sets of keys with a name.
 fn variants(node: &Node, errors: &mut Vec<Diagnostic>) -> Option<Points> {
-    let Value::Array(elements) = &node.value else {
-        refuse(node, "sweep.variants", "tables [[sweep.variants]]", errors);
-        return None;
-    };
+    let expected = ["tables [[sweep.variants]]", "a table with a name"];
     let mut axis = Axis { keys: vec![VARIANT.to_owned()], values: Vec::new() };
     let mut settings = Vec::new();
-    for element in elements.iter() {
-        let Some(table) = element.table() else {
-            refuse(element, "sweep.variants", "a table with a name", errors);
-            continue;
-        };
+    for (element, table) in tables(node, "sweep.variants", expected, errors) {
         let Some(name) = table.get("name") else {
             let error = Diagnostic::new("a variant has no name");
             errors.push(error.at(element.span, "needs `name`"));
@@ -236,55 +210,43 @@ fn variants(node: &Node, errors: &mut Vec<Diagnostic>) -> Option<Points> {
             );
         }
         axis.values.push(vec![text]);
-        let mut set = Vec::new();
-        for entry in table.entries.iter().filter(|entry| entry.key != "name") {
-            variant_settings(&entry.key, entry, &mut set, errors);
-        }
-        settings.push(set);
+        let keys = table.entries.iter().filter(|entry| entry.key != "name");
+        settings.push(keys.flat_map(|entry| variant_settings(entry, errors)).collect());
     }
-    let place = elements.first().map_or(node.span, |first| first.span);
+    let place = match &node.value {
+        Value::Array(elements) => elements.first().map_or(node.span, |first| first.span),
+        _ => node.span,
+    };
     (!settings.is_empty()).then_some(Points { axis, settings, place })
 }
 
-/// Collects the keys that a variant sets; dotted keys without quotes are followed as long as they name tables.
-fn variant_settings(
-    key: &str,
-    entry: &Entry,
-    set: &mut Vec<Setting>,
-    errors: &mut Vec<Diagnostic>,
-) {
-    let depth = key.split('.').count();
-    let inner = match (key.split('.').next(), entry.node.table()) {
-        (Some("model"), Some(table)) if depth < 3 => Some(table),
-        (Some("record"), Some(table)) if depth < 2 => Some(table),
-        (Some("model" | "record"), _) => None,
+/// The keys that a key of a variant sets; dotted keys without quotes are followed as long as they name tables.
+fn variant_settings(entry: &Entry, errors: &mut Vec<Diagnostic>) -> Vec<Setting> {
+    let depth = match entry.key.split('.').next() {
+        Some("model") => 3,
+        Some("record") => 2,
         _ => {
-            let title = format!("unknown key `{key}` in `sweep.variants`");
+            let title = format!("unknown key `{}` in `sweep.variants`", entry.key);
             let label =
                 "a variant has a `name` and keys of [model.*] and [record], by their full name";
             errors.push(Diagnostic::new(title).at(entry.key_span, label));
-            return;
+            return Vec::new();
         }
     };
-    match inner {
-        Some(table) => {
-            for inner in &table.entries {
-                variant_settings(&format!("{key}.{}", inner.key), inner, set, errors);
-            }
-        }
-        None => set.push(Setting {
-            key: key.to_owned(),
-            key_span: entry.key_span,
-            node: entry.node.clone(),
-        }),
-    }
+    let leaves = entry.leaves(&entry.key, &|key, _| key.split('.').count() >= depth);
+    let setting = |(key, entry): (String, &Entry)| Setting {
+        key,
+        key_span: entry.key_span,
+        node: entry.node.clone(),
+    };
+    leaves.into_iter().map(setting).collect()
 }
 
 /// Reads `zip = [["k1", "k2"]]`, which joins several axes into one.
 fn pair(zip: &Node, axes: &mut Vec<Points>, errors: &mut Vec<Diagnostic>) {
     let Value::Array(groups) = &zip.value else {
-        refuse(zip, "sweep.zip", "a list of lists of swept keys", errors);
-        return;
+        let expected = "a list of lists of swept keys";
+        return refuse(zip, "sweep.zip", expected, errors).unwrap_or_default();
     };
     for group in groups.iter() {
         let Some(keys) = Vec::<String>::read(group, "sweep.zip", errors) else { continue };

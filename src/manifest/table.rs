@@ -8,9 +8,8 @@
 /// - `["m"]`: a key with a unit, always written;
 /// - `["m", optional]`: an `Option`, written if it is `Some`;
 /// - `["m", sparse]`: written if it differs from its default;
-/// - `["m", through T]`: read as a `T`, whose range is narrower, and kept as the field's type;
 /// - `[group]`: a type that has keys of its own, see [`choice`];
-/// - `[start T]`: a start read as a `T`, or `start_from` in its place;
+/// - `[start]`: a start, or `start_from` in its place; `[start unless KEY]`, or `KEY` in its place;
 /// - `[apart]`: not visited with the others.
 macro_rules! table {
     ($(
@@ -80,25 +79,14 @@ macro_rules! visit {
     ($self:ident, $keys:ident, $about:tt, $field:ident, [$unit:literal, sparse], $default:expr) => {
         $keys.sparse($crate::table::key!($field, $unit, $about), &mut $self.$field, $default)
     };
-    ($self:ident, $keys:ident, $about:tt, $field:ident, [$unit:literal, through $range:ty], $default:expr) => {
-        let key = $crate::table::key!($field, $unit, $about);
-        if let Some(value) = $keys.optional(key, <$range>::new($self.$field.get())) {
-            $self.$field = value.into();
-        }
-    };
     ($self:ident, $keys:ident, $about:tt, $field:ident, [group], $default:expr) => {
         $crate::keys::HasKeys::keys(&mut $self.$field, $keys)
     };
-    ($self:ident, $keys:ident, $about:tt, $field:ident, [start $start:ty $(, unless $other:ident)?], $default:expr) => {
+    ($self:ident, $keys:ident, $about:tt, $field:ident, [start $(unless $other:ident)?], $default:expr) => {
         if true $(&& $self.$other.is_none())? {
-            let mut start = <$start>::from($self.$field.clone());
-            $crate::keys::StartKeys::visit(
-                &mut start,
-                $crate::table::key!($field, "", $about),
-                &[stringify!($field), "start_from" $(, stringify!($other))?],
-                $keys,
-            );
-            $self.$field = start.into();
+            let exclusive = &[stringify!($field), "start_from" $(, stringify!($other))?];
+            let key = $crate::table::key!($field, "", $about);
+            $crate::model::start_from::visit(&mut $self.$field, key, exclusive, $keys);
         }
     };
     ($self:ident, $keys:ident, $about:tt, $field:ident, [apart], $default:expr) => {};

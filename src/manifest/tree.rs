@@ -70,6 +70,26 @@ impl Node {
     }
 }
 
+impl Entry {
+    /// The entries at and below this one with their dotted keys, down to those that are no table or satisfy `is_leaf`. TOML
+    /// reads dotted keys without quotes as nested tables.
+    pub(crate) fn leaves(
+        &self,
+        key: &str,
+        is_leaf: &dyn Fn(&str, &Table) -> bool,
+    ) -> Vec<(String, &Self)> {
+        match self.node.table() {
+            Some(table) if !is_leaf(key, table) => {
+                let below = table.entries.iter();
+                below
+                    .flat_map(|entry| entry.leaves(&format!("{key}.{}", entry.key), is_leaf))
+                    .collect()
+            }
+            _ => vec![(key.to_owned(), self)],
+        }
+    }
+}
+
 impl Table {
     /// The entry of a key.
     pub(crate) fn get(&self, key: &str) -> Option<&Entry> {

@@ -1,11 +1,8 @@
 //! The types of the manifest's values: each is read from TOML, written as canonical TOML and described in the schema.
 
 use crate::diagnostics::{Diagnostic, nearest};
-use crate::quantity::{
-    BoxSide, Finite, Fraction, NonNegative, PlaybackRate, Positive, StepTolerance,
-};
 use crate::renamed;
-use crate::tree::{Node, Value};
+use crate::tree::{Node, Table, Value};
 use serde_json::{Value as Json, json};
 use std::fmt;
 use std::num::{NonZeroU32, NonZeroU64};
@@ -22,8 +19,13 @@ pub(crate) trait TomlValue: Sized {
     fn schema() -> Json;
 }
 
-/// Reports a value that the key does not allow. `expected` reads after "must be".
-pub(crate) fn refuse(node: &Node, name: &str, expected: &str, errors: &mut Vec<Diagnostic>) {
+/// Reports a value that the key does not allow, and returns `None`. `expected` follows "must be".
+pub(crate) fn refuse<T>(
+    node: &Node,
+    name: &str,
+    expected: &str,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<T> {
     let (found, label) = match node.value {
         Value::Integer(integer) => (integer.to_string(), "out of range"),
         Value::Float(number) => (shortest(number).to_lowercase(), "out of range"),
@@ -31,6 +33,7 @@ pub(crate) fn refuse(node: &Node, name: &str, expected: &str, errors: &mut Vec<D
     };
     let title = format!("`{name}` is {found}; must be {expected}");
     errors.push(Diagnostic::new(title).at(node.span, label));
+    None
 }
 
 /// The number, integer or not. May be infinite or NaN.
@@ -86,36 +89,9 @@ pub(crate) fn quoted(text: &str) -> String {
     quoted
 }
 
-macro_rules! number_values {
-    ($($name:ident),*) => {$(
-        impl TomlValue for $name {
-            fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
-                let value = number(node).and_then(Self::new);
-                if value.is_none() {
-                    refuse(node, name, Self::RANGE, errors);
-                }
-                value
-            }
-
-            fn write(&self) -> String {
-                shortest(self.get())
-            }
-
-            fn schema() -> Json {
-                let mut schema = json!({ "type": "number" });
-                for (keyword, limit) in Self::BOUNDS {
-                    schema[*keyword] = json!(limit);
-                }
-                schema
-            }
-        }
-    )*};
-}
-number_values!(Finite, Positive, NonNegative, Fraction, BoxSide, PlaybackRate, StepTolerance);
-
 /// Defines types of whole numbers from 1 to a maximum.
 macro_rules! counts {
-    ($($(#[$doc:meta])* $visible:vis $name:ident up to $maximum:literal);* $(;)?) => {$(
+    ($($(#[$doc:meta])* $visible:vis $name:ident up to $maximum:literal;)+) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         $visible struct $name(u32);
@@ -128,14 +104,11 @@ macro_rules! counts {
             }
         }
 
-        impl TryFrom<i128> for $name {
+        impl TryFrom<u32> for $name {
             type Error = ();
 
-            fn try_from(count: i128) -> Result<Self, ()> {
-                match u32::try_from(count) {
-                    Ok(count @ 1..=$maximum) => Ok(Self(count)),
-                    _ => Err(()),
-                }
+            fn try_from(count: u32) -> Result<Self, ()> {
+                if (1..=$maximum).contains(&count) { Ok(Self(count)) } else { Err(()) }
             }
         }
 
@@ -144,34 +117,20 @@ macro_rules! counts {
                 self.0.fmt(formatter)
             }
         }
-    )*};
-}
-counts!(
-    /// Number of replicates of an experiment.
-    pub(crate) ReplicateCount up to 1_000_000;
-    /// Frames per decade of time, steps or collisions.
-    pub FramesPerDecade up to 1000;
-    /// Decades that a run's frames reach back from its end; with a thousand frames per decade, the list is still short.
-    pub Decades up to 15
-);
 
-impl Decades {
-    /// Three decades, the default.
-    pub(crate) const DEFAULT: Self = Self(3);
+        whole_values!($name: 1..=$maximum, through u32);
+    )+};
 }
-
 macro_rules! whole_values {
     ($($name:ty: $minimum:literal..=$maximum:literal, through $bits:ty);* $(;)?) => {$(
         impl TomlValue for $name {
             fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
-                let value = whole_number(node)
+                let range = concat!("a whole number from ", $minimum, " to ", $maximum);
+                whole_number(node)
                     .filter(|whole| ($minimum..=$maximum).contains(whole))
                     .and_then(|whole| <$bits>::try_from(whole).ok())
-                    .and_then(|whole| Self::try_from(whole).ok());
-                if value.is_none() {
-                    refuse(node, name, concat!("a whole number from ", $minimum, " to ", $maximum), errors);
-                }
-                value
+                    .and_then(|whole| Self::try_from(whole).ok())
+                    .or_else(|| refuse(node, name, range, errors))
             }
 
             fn write(&self) -> String {
@@ -189,18 +148,27 @@ whole_values!(
     u64: 0..=18_446_744_073_709_551_615, through u64;
     NonZeroU32: 1..=4_294_967_295, through u32;
     NonZeroU64: 1..=18_446_744_073_709_551_615, through u64;
-    ReplicateCount: 1..=1_000_000, through i128;
-    FramesPerDecade: 1..=1000, through i128;
-    Decades: 1..=15, through i128;
 );
+counts! {
+    /// Number of replicates of an experiment.
+    pub(crate) ReplicateCount up to 1_000_000;
+    /// Frames per decade of time, steps or collisions.
+    pub FramesPerDecade up to 1000;
+    /// Decades that a run's frames reach back from its end; with a thousand frames per decade, the list is still short.
+    pub Decades up to 15;
+}
+
+impl Decades {
+    /// Three decades, the default.
+    pub(crate) const DEFAULT: Self = Self(3);
+}
 
 impl TomlValue for bool {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
-        let Value::Boolean(value) = node.value else {
-            refuse(node, name, "true or false", errors);
-            return None;
-        };
-        Some(value)
+        match node.value {
+            Value::Boolean(value) => Some(value),
+            _ => refuse(node, name, "true or false", errors),
+        }
     }
 
     fn write(&self) -> String {
@@ -214,11 +182,10 @@ impl TomlValue for bool {
 
 impl TomlValue for String {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
-        if let Value::Text(text) = &node.value {
-            return Some(text.clone());
+        match &node.value {
+            Value::Text(text) => Some(text.clone()),
+            _ => refuse(node, name, "a string", errors),
         }
-        refuse(node, name, "a string", errors);
-        None
     }
 
     fn write(&self) -> String {
@@ -233,8 +200,7 @@ impl TomlValue for String {
 impl<T: TomlValue, const N: usize> TomlValue for [T; N] {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         let Value::Array(elements) = &node.value else {
-            refuse(node, name, &format!("an array of {N} numbers"), errors);
-            return None;
+            return refuse(node, name, &format!("an array of {N} numbers"), errors);
         };
         if elements.len() != N {
             let title = format!("`{name}` has {} elements", elements.len());
@@ -257,8 +223,7 @@ impl<T: TomlValue, const N: usize> TomlValue for [T; N] {
 impl<T: TomlValue> TomlValue for Vec<T> {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         let Value::Array(elements) = &node.value else {
-            refuse(node, name, "an array", errors);
-            return None;
+            return refuse(node, name, "an array", errors);
         };
         // Every element is read, so that all errors are reported at once.
         let read: Vec<_> = elements.iter().map(|element| T::read(element, name, errors)).collect();
@@ -272,6 +237,23 @@ impl<T: TomlValue> TomlValue for Vec<T> {
     fn schema() -> Json {
         json!({ "type": "array", "items": T::schema() })
     }
+}
+
+/// The tables of an array of tables. Reports any other value: `expected` is what the key and what an element takes.
+pub(crate) fn tables<'a>(
+    node: &'a Node,
+    name: &str,
+    [expected, element_expected]: [&str; 2],
+    errors: &mut Vec<Diagnostic>,
+) -> Vec<(&'a Node, &'a Table)> {
+    let Value::Array(elements) = &node.value else {
+        return refuse(node, name, expected, errors).unwrap_or_default();
+    };
+    let mut table = |element: &'a Node| match element.table() {
+        Some(table) => Some((element, table)),
+        None => refuse(element, name, element_expected, errors),
+    };
+    elements.iter().filter_map(&mut table).collect()
 }
 
 fn list<T: TomlValue>(elements: &[T]) -> String {
@@ -290,8 +272,7 @@ pub(crate) fn word<T: Clone>(
     let known: Vec<String> = words.iter().map(|(word, _)| format!("\"{word}\"")).collect();
     let known = known.join(", ") + or;
     let Value::Text(text) = &node.value else {
-        refuse(node, name, &format!("one of {known}"), errors);
-        return None;
+        return refuse(node, name, &format!("one of {known}"), errors);
     };
     if let Some((_, value)) = words.iter().find(|(word, _)| word == text) {
         return Some(value.clone());

@@ -61,8 +61,8 @@ pub(crate) fn given(config: DemConfig, discs: &[([f64; 2], [f64; 2])]) -> DemCon
     DemConfig {
         discs: NonZeroU32::new(discs.len() as u32).expect("not empty"),
         placement: Placement::Given(GivenState {
-            positions: discs.iter().map(|disc| finite(disc.0)).collect(),
-            velocities: discs.iter().map(|disc| finite(disc.1)).collect(),
+            positions_m: discs.iter().map(|disc| finite(disc.0)).collect(),
+            velocities_m_per_s: discs.iter().map(|disc| finite(disc.1)).collect(),
         }),
         ..config
     }

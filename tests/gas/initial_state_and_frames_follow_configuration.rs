@@ -9,9 +9,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::runs::{advance, frame, gas, given, kelvin, max_speed, particles, positive, rejection};
-use kinetoscope_manifest::model::{
-    GasConfig, Placement, Propagation, SpeedDistribution, SpeedScale,
-};
+use kinetoscope_manifest::model::{GasConfig, Propagation, SpeedDistribution, SpeedScale};
 use kinetoscope_manifest::quantity::Finite;
 use kinetoscope_physics::gas::Gas;
 use kinetoscope_physics::model::{Extent, Model, Target};
@@ -55,7 +53,6 @@ fn invalid_configurations_are_rejected() {
     assert!(rejection(&fewer).contains("must agree"));
     let default = GasConfig::default;
     let cases = [
-        (GasConfig { placement: Placement::Lattice, ..default() }, "lattice"),
         (GasConfig { speed_scale: SpeedScale::Given, ..default() }, "must have a scale"),
         (
             GasConfig {

@@ -3,7 +3,7 @@
 // Not every test file uses every function; values written in a test are in range.
 #![allow(clippy::unwrap_used)]
 
-use kinetoscope_manifest::model::{GasConfig, GivenState, Placement, SpeedScale};
+use kinetoscope_manifest::model::{GasConfig, GasPlacement, GivenState, SpeedScale};
 use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive};
 use kinetoscope_physics::gas::Gas;
 use kinetoscope_physics::gas::motion::Particle;
@@ -52,9 +52,9 @@ pub(crate) fn given(particles: &[([f64; 2], [f64; 2])]) -> GasConfig {
     let finite = |vector: [f64; 2]| vector.map(|axis| Finite::new(axis).unwrap());
     GasConfig {
         particles: count(particles.len() as u32),
-        placement: Placement::Given(GivenState {
-            positions: particles.iter().map(|particle| finite(particle.0)).collect(),
-            velocities: particles.iter().map(|particle| finite(particle.1)).collect(),
+        placement: GasPlacement::Given(GivenState {
+            positions_m: particles.iter().map(|particle| finite(particle.0)).collect(),
+            velocities_m_per_s: particles.iter().map(|particle| finite(particle.1)).collect(),
         }),
         speed_scale: SpeedScale::Given,
         duration_s: positive(1000.0),

@@ -3,7 +3,7 @@
 // Not every test file uses every function; an invalid configuration fails its test.
 #![allow(clippy::unwrap_used)]
 
-use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitStart};
+use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitStart, OrbitState};
 use kinetoscope_manifest::quantity::{Finite, Positive};
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_physics::orbit::Orbit;
@@ -27,10 +27,10 @@ pub(crate) fn exercise(integrator: OrbitIntegrator, step: f64, duration: f64) ->
 
 /// Initial state given in AU and AU/day.
 pub(crate) fn given(position: [f64; 3], velocity: [f64; 3]) -> OrbitStart {
-    OrbitStart::Given {
+    OrbitStart::Given(OrbitState {
         position_au: position.map(|component| Finite::new(component).unwrap()),
         velocity_au_per_day: velocity.map(|component| Finite::new(component).unwrap()),
-    }
+    })
 }
 
 /// Returns the run in its initial state.

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // An invalid configuration fails its test.
 
-use kinetoscope_manifest::model::{GivenState, PackingConfig, PackingPlacement, RunLength};
+use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, PackingState, RunLength};
 use kinetoscope_manifest::quantity::{BoxSide, Finite, Fraction, NonNegative, Positive};
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_physics::packing::Packing;
@@ -38,7 +38,7 @@ pub(crate) fn given(discs: &[[f64; 4]]) -> PackingConfig {
     PackingConfig {
         discs: NonZeroU32::new(discs.len() as u32).unwrap(),
         wall_noise_variance_rad2: NonNegative::literal(0.0),
-        placement: PackingPlacement::Given(GivenState {
+        placement: PackingPlacement::Given(PackingState {
             positions: discs.iter().map(|&[x, y, _, _]| pair([x, y])).collect(),
             velocities: discs.iter().map(|&[_, _, vx, vy]| pair([vx, vy])).collect(),
         }),

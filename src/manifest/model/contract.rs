@@ -4,12 +4,6 @@ use crate::keys::{HasKeys, Reader};
 
 /// The table `[model.<NAME>]` of one model.
 pub(crate) trait Model: HasKeys + Default {
-    /// The channels that the model can record, without the leading slash; `/frame` is always recorded.
-    const CHANNELS: &'static [&'static str];
-
-    /// The key of `[record]` for an interval of simulated time, in the model's unit.
-    const TIME_KEY: &'static str;
-
     /// The keys of `[record]` that give an interval between frames, other than `frames` and `frames_per_decade`. If the
     /// table has errors, it is not `sound`, and the keys are those that any table of the model allows.
     fn intervals(&self, sound: bool) -> &'static [&'static str];
@@ -22,10 +16,7 @@ pub(crate) trait Model: HasKeys + Default {
 pub(super) fn at_least_one_step(steps: f64, table: &mut Reader<'_>, keys: &[&str]) {
     // The number of steps is floor(duration / step + 1e-9).
     if steps + 1e-9 < 1.0 {
-        table.refuse(
-            keys,
-            "the run is shorter than one time step",
-            "the time step must be <= the duration",
-        );
+        let title = "the run is shorter than one time step";
+        table.refuse(keys, title, "the time step must be <= the duration");
     }
 }

@@ -5,7 +5,7 @@ use super::dem_insertion::DemInsertion;
 use super::dem_materials::{DemContactPair, DemMaterial};
 use super::dem_radius::DiscRadius;
 use super::dem_walls::DemWall;
-use super::placement::Placement;
+use super::start::Placement;
 use crate::diagnostics::Diagnostic;
 use crate::keys::{HasKeys, Keys, Reader};
 use crate::quantity::{Finite, Fraction, NonNegative, Positive};
@@ -84,7 +84,7 @@ table! {
         /// What an unstable time step leads to: the run is rejected (error), or continues with a warning (warn).
         on_unstable_time_step: UnstableTimeStep [""] = UnstableTimeStep::Error,
         /// How discs are placed at the start; given velocities count, all others are at rest.
-        placement: Placement [start Placement] = Placement::Random,
+        placement: Placement [start] = Placement::Random,
         /// Simulated time.
         duration_s: Positive ["s"] = Positive::literal(1.0),
     }
@@ -101,6 +101,19 @@ words! {
         Y = "y",
         /// No walls.
         Both = "both",
+    }
+}
+
+impl PeriodicSides {
+    /// Whether the box is periodic in x, and in y.
+    #[must_use]
+    pub fn axes(self) -> [bool; 2] {
+        match self {
+            Self::None => [false, false],
+            Self::X => [true, false],
+            Self::Y => [false, true],
+            Self::Both => [true, true],
+        }
     }
 }
 
@@ -198,10 +211,7 @@ impl TomlValue for StepLength {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         match &node.value {
             Value::Text(text) if text == AUTOMATIC => Some(Self::Automatic),
-            Value::Text(_) => {
-                refuse(node, name, "a number > 0 or \"automatic\"", errors);
-                None
-            }
+            Value::Text(_) => refuse(node, name, "a number > 0 or \"automatic\"", errors),
             _ => Positive::read(node, name, errors).map(Self::Seconds),
         }
     }
@@ -219,34 +229,12 @@ impl TomlValue for StepLength {
 }
 
 impl Model for DemConfig {
-    const CHANNELS: &'static [&'static str] = &[
-        "state",
-        "discs",
-        "walls",
-        "legend",
-        "velocity",
-        "force_chains",
-        "energy",
-        "energy_percent",
-        "contact_statistics",
-        "wall_forces",
-        "temperature",
-        "contact_forces",
-        "log",
-    ];
-
-    const TIME_KEY: &'static str = "every_s";
-
     fn intervals(&self, _sound: bool) -> &'static [&'static str] {
         &["every_s", "every_steps"]
     }
 
     fn check(&mut self, table: &mut Reader<'_>) {
-        match &self.placement {
-            Placement::Given(state) => self.discs = state.count(table, "discs", self.discs),
-            Placement::Recorded(start) => self.discs = start.count(table, "discs", self.discs),
-            Placement::Random | Placement::Lattice => {}
-        }
+        self.discs = self.placement.count(table, "discs", self.discs);
         self.check_sizes(table);
         self.check_scene(table);
         let steps = match self.time_step {

@@ -6,7 +6,6 @@ use super::gas_start::{
     TemperatureDefinition,
 };
 use super::gas_walls::ThermalWall;
-use super::placement::Placement;
 use crate::keys::{HasKeys, Keys, Reader};
 use crate::quantity::{Finite, NonNegative, Positive};
 use crate::table::table;
@@ -37,7 +36,7 @@ table! {
         propagation: Propagation [group] = Propagation::Exact,
         /// How particles are placed at the start, never on a lattice. A given or recorded start keeps its velocities unless
         /// `temperature_k` is given as well.
-        placement: Placement [start GasPlacement] = Placement::Random,
+        placement: GasPlacement [start] = GasPlacement::Random,
         /// Additional masses: particle i has the (i mod n)-th of `mass_kg` and these.
         additional_masses_kg: Vec<Positive> ["kg", sparse] = Vec::new(),
         /// uniform-in-area: stationary (default). uniform-in-radius: the distance from the center is uniform, which is not stationary.
@@ -167,23 +166,6 @@ impl GasConfig {
 }
 
 impl Model for GasConfig {
-    const CHANNELS: &'static [&'static str] = &[
-        "state",
-        "discs",
-        "walls",
-        "legend",
-        "velocity",
-        "pressure",
-        "temperature",
-        "energy",
-        "energy_balance",
-        "collisions",
-        "speeds",
-        "log",
-    ];
-
-    const TIME_KEY: &'static str = "every_s";
-
     fn intervals(&self, sound: bool) -> &'static [&'static str] {
         match self.propagation {
             Propagation::Exact if sound => &["every_s"],

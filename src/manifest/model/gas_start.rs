@@ -1,6 +1,6 @@
 //! `[model.gas]`: positions and speeds at the start, and the temperature that they define.
 
-use super::placement::{GIVEN_SI, Placement, placements};
+use super::start::{GivenState, starts};
 use crate::quantity::NonNegative;
 use crate::table::choice;
 use crate::value::words;
@@ -62,30 +62,11 @@ words! {
     }
 }
 
-placements! {
-    /// A placement of the gas: points need no lattice.
-    pub(super) enum GasPlacement given as GIVEN_SI {
+starts! {
+    /// How particles are placed at the start: points need no lattice.
+    pub enum GasPlacement {
         /// Uniformly at random.
         Random = "random",
-    }
-}
-
-impl From<Placement> for GasPlacement {
-    fn from(placement: Placement) -> Self {
-        match placement {
-            Placement::Random | Placement::Lattice => Self::Random,
-            Placement::Given(state) => Self::Given(state),
-            Placement::Recorded(start) => Self::Recorded(start),
-        }
-    }
-}
-
-impl From<GasPlacement> for Placement {
-    fn from(placement: GasPlacement) -> Self {
-        match placement {
-            GasPlacement::Random => Self::Random,
-            GasPlacement::Given(state) => Self::Given(state),
-            GasPlacement::Recorded(start) => Self::Recorded(start),
-        }
+        | GivenState with positions_m
     }
 }

@@ -15,7 +15,7 @@ mod gas_start;
 mod gas_walls;
 mod orbit;
 mod packing;
-mod placement;
+mod start;
 mod start_from;
 
 pub use dem::{
@@ -27,15 +27,16 @@ pub use dem_radius::DiscRadius;
 pub use dem_walls::{DemWall, DemWallShape};
 pub use gas::{GasConfig, Propagation};
 pub use gas_start::{
-    BoltzmannConstant, PositionDistribution, SpeedDistribution, SpeedScale, TemperatureDefinition,
+    BoltzmannConstant, GasPlacement, PositionDistribution, SpeedDistribution, SpeedScale,
+    TemperatureDefinition,
 };
 pub use gas_walls::ThermalWall;
-pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitSummation};
+pub use orbit::{OrbitBody, OrbitConfig, OrbitIntegrator, OrbitStart, OrbitState, OrbitSummation};
 pub use packing::{
     Boundary, CollapseGuard, InitialVelocities, PERIODIC_DIAMETERS, PackingConfig,
-    PackingPlacement, RunLength,
+    PackingPlacement, PackingState, RunLength,
 };
-pub use placement::{GivenState, Placement};
+pub use start::{GivenState, Placement};
 pub use start_from::{RecordedState, Recordings, StartFrom};
 
 use crate::diagnostics::{Diagnostic, nearest};
@@ -45,10 +46,14 @@ use crate::value::refuse;
 use contract::Model;
 use start_from::MayBeRecorded as _;
 
-/// Defines [`ModelConfig`] and [`CHANNELS`] from the list of models: each with its name, its variant, its type and, if a run can
-/// start from a recording, the field of its start.
+/// Defines [`ModelConfig`] and [`CHANNELS`] from the list of models: each with its name, its variant, its type, the key of
+/// `[record]` for an interval of simulated time, its channels and, if a run can start from a recording, the field of its
+/// start.
 macro_rules! models {
-    ($($(#[$meta:meta])* $name:ident: $variant:ident($config:ty) $(from $start:ident)?,)+) => {
+    ($(
+        $(#[$meta:meta])*
+        $name:ident: $variant:ident($config:ty) $(from $start:ident)? every $time_key:ident [$($channel:ident)+],
+    )+) => {
         /// The table `[model.<NAME>]`: which model, and its values.
         #[derive(Clone, Debug, PartialEq)]
         pub enum ModelConfig {
@@ -57,7 +62,7 @@ macro_rules! models {
 
         /// The channels that each model can record, without the leading slash; `/frame` is always recorded.
         pub const CHANNELS: [(&str, &[&str]); ModelConfig::NAMES.len()] =
-            [$((stringify!($name), <$config>::CHANNELS)),+];
+            [$((stringify!($name), &[$(stringify!($channel)),+])),+];
 
         impl ModelConfig {
             /// The names of all models.
@@ -69,16 +74,6 @@ macro_rules! models {
             pub fn with_defaults(name: &str) -> Option<Self> {
                 match name {
                     $(stringify!($name) => Some(Self::$variant(<$config>::default())),)+
-                    _ => None,
-                }
-            }
-
-            /// A commented manifest of the model: all its keys, at their defaults.
-            pub(crate) fn starter(name: &str) -> Option<&'static str> {
-                match name {
-                    $(stringify!($name) => {
-                        Some(include_str!(concat!("../starter/", stringify!($name), ".toml")))
-                    })+
                     _ => None,
                 }
             }
@@ -108,8 +103,19 @@ macro_rules! models {
             /// The key of `[record]` for an interval of simulated time.
             pub(crate) fn time_key(&self) -> &'static str {
                 match self {
-                    $(Self::$variant(_) => <$config>::TIME_KEY,)+
+                    $(Self::$variant(_) => stringify!($time_key),)+
                 }
+            }
+        }
+
+        /// Returns a commented manifest of a model to begin from: all its keys, at their defaults.
+        #[must_use]
+        pub fn starter(model: &str) -> Option<&'static str> {
+            match model {
+                $(stringify!($name) => {
+                    Some(include_str!(concat!("../starter/", stringify!($name), ".toml")))
+                })+
+                _ => None,
             }
         }
 
@@ -126,13 +132,22 @@ macro_rules! models {
 
 models! {
     /// Spring–dashpot discs in a box.
-    dem: Dem(DemConfig) from placement,
+    dem: Dem(DemConfig) from placement every every_s [
+        state discs walls legend velocity force_chains energy energy_percent contact_statistics wall_forces temperature
+        contact_forces log
+    ],
     /// Point particles in a circular container.
-    gas: Gas(GasConfig) from placement,
+    gas: Gas(GasConfig) from placement every every_s [
+        state discs walls legend velocity pressure temperature energy energy_balance collisions speeds log
+    ],
     /// Event-driven hard discs.
-    packing: Packing(PackingConfig) from placement,
+    packing: Packing(PackingConfig) from placement every every_time [
+        state discs walls legend velocity temperature collisions pressure per_collision log
+    ],
     /// The Earth around the Sun.
-    orbit: Orbit(OrbitConfig) from start,
+    orbit: Orbit(OrbitConfig) from start every every_days [
+        state discs walls legend velocity trail energy orbit conserved log
+    ],
 }
 
 impl HasKeys for ModelConfig {
@@ -173,8 +188,7 @@ impl ModelConfig {
         let mut model = Self::with_defaults(&entry.key)?;
         let path = format!("model.{}", entry.key);
         let Some(table) = entry.node.table() else {
-            refuse(&entry.node, &path, "a table", errors);
-            return Some(model);
+            return refuse(&entry.node, &path, "a table", errors).or(Some(model));
         };
         let mut reader = Reader::new(&path, table, errors);
         model.keys(&mut reader);

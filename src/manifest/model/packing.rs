@@ -1,9 +1,10 @@
 //! `[model.packing]`: event-driven hard discs. Lengths and times are dimensionless, and a disc has mass 1.
 
 use super::contract::Model;
-use super::placement::{GivenNames, placements};
-use crate::keys::Reader;
-use crate::quantity::{BoxSide, Fraction, NonNegative, Positive};
+use super::start::{check_lengths, starts};
+use crate::inline::inline_table;
+use crate::keys::{Reader, rules};
+use crate::quantity::{BoxSide, Finite, Fraction, NonNegative, Positive};
 use crate::table::{choice, table};
 use crate::value::{count, words};
 use std::num::NonZeroU32;
@@ -38,7 +39,7 @@ table! {
         /// When the run ends.
         length: RunLength [group] = RunLength::EventsPerDisc(count(100)),
         /// How discs are placed at the start; random needs a packing fraction below 0.5, compressed reaches any.
-        placement: PackingPlacement [start PackingPlacement] = PackingPlacement::Random,
+        placement: PackingPlacement [start] = PackingPlacement::Random,
         /// For placement = "compressed": growth of a diameter over the distance that a disc of thermal speed flies meanwhile.
         compression_rate: Positive ["1"] = Positive::literal(0.01),
         /// For placement = "compressed": growth ends where P A / (N kT) reaches this, if before the full radius.
@@ -89,18 +90,33 @@ choice! {
     }
 }
 
-/// Keys of the two lists of a given state: the model has no units.
-const GIVEN: GivenNames = GivenNames { positions: "positions", velocities: "velocities" };
+inline_table! {
+    /// Positions and velocities written out in a manifest, one pair per disc; the model has no units.
+    pub struct PackingState = "{ positions = ..., velocities = ... }" with PackingState::rules {
+        /// Centers, `[x, y]` each.
+        positions: Vec<[Finite; 2]> [nonempty],
+        /// Velocities, `[vx, vy]` each; as many as positions.
+        velocities: Vec<[Finite; 2]> [nonempty],
+    }
+}
 
-placements! {
+impl PackingState {
+    fn rules(&self, name: &str, reader: &mut Reader<'_>) {
+        let lengths = [self.positions.len(), self.velocities.len()];
+        check_lengths(name, reader, ["positions", "velocities"], lengths);
+    }
+}
+
+starts! {
     /// How discs are placed at the start.
-    pub enum PackingPlacement given as GIVEN {
+    pub enum PackingPlacement {
         /// Uniformly at random without overlap (packing fraction below 0.5).
         Random = "random",
         /// On a regular lattice.
         Lattice = "lattice",
         /// Random as small discs that grow to their radius while they move and collide (Lubachevsky and Stillinger).
         Compressed = "compressed",
+        | PackingState with positions
     }
 }
 
@@ -119,21 +135,6 @@ impl PackingConfig {
 }
 
 impl Model for PackingConfig {
-    const CHANNELS: &'static [&'static str] = &[
-        "state",
-        "discs",
-        "walls",
-        "legend",
-        "velocity",
-        "temperature",
-        "collisions",
-        "pressure",
-        "per_collision",
-        "log",
-    ];
-
-    const TIME_KEY: &'static str = "every_time";
-
     fn intervals(&self, sound: bool) -> &'static [&'static str] {
         match self.length {
             RunLength::EventsPerDisc(_) if sound => &["every_collisions"],
@@ -142,52 +143,34 @@ impl Model for PackingConfig {
     }
 
     fn check(&mut self, table: &mut Reader<'_>) {
-        match &self.placement {
-            PackingPlacement::Given(state) => self.discs = state.count(table, "discs", self.discs),
-            PackingPlacement::Recorded(start) => {
-                self.discs = start.count(table, "discs", self.discs);
-            }
-            PackingPlacement::Random | PackingPlacement::Lattice | PackingPlacement::Compressed => {
-            }
-        }
+        self.discs = self.placement.count(table, "discs", self.discs);
         let (width, height) = (self.width.get(), self.height.get());
         let (radius, spread) = (self.radius.get(), self.radius_half_width.get());
-        if spread >= 1.0 {
-            let title = format!("`radius_half_width` is {spread:?}; must be in [0, 1)");
-            table.refuse(&["radius_half_width"], &title, "the smallest disc would have no radius");
-            return;
-        }
         let largest = radius * (1.0 + spread);
         let shorter = if width < height { width } else { height };
-        if 2.0 * largest >= shorter {
-            let title = format!(
-                "a disc of radius {largest:?} does not fit into a box of {width:?} x {height:?}"
-            );
-            let label =
-                format!("the radius must be below half of the shorter side, {:?}", shorter / 2.0);
-            table.refuse(&["radius", "radius_half_width", "width", "height"], &title, &label);
+        let half = shorter / 2.0;
+        rules! { table;
+            spread >= 1.0 => ["radius_half_width"]
+                "`radius_half_width` is {spread:?}; must be in [0, 1)", "the smallest disc would have no radius";
+            spread < 1.0 && 2.0 * largest >= shorter => ["radius", "radius_half_width", "width", "height"]
+                "a disc of radius {largest:?} does not fit into a box of {width:?} x {height:?}",
+                "the radius must be below half of the shorter side, {half:?}";
+        }
+        if spread >= 1.0 || 2.0 * largest >= shorter {
             return;
         }
-        if self.boundary == Boundary::Periodic && shorter < PERIODIC_DIAMETERS * 2.0 * largest {
-            let title = format!(
-                "a periodic box of {width:?} x {height:?} is too small for discs of radius {largest:?}"
-            );
-            let label = format!("both sides must be at least {PERIODIC_DIAMETERS} diameters");
-            table.refuse(&["boundary", "radius", "width", "height"], &title, &label);
-        }
+        let least = PERIODIC_DIAMETERS * 2.0 * largest;
         let discs = f64::from(self.discs.get());
         let mean_square = radius * radius * (1.0 + spread * spread / 3.0);
         let fraction = discs * std::f64::consts::PI * mean_square / (width * height);
-        if self.placement == PackingPlacement::Random && fraction >= RANDOM_PLACEMENT_LIMIT {
-            let title = format!(
-                "the packing fraction n pi r^2 / (lx ly) is {fraction:.3}; random placement \
-            needs less than {RANDOM_PLACEMENT_LIMIT}"
-            );
-            table.refuse(
-                &["discs", "width", "height", "radius", "placement"],
-                &title,
-                "fewer or smaller discs, a larger box, or placement = \"lattice\" or \"compressed\"",
-            );
+        rules! { table;
+            self.boundary == Boundary::Periodic && shorter < least => ["boundary", "radius", "width", "height"]
+                "a periodic box of {width:?} x {height:?} is too small for discs of radius {largest:?}",
+                "both sides must be at least {PERIODIC_DIAMETERS} diameters";
+            self.placement == PackingPlacement::Random && fraction >= RANDOM_PLACEMENT_LIMIT =>
+                ["discs", "width", "height", "radius", "placement"]
+                "the packing fraction n pi r^2 / (lx ly) is {fraction:.3}; random placement needs less than {RANDOM_PLACEMENT_LIMIT}",
+                "fewer or smaller discs, a larger box, or placement = \"lattice\" or \"compressed\"";
         }
     }
 }

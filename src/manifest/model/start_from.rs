@@ -1,12 +1,11 @@
 //! `start_from`: a run that begins where the run of a recording ended.
 
 use crate::diagnostics::Diagnostic;
-use crate::keys::{Key, Keys, Reader, StartKeys};
+use crate::keys::{Key, Keys};
 use crate::tree::{Node, Value};
 use crate::value::{TomlValue, quoted, refuse};
 use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
-use std::num::NonZeroU32;
 use std::sync::Arc;
 
 /// The recording that a run begins with.
@@ -125,23 +124,6 @@ impl StartFrom {
             Self::Read(state) => Some(state.rows()),
         }
     }
-
-    /// The number of particles; the key `counter` may repeat it but not contradict it.
-    pub(super) fn count(
-        &self,
-        table: &mut Reader<'_>,
-        counter: &str,
-        stated: NonZeroU32,
-    ) -> NonZeroU32 {
-        let Some(particles) = self.particles() else { return stated };
-        let recorded = u32::try_from(particles).ok().and_then(NonZeroU32::new);
-        if table.has(counter) && recorded != Some(stated) {
-            let title = format!("`{counter}` is {stated}, but the recording ends with {particles}");
-            let label = format!("must be {particles}, or be left out");
-            table.refuse(&["start_from", counter], &title, &label);
-        }
-        recorded.unwrap_or(stated)
-    }
 }
 
 /// Starts with equal texts are equal: the text of one that was read contains the hash of its values.
@@ -151,35 +133,15 @@ impl PartialEq for StartFrom {
     }
 }
 
-/// A start of which a recording is one kind.
-pub(crate) trait MayBeRecorded: TomlValue + From<StartFrom> {
+/// A start that may be a recording. The macro `starts` implements it.
+pub(crate) trait MayBeRecorded: TomlValue {
+    /// The start from this recording.
+    fn from_recorded(start: StartFrom) -> Self;
     /// The recording, if the start is one.
     fn recorded(&self) -> Option<&StartFrom>;
     /// The same, to be read.
     fn recorded_mut(&mut self) -> Option<&mut StartFrom>;
 }
-
-/// Implements [`MayBeRecorded`] for an enum with a variant `Recorded`.
-macro_rules! may_be_recorded {
-    ($start:ident) => {
-        impl From<$crate::model::start_from::StartFrom> for $start {
-            fn from(start: $crate::model::start_from::StartFrom) -> Self {
-                Self::Recorded(start)
-            }
-        }
-
-        impl $crate::model::start_from::MayBeRecorded for $start {
-            fn recorded(&self) -> Option<&$crate::model::start_from::StartFrom> {
-                if let Self::Recorded(start) = self { Some(start) } else { None }
-            }
-
-            fn recorded_mut(&mut self) -> Option<&mut $crate::model::start_from::StartFrom> {
-                if let Self::Recorded(start) = self { Some(start) } else { None }
-            }
-        }
-    };
-}
-pub(super) use may_be_recorded;
 
 const START_FROM: Key = Key {
     name: "start_from",
@@ -189,27 +151,28 @@ const START_FROM: Key = Key {
         begin at zero, and random streams with the run's own seed.",
 };
 
-impl<T: MayBeRecorded> StartKeys for T {
-    fn visit(&mut self, key: &Key, exclusive: &'static [&'static str], keys: &mut impl Keys) {
-        let recorded = self.recorded().cloned();
-        if recorded.is_none() {
-            keys.key(key, self);
-        }
-        if let Some(recorded) = keys.optional(&START_FROM, recorded) {
-            *self = recorded.into();
-        }
-        keys.exclusive(exclusive);
+/// Visits the key of a start and `start_from`. At most one of the keys `exclusive` may be present.
+pub(crate) fn visit<S: MayBeRecorded>(
+    start: &mut S,
+    key: &Key,
+    exclusive: &'static [&'static str],
+    keys: &mut impl Keys,
+) {
+    let recorded = start.recorded().cloned();
+    if recorded.is_none() {
+        keys.key(key, start);
     }
+    if let Some(recorded) = keys.optional(&START_FROM, recorded) {
+        *start = S::from_recorded(recorded);
+    }
+    keys.exclusive(exclusive);
 }
 
 impl TomlValue for StartFrom {
     fn read(node: &Node, name: &str, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         match &node.value {
             Value::Text(text) if !text.is_empty() => Some(Self::Named(text.clone())),
-            _ => {
-                refuse(node, name, "the path of a recording", errors);
-                None
-            }
+            _ => refuse(node, name, "the path of a recording", errors),
         }
     }
 

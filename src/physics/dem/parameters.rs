@@ -3,9 +3,7 @@
 use super::materials::{ContactLaw, Materials};
 use super::neighbors::tiers::Scope;
 use super::walls::{Motion, PlacedWall, Shape, Wall};
-use kinetoscope_manifest::model::{
-    DemConfig, DemDashpot, DemWall, DemWallShape, PeriodicSides, TimeStep,
-};
+use kinetoscope_manifest::model::{DemConfig, DemDashpot, DemWall, DemWallShape, TimeStep};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -88,12 +86,7 @@ impl Parameters {
             }
         };
         let sides = [config.width_m.get(), config.height_m.get()];
-        let periodic = match config.periodic {
-            PeriodicSides::None => [false, false],
-            PeriodicSides::X => [true, false],
-            PeriodicSides::Y => [false, true],
-            PeriodicSides::Both => [true, true],
-        };
+        let periodic = config.periodic.axes();
         let mut walls = box_walls(sides, periodic);
         walls.extend(config.walls.iter().map(wall));
         Self {

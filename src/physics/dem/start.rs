@@ -74,7 +74,7 @@ pub(super) fn discs(
     }
     let velocities = match &config.placement {
         Placement::Given(given) => {
-            given.velocities.iter().map(|velocity| velocity.map(|v| v.get())).collect()
+            given.velocities_m_per_s.iter().map(|velocity| velocity.map(|v| v.get())).collect()
         }
         Placement::Random | Placement::Lattice | Placement::Recorded(_) => {
             drawn_velocities(config, seed, placed)
@@ -209,16 +209,16 @@ fn given_positions(
     parameters: &Parameters,
     radii: &[f64],
 ) -> Result<Vec<[f64; 2]>, SetupError> {
-    if given.positions.len() != radii.len() || given.velocities.len() != radii.len() {
+    if given.positions_m.len() != radii.len() || given.velocities_m_per_s.len() != radii.len() {
         return Err(SetupError(format!(
             "discs = {}, but positions_m has {} entries and velocities_m_per_s {}: make them equal.",
             radii.len(),
-            given.positions.len(),
-            given.velocities.len()
+            given.positions_m.len(),
+            given.velocities_m_per_s.len()
         )));
     }
     let positions: Vec<[f64; 2]> =
-        given.positions.iter().map(|position| position.map(|x| x.get())).collect();
+        given.positions_m.iter().map(|position| position.map(|x| x.get())).collect();
     for (disc, (position, radius)) in positions.iter().zip(radii).enumerate() {
         let room = |axis: usize| {
             if parameters.periodic[axis] { 0.0 } else { radius * (1.0 - TOUCHING) }

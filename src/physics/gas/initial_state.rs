@@ -9,7 +9,7 @@ use crate::placement::{Rectangle, random_sequential_addition_where};
 use crate::random::{Seed, Stream};
 use crate::restart_state;
 use kinetoscope_manifest::model::{
-    GasConfig, GivenState, Placement, PositionDistribution, SpeedDistribution, SpeedScale,
+    GasConfig, GasPlacement, GivenState, PositionDistribution, SpeedDistribution, SpeedScale,
 };
 use std::f64::consts::TAU;
 
@@ -29,19 +29,14 @@ pub(super) fn prepare(
     substance: &Substance,
 ) -> Result<InitialState, SetupError> {
     let mut unscaled = match &config.placement {
-        Placement::Random => draw(config, seed)?,
-        Placement::Given(state) => from_rows(config, &given_rows(config, state)?)?,
-        Placement::Recorded(start) => {
+        GasPlacement::Random => draw(config, seed)?,
+        GasPlacement::Given(state) => from_rows(config, &given_rows(config, state)?)?,
+        GasPlacement::Recorded(start) => {
             from_rows(config, &restart_state::rows(start, ["x", "y", "vx", "vy"])?)?
         }
-        Placement::Lattice => {
-            return Err(SetupError(
-                "a gas cannot be placed on a lattice: set placement = \"random\" or give positions"
-                    .to_owned(),
-            ));
-        }
     };
-    if let (Placement::Random, SpeedScale::Temperature(_)) = (&config.placement, config.speed_scale)
+    if let (GasPlacement::Random, SpeedScale::Temperature(_)) =
+        (&config.placement, config.speed_scale)
     {
         // At one temperature, particles of m times the mass have 1/sqrt(m) times the speed.
         for (particle, ratio) in unscaled.particles.iter_mut().zip(&substance.mass_ratios) {
@@ -190,14 +185,14 @@ fn given_rows(config: &GasConfig, state: &GivenState) -> Result<Vec<[f64; 4]>, S
         ));
     }
     let (count, positions, velocities) =
-        (config.particles.get() as usize, state.positions.len(), state.velocities.len());
+        (config.particles.get() as usize, state.positions_m.len(), state.velocities_m_per_s.len());
     if positions != count || velocities != count {
         return Err(SetupError(format!(
             "expected {count} positions and velocities (particles = {count}), found {positions} positions and {velocities} velocities: \
              the three numbers must agree"
         )));
     }
-    let rows = state.positions.iter().zip(&state.velocities);
+    let rows = state.positions_m.iter().zip(&state.velocities_m_per_s);
     Ok(rows.map(|([x, y], [vx, vy])| [x, y, vx, vy].map(|value| value.get())).collect())
 }
 

@@ -9,7 +9,7 @@ use super::starts::{BARYCENTRIC_START, HELIOCENTRIC_START};
 use super::trajectory::{Discretization, NotFinite, Trajectory, TurnCounter};
 use crate::model::SetupError;
 use crate::restart_state;
-use kinetoscope_manifest::model::{OrbitIntegrator, OrbitStart};
+use kinetoscope_manifest::model::{OrbitIntegrator, OrbitStart, OrbitState};
 use kinetoscope_recording::channels::{OrbitElements, OrbitEnergy};
 use kinetoscope_recording::frame::{Frame, Level};
 use kinetoscope_recording::scenery::{DrawnRadius, Scenery, Wall};
@@ -60,7 +60,7 @@ impl Planet {
             OrbitStart::Heliocentric => {
                 ("\"heliocentric\": the Earth relative to the Sun, 2013-01-01", HELIOCENTRIC_START)
             }
-            OrbitStart::Given { position_au, velocity_au_per_day } => {
+            OrbitStart::Given(OrbitState { position_au, velocity_au_per_day }) => {
                 let position = position_au.map(|component| component.get());
                 let velocity = velocity_au_per_day.map(|component| component.get());
                 ("given in the manifest", State { position, velocity })

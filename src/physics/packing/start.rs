@@ -16,7 +16,7 @@ use crate::placement::square_lattice;
 use crate::random::{Seed, Stream};
 use crate::restart_state::rows;
 use kinetoscope_manifest::model::{
-    Boundary, GivenState, PERIODIC_DIAMETERS, PackingConfig, PackingPlacement, StartFrom,
+    Boundary, PERIODIC_DIAMETERS, PackingConfig, PackingPlacement, PackingState, StartFrom,
 };
 use kinetoscope_manifest::quantity::Finite;
 
@@ -156,7 +156,7 @@ fn values(pairs: &[[Finite; 2]]) -> Vec<Vector> {
 /// The start of a manifest with positions and velocities.
 fn given_start(
     config: &PackingConfig,
-    given: &GivenState,
+    given: &PackingState,
     radii: Vec<f64>,
 ) -> Result<PackingStart, SetupError> {
     let discs = config.discs.get() as usize;

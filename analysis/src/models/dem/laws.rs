@@ -119,10 +119,11 @@ pub fn velocity_transmission(config: &DemConfig) -> Option<f64> {
     let e = restitution.get();
     let zeta = damping_ratio(e, config.limit_damping);
     let frequency = (2.0 * config.stiffness_n_per_m.get() / config.mass_kg.get()).sqrt();
-    let way = state.velocities.first()?[0].get() * PI / (frequency * (1.0 - zeta * zeta).sqrt());
+    let way =
+        state.velocities_m_per_s.first()?[0].get() * PI / (frequency * (1.0 - zeta * zeta).sqrt());
     let gap = |pair: &[[Finite; 2]]| pair[1][0].get() - pair[0][0].get() - 2.0 * radius.get();
-    let is_apart = state.positions.windows(2).all(|pair| gap(pair) >= way);
-    let collisions = state.positions.len() as i32 - 1;
+    let is_apart = state.positions_m.windows(2).all(|pair| gap(pair) >= way);
+    let collisions = state.positions_m.len() as i32 - 1;
     is_apart.then(|| ((1.0 + e) / 2.0).powi(collisions))
 }
 

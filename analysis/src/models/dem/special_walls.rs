@@ -60,18 +60,18 @@ pub(super) fn has_gate(config: &DemConfig) -> bool {
 pub(crate) fn row_of(config: &DemConfig) -> Option<usize> {
     let Placement::Given(state) = &config.placement else { return None };
     let falls = config.gravity_m_per_s2.iter().any(|component| component.get() != 0.0);
-    let (first, others) = state.velocities.split_first()?;
+    let (first, others) = state.velocities_m_per_s.split_first()?;
     let rest = others.iter().flatten().all(|component| component.get() == 0.0);
-    let level = state.positions.iter().all(|place| place[1] == state.positions[0][1]);
+    let level = state.positions_m.iter().all(|place| place[1] == state.positions_m[0][1]);
     let moves = first[0].get() > 0.0 && first[1].get() == 0.0;
-    (!falls && rest && level && moves && !others.is_empty()).then_some(state.positions.len())
+    (!falls && rest && level && moves && !others.is_empty()).then_some(state.positions_m.len())
 }
 
 /// Velocity of a row's last disc at the end, divided by that of its first disc at the start.
 pub(super) fn velocity_transmission(config: &DemConfig, end: &StateTable) -> Option<f64> {
     let count = row_of(config)?;
     let Placement::Given(state) = &config.placement else { return None };
-    Some(end.value(count - 1, "vx")? / state.velocities[0][0].get())
+    Some(end.value(count - 1, "vx")? / state.velocities_m_per_s[0][0].get())
 }
 
 /// Mean of a series over the last tenth of its time.

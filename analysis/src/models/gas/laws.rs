@@ -2,7 +2,8 @@
 
 use crate::metric::Law;
 use kinetoscope_manifest::model::{
-    BoltzmannConstant, GasConfig, Placement, SpeedDistribution, SpeedScale, TemperatureDefinition,
+    BoltzmannConstant, GasConfig, GasPlacement, SpeedDistribution, SpeedScale,
+    TemperatureDefinition,
 };
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -139,7 +140,7 @@ pub struct SpeedMoments {
 /// particles leave or change their speeds.
 #[must_use]
 pub fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
-    let is_drawn = matches!(config.placement, Placement::Random);
+    let is_drawn = config.placement == GasPlacement::Random;
     let is_one_gas = !has_several_masses(config) && config.orifice_width_m.is_none();
     if !(is_drawn && is_one_gas && config.keeps_speeds()) {
         return None;

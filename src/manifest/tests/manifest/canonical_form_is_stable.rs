@@ -7,7 +7,7 @@
 
 use kinetoscope_manifest::model::*;
 use kinetoscope_manifest::quantity::{
-    BoxSide, Finite, Fraction, NonNegative, Positive, StepTolerance,
+    BoxSide, Finite, Fraction, NonNegative, PlaybackRate, Positive, StepTolerance,
 };
 use kinetoscope_manifest::record::{Compression, RecordConfig, RecordInterval};
 use kinetoscope_manifest::{RunManifest, parse, parse_run, run_key};
@@ -97,7 +97,7 @@ fn canonical_form_is_pinned() {
         record: RecordConfig {
             interval: RecordInterval::EverySteps(NonZeroU64::new(100).unwrap()),
             channels: Some(vec!["state".to_owned(), "energy".to_owned()]),
-            playback_fps: Positive::literal(12.5),
+            playback_fps: PlaybackRate::literal(12.5),
             max_drawn_particles: NonZeroU32::new(500).unwrap(),
             compression: Compression::None,
         },
@@ -179,8 +179,8 @@ fn given(count: usize, mut state: impl FnMut(usize) -> [[f64; 2]; 2]) -> GivenSt
         .map(|index| state(index).map(|vector| vector.map(|x| Finite::new(x).unwrap())))
         .collect();
     GivenState {
-        positions: states.iter().map(|[position, _]| *position).collect(),
-        velocities: states.iter().map(|[_, velocity]| *velocity).collect(),
+        positions_m: states.iter().map(|[position, _]| *position).collect(),
+        velocities_m_per_s: states.iter().map(|[_, velocity]| *velocity).collect(),
     }
 }
 
@@ -245,8 +245,8 @@ impl Numbers {
             RecordInterval::EveryTime(self.positive())
         } else if self.below(4) == 0 {
             RecordInterval::Logarithmic(
-                (1 + i128::from(self.below(1000))).try_into().unwrap(),
-                (1 + i128::from(self.below(15))).try_into().unwrap(),
+                (1 + self.below(1000) as u32).try_into().unwrap(),
+                (1 + self.below(15) as u32).try_into().unwrap(),
             )
         } else {
             RecordInterval::Frames(NonZeroU64::new(1 + self.next()).unwrap())
@@ -260,7 +260,7 @@ impl Numbers {
                 channels: [None, Some(vec![]), Some(vec!["state".to_owned(), "log".to_owned()])]
                     [self.below(3) as usize]
                     .clone(),
-                playback_fps: Positive::new(50.0 * self.share().get()).unwrap(),
+                playback_fps: PlaybackRate::new(50.0 * self.share().get()).unwrap(),
                 max_drawn_particles: NonZeroU32::new(1 + self.below(20_000) as u32).unwrap(),
                 compression: [
                     Compression::Zstd,
@@ -279,7 +279,7 @@ impl Numbers {
             _ => Placement::Given(self.state()),
         };
         let discs = match &placement {
-            Placement::Given(state) => NonZeroU32::new(state.positions.len() as u32).unwrap(),
+            Placement::Given(state) => NonZeroU32::new(state.positions_m.len() as u32).unwrap(),
             _ => self.count(),
         };
         DemConfig {
@@ -302,19 +302,22 @@ impl Numbers {
     }
 
     fn gas(&mut self) -> GasConfig {
-        let placement =
-            if self.below(2) == 0 { Placement::Random } else { Placement::Given(self.state()) };
+        let placement = if self.below(2) == 0 {
+            GasPlacement::Random
+        } else {
+            GasPlacement::Given(self.state())
+        };
         let temperature = SpeedScale::Temperature(NonNegative::literal(self.positive().get()));
         let (particles, speed_scale) = match (&placement, self.below(2)) {
-            (Placement::Given(state), other) => (
-                NonZeroU32::new(state.positions.len() as u32).unwrap(),
+            (GasPlacement::Given(state), other) => (
+                NonZeroU32::new(state.positions_m.len() as u32).unwrap(),
                 if other == 0 { SpeedScale::Given } else { temperature },
             ),
             (_, 0) => (self.count(), temperature),
             _ => (self.count(), SpeedScale::MaxSpeed(NonNegative::literal(0.0))),
         };
         let time_step_s = Positive::literal(1e-3);
-        let drawn = placement == Placement::Random && self.below(2) == 0;
+        let drawn = placement == GasPlacement::Random && self.below(2) == 0;
         let listed = drawn && !matches!(speed_scale, SpeedScale::MaxSpeed(_));
         let speeds_m_per_s = if listed { vec![NonNegative::literal(0.5); 3] } else { Vec::new() };
         GasConfig {
@@ -338,7 +341,11 @@ impl Numbers {
     fn packing(&mut self) -> PackingConfig {
         let placement = match self.below(2) {
             0 => PackingPlacement::Lattice,
-            _ => PackingPlacement::Given(self.state()),
+            _ => {
+                let GivenState { positions_m: positions, velocities_m_per_s: velocities } =
+                    self.state();
+                PackingPlacement::Given(PackingState { positions, velocities })
+            }
         };
         PackingConfig {
             discs: match &placement {
@@ -379,10 +386,10 @@ impl Numbers {
             start: match self.below(3) {
                 0 => OrbitStart::Barycentric,
                 1 => OrbitStart::Heliocentric,
-                _ => OrbitStart::Given {
+                _ => OrbitStart::Given(OrbitState {
                     position_au: [self.finite(), self.finite(), Finite::literal(1.0)],
                     velocity_au_per_day: [self.finite(), self.finite(), self.finite()],
-                },
+                }),
             },
             integrator: [
                 OrbitIntegrator::Rk4,
@@ -393,7 +400,7 @@ impl Numbers {
             ][self.below(5) as usize],
             summation: [OrbitSummation::Plain, OrbitSummation::Compensated][self.below(2) as usize],
             tolerance: StepTolerance::new(1e-3 * self.share().get() + 1e-15).unwrap(),
-            time_step_days: Positive::new(0.999 * self.share().get()).unwrap(),
+            time_step_days: Positive::new(365.0 * self.share().get()).unwrap(),
             ..OrbitConfig::default()
         }
     }

@@ -40,7 +40,7 @@ fn record_is_read_back() {
     let record = record();
     assert_eq!(record.runs.len(), 8);
     assert_eq!(record.model, "gas");
-    let text = record.to_toml();
+    let text = record.clone().to_toml();
     let back = ExperimentRecord::from_toml(&text, "experiment.toml")
         .unwrap_or_else(|errors| panic!("{errors}\n{text}"));
     assert_eq!(back, record);

@@ -191,7 +191,7 @@ fn impact_speed(config: &DemConfig, parameters: &Parameters) -> f64 {
             return if squared > fastest { squared } else { fastest }.sqrt();
         }
         Placement::Given(given) => {
-            let moving = given.positions.iter().zip(&given.velocities);
+            let moving = given.positions_m.iter().zip(&given.velocities_m_per_s);
             moving.map(|([x, y], [vx, vy])| [x, y, vx, vy].map(|value| value.get())).collect()
         }
         Placement::Recorded(recording) => start::recorded_motions(recording),

@@ -20,9 +20,6 @@ table! {
 }
 
 impl Model for OscillatorConfig {
-    const CHANNELS: &'static [&'static str] = &["state", "discs", "walls", "legend", "velocity", "trail", "energy", "log"];
-    const TIME_KEY: &'static str = "every_s";
-
     fn intervals(&self, _sound: bool) -> &'static [&'static str] {
         &["every_s", "every_steps"]
     }
