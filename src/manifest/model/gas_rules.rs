@@ -25,7 +25,10 @@ impl GasConfig {
     }
 
     pub(super) fn check_start(&mut self, table: &mut Reader<'_>) {
-        let is_drawn = self.placement == GasPlacement::Random && self.speeds_m_per_s.is_empty();
+        // A given start, listed speeds and a temperature exclude the maximum speed by rules of their own.
+        let is_drawn = self.placement == GasPlacement::Random
+            && self.speeds_m_per_s.is_empty()
+            && !table.has("temperature_k");
         let is_maxwell = is_drawn && self.speed_distribution == SpeedDistribution::Maxwell;
         rules! { table;
             is_maxwell && matches!(self.speed_scale, SpeedScale::MaxSpeed(_)) => ["speed_distribution", "max_speed_m_per_s"]
