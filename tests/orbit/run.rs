@@ -18,6 +18,7 @@ pub(crate) const JULIAN_YEAR: f64 = 365.25;
 /// Configuration with the initial state of the orbit exercise, an integrator, a step and a duration (days).
 pub(crate) fn exercise(integrator: OrbitIntegrator, step: f64, duration: f64) -> OrbitConfig {
     OrbitConfig {
+        start: OrbitStart::Barycentric,
         integrator,
         time_step_days: Positive::new(step).unwrap(),
         duration_days: Positive::new(duration).unwrap(),

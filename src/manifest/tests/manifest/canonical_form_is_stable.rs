@@ -56,10 +56,10 @@ particles = 1000
 mass_kg = 1e-26
 radius_m = 1.0
 center_m = [0.0, 0.0]
-speed_distribution = "uniform"
+speed_distribution = "maxwell"
 temperature_k = 300.0
-temperature_definition = "mean-speed"
-boltzmann_constant = "codata-1986"
+temperature_definition = "mean-square"
+boltzmann_constant = "si-2019"
 propagation = "exact"
 placement = "random"
 duration_s = 0.1
@@ -87,6 +87,7 @@ fn canonical_form_is_pinned() {
             stiffness_n_per_m: Positive::literal(1e16),
             dissipation: Dissipation::Damping(NonNegative::literal(0.474_022_45)),
             limit_damping: true,
+            integrator: DemIntegrator::SemiImplicitEuler,
             dashpot: DemDashpot::Implicit,
             time_step: TimeStep::Fixed(Positive::literal(1e-6)),
             on_unstable_time_step: UnstableTimeStep::Warn,
@@ -323,6 +324,8 @@ impl Numbers {
         GasConfig {
             particles,
             speeds_m_per_s,
+            // The speeds of Maxwell's distribution have no maximum.
+            speed_distribution: SpeedDistribution::Uniform,
             radius_m: self.positive(),
             center_m: [self.finite(), self.finite()],
             speed_scale,
