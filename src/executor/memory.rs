@@ -1,6 +1,6 @@
 //! The memory budget of parallel runs: a run starts when its estimated memory is free.
 
-use std::fs;
+use crate::outputs::sidecars::memory_bytes;
 use std::sync::{Condvar, Mutex, PoisonError};
 
 /// A number of bytes shared by the runs.
@@ -13,7 +13,7 @@ pub struct MemoryBudget {
 
 /// A reserved part of the budget; dropping it releases the bytes.
 #[derive(Debug)]
-pub struct Fraction<'a> {
+pub struct Reservation<'a> {
     budget: &'a MemoryBudget,
     bytes: u64,
 }
@@ -28,11 +28,11 @@ impl MemoryBudget {
     /// The available memory (`MemAvailable` of Linux); unlimited on other operating systems.
     #[must_use]
     pub fn of_this_machine() -> Self {
-        Self::new(available_bytes().unwrap_or(u64::MAX))
+        Self::new(memory_bytes("/proc/meminfo", "MemAvailable").unwrap_or(u64::MAX))
     }
 
     /// Blocks until the bytes are free. A run that needs more than the total reserves all of it and executes alone.
-    pub fn take(&self, bytes: u64) -> Fraction<'_> {
+    pub fn take(&self, bytes: u64) -> Reservation<'_> {
         let bytes = bytes.min(self.total);
         let free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
         let mut free = self
@@ -40,22 +40,15 @@ impl MemoryBudget {
             .wait_while(free, |free| *free < bytes)
             .unwrap_or_else(PoisonError::into_inner);
         *free -= bytes;
-        Fraction { budget: self, bytes }
+        Reservation { budget: self, bytes }
     }
 }
 
-impl Drop for Fraction<'_> {
+impl Drop for Reservation<'_> {
     fn drop(&mut self) {
         *self.budget.free.lock().unwrap_or_else(PoisonError::into_inner) += self.bytes;
         self.budget.released.notify_all();
     }
-}
-
-fn available_bytes() -> Option<u64> {
-    let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
-    Some(kibibytes * 1024)
 }
 
 #[cfg(test)]

@@ -157,7 +157,7 @@ pub(super) fn text_request(text: &str) -> Option<Request> {
     })
 }
 
-/// Reads a binary message of a viewer; `None` where it is none of the protocol.
+/// Decodes a viewer's binary message; `None` if it does not belong to the protocol.
 pub(super) fn binary_request(bytes: &[u8]) -> Option<Request> {
     let (&operation, mut rest) = bytes.split_first()?;
     if operation != PLAYBACK_CONTROL_REQUEST {

@@ -7,7 +7,7 @@ use std::io;
 use std::net::TcpStream;
 use std::sync::Arc;
 use std::time::Duration;
-use tungstenite::handshake::server::{ErrorResponse, Request as Asked, Response};
+use tungstenite::handshake::server::{ErrorResponse, Request as HandshakeRequest, Response};
 use tungstenite::http::{HeaderValue, StatusCode, header::SEC_WEBSOCKET_PROTOCOL};
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message, WebSocket};
@@ -23,7 +23,7 @@ const MAX_REQUEST_BYTES: usize = 1 << 16;
 pub(super) fn serve(stream: TcpStream, buffer: &FrameBuffer, session_prefix: &str) {
     let Some(id) = buffer.add_viewer() else { return };
     // An error of the connection affects only its viewer, which reports it.
-    let _ = shake_hands(stream).and_then(|socket| {
+    let _ = accept_handshake(stream).and_then(|socket| {
         let (subscriptions, run_info) = (BTreeMap::new(), buffer.run_info());
         let changes = buffer.playback().1;
         let mut viewer =
@@ -34,29 +34,32 @@ pub(super) fn serve(stream: TcpStream, buffer: &FrameBuffer, session_prefix: &st
     buffer.remove_viewer(id);
 }
 
-fn shake_hands(stream: TcpStream) -> Result<WebSocket<TcpStream>, Error> {
+fn accept_handshake(stream: TcpStream) -> Result<WebSocket<TcpStream>, Error> {
     stream.set_nonblocking(false)?;
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(CONNECTION_TIMEOUT))?;
     stream.set_write_timeout(Some(CONNECTION_TIMEOUT))?;
     let config = WebSocketConfig::default().max_message_size(Some(MAX_REQUEST_BYTES));
-    let socket = tungstenite::accept_hdr_with_config(stream, agree, Some(config));
+    let socket = tungstenite::accept_hdr_with_config(stream, select_protocol, Some(config));
     let socket = socket.map_err(|error| Error::Io(io::Error::other(error.to_string())))?;
     socket.get_ref().set_read_timeout(Some(READ_TIMEOUT))?;
     Ok(socket)
 }
 
-/// Agrees on the protocol, which the viewer must have offered.
-#[expect(clippy::result_large_err, reason = "the form that tungstenite asks for")]
-fn agree(asked: &Asked, mut response: Response) -> Result<Response, ErrorResponse> {
-    let offers = asked.headers().get_all(SEC_WEBSOCKET_PROTOCOL).iter();
+/// Selects the protocol, which the viewer must have offered.
+#[expect(clippy::result_large_err, reason = "the signature that tungstenite requires")]
+fn select_protocol(
+    request: &HandshakeRequest,
+    mut response: Response,
+) -> Result<Response, ErrorResponse> {
+    let offers = request.headers().get_all(SEC_WEBSOCKET_PROTOCOL).iter();
     let offered = offers
         .flat_map(|offer| offer.to_str().unwrap_or_default().split(','))
         .any(|offer| offer.trim() == SUBPROTOCOL);
     if !offered {
-        let mut refusal = ErrorResponse::new(Some(format!("this server speaks {SUBPROTOCOL}")));
-        *refusal.status_mut() = StatusCode::BAD_REQUEST;
-        return Err(refusal);
+        let mut rejection = ErrorResponse::new(Some(format!("this server requires {SUBPROTOCOL}")));
+        *rejection.status_mut() = StatusCode::BAD_REQUEST;
+        return Err(rejection);
     }
     let agreed = HeaderValue::from_static(SUBPROTOCOL);
     response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, agreed);
@@ -85,11 +88,11 @@ struct Viewer<'a> {
 impl Viewer<'_> {
     fn watch(&mut self) -> Result<(), Error> {
         loop {
-            self.listen()?;
+            self.receive()?;
             let over = self.buffer.closed_for().is_some();
-            self.follow_the_run()?;
+            self.switch_run()?;
             for frame in self.buffer.take(self.id) {
-                let mut told = false;
+                let mut has_time = false;
                 for message in &frame.messages {
                     let Some(receiving) = self.subscriptions.get(&message.channel) else {
                         continue;
@@ -98,17 +101,17 @@ impl Viewer<'_> {
                         continue;
                     }
                     let subscription = receiving.subscription;
-                    if !told {
+                    if !has_time {
                         self.send(protocol::time(frame.log_time_ns))?;
-                        told = true;
+                        has_time = true;
                     }
                     let log_time = message.log_time_ns;
                     self.send(protocol::message_data(subscription, log_time, &message.payload))?;
                 }
             }
-            self.hear_of_changes()?;
+            self.send_changes()?;
             if over {
-                return self.say_goodbye();
+                return self.close();
             }
         }
     }
@@ -126,8 +129,8 @@ impl Viewer<'_> {
         self.send(protocol::advertise(channels, run_info.first_channel_id))
     }
 
-    /// Goes over to the next run, if there is one.
-    fn follow_the_run(&mut self) -> Result<(), Error> {
+    /// Switches to the next run, if one was announced.
+    fn switch_run(&mut self) -> Result<(), Error> {
         let now = self.buffer.run_info();
         if now.session == self.run_info.session {
             return Ok(());
@@ -141,8 +144,8 @@ impl Viewer<'_> {
         self.announce()
     }
 
-    /// Takes in what the viewer says, for a few milliseconds.
-    fn listen(&mut self) -> Result<(), Error> {
+    /// Receives and answers requests for a few milliseconds.
+    fn receive(&mut self) -> Result<(), Error> {
         loop {
             let request = match self.socket.read() {
                 Ok(Message::Text(text)) => protocol::text_request(&text),
@@ -155,7 +158,9 @@ impl Viewer<'_> {
             };
             match request {
                 Some(request) => self.answer(request)?,
-                None => self.send(protocol::warning("a message that is none of the protocol"))?,
+                None => {
+                    self.send(protocol::warning("the message does not belong to the protocol"))?
+                }
             }
         }
     }
@@ -171,22 +176,23 @@ impl Viewer<'_> {
                 let state = self.buffer.control(&request);
                 self.send(state.encode(&request.id))?;
                 if request.jump_to_ns.is_some_and(|to| to < state.time_ns) {
-                    let text = "a run under way cannot go back: open its recording when it is done";
+                    let text =
+                        "a run in progress cannot go back: open its recording when it is finished";
                     self.send(protocol::warning(text))?;
                 }
                 Ok(())
             }
             Request::Playback(_) => {
-                let text = "the run goes as fast as it can: --live-speed 1 lets viewers control it";
+                let text = "the run has full speed: --live-speed 1 lets viewers control it";
                 self.send(protocol::warning(text))
             }
             Request::Other => Ok(()),
         }
     }
 
-    /// New subscriptions begin with the last message of their channels.
+    /// Subscribes to channels and sends the last message of each.
     fn subscribe(&mut self, wanted: &[Subscription]) -> Result<(), Error> {
-        // Of a run that was over when the request came, nothing is left to see.
+        // Channels of a run that has ended are ignored.
         let first = self.run_info.first_channel_id;
         let channels = self.run_info.channel_list.channels.len();
         let known = wanted.iter().filter_map(|subscription| {
@@ -211,8 +217,8 @@ impl Viewer<'_> {
         Ok(())
     }
 
-    /// Another viewer, or the end of a pause, may have changed the playback.
-    fn hear_of_changes(&mut self) -> Result<(), Error> {
+    /// Sends the playback state if another viewer or the end of a pause changed it.
+    fn send_changes(&mut self) -> Result<(), Error> {
         let (state, changes) = self.buffer.playback();
         if self.buffer.is_paced && changes != self.changes {
             self.changes = changes;
@@ -221,7 +227,7 @@ impl Viewer<'_> {
         Ok(())
     }
 
-    /// Sends, and waits for a viewer that does not read: only its own thread does. Once the show is over it waits no more.
+    /// Sends a message. Only this thread waits for a viewer that does not read; after the end of the broadcast, it stops waiting.
     fn send(&mut self, message: impl Into<Message>) -> Result<(), Error> {
         let mut sent = self.socket.send(message.into());
         while let Err(error) = sent {
@@ -234,8 +240,8 @@ impl Viewer<'_> {
         Ok(())
     }
 
-    /// Closes, and lets the viewer read what is still on its way.
-    fn say_goodbye(&mut self) -> Result<(), Error> {
+    /// Closes the connection after the viewer has read the remaining messages.
+    fn close(&mut self) -> Result<(), Error> {
         self.socket.close(None)?;
         self.socket.get_ref().set_read_timeout(Some(CONNECTION_TIMEOUT))?;
         while self.socket.read().is_ok() {}
@@ -243,7 +249,7 @@ impl Viewer<'_> {
     }
 }
 
-/// Whether a read or a write came to its time limit; the system calls it one or the other.
+/// Whether a read or a write reached its time limit; the error kind depends on the system.
 fn would_block(error: &Error) -> bool {
     let Error::Io(error) = error else { return false };
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)

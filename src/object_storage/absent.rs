@@ -1,4 +1,4 @@
-//! The store of a program that was built without object storage.
+//! The store of a program that was built without object storage: it cannot be opened.
 
 use crate::address::Address;
 use crate::error::StoreError;
@@ -16,7 +16,7 @@ impl Store {
     /// # Errors
     /// Always: how to build a program that opens it.
     pub fn open(address: &Address) -> Result<Self, StoreError> {
-        Err(StoreError::wrong(format!(
+        Err(StoreError::permanent(format!(
             "{address}: this program was built without object storage. Build it with: \
              cargo build --release --features object-storage"
         )))

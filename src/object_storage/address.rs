@@ -27,16 +27,16 @@ impl Address {
     /// An address without a bucket, or with a part that cannot be the name of a folder: empty, `.` or `..`.
     pub fn parse(text: &str) -> Result<Self, StoreError> {
         let wrong =
-            |why: &str| StoreError::wrong(format!("{text}: {why}; write s3://BUCKET/PREFIX"));
-        let place = text.strip_prefix(SCHEME).ok_or_else(|| wrong("this is no address"))?;
-        let place = place.strip_suffix('/').unwrap_or(place);
-        let (bucket, prefix) = place.split_once('/').unwrap_or((place, ""));
+            |why: &str| StoreError::permanent(format!("{text}: {why}; write s3://BUCKET/PREFIX"));
+        let location =
+            text.strip_prefix(SCHEME).ok_or_else(|| wrong("not an address of object storage"))?;
+        let location = location.strip_suffix('/').unwrap_or(location);
+        let (bucket, prefix) = location.split_once('/').unwrap_or((location, ""));
         if bucket.is_empty() {
-            return Err(wrong("it names no bucket"));
+            return Err(wrong("the bucket is missing"));
         }
-        let parts = || place.split('/');
-        if parts().any(|part| matches!(part, "" | "." | "..")) {
-            return Err(wrong("it has an empty part, or dots for one"));
+        if location.split('/').any(|part| matches!(part, "" | "." | "..")) {
+            return Err(wrong("a part is empty, `.` or `..`"));
         }
         Ok(Self { bucket: bucket.to_owned(), prefix: prefix.to_owned() })
     }

@@ -14,13 +14,13 @@ pub struct StoreError {
 
 impl StoreError {
     /// An error that only another command can correct.
-    pub(crate) fn wrong(message: String) -> Self {
+    pub(crate) fn permanent(message: String) -> Self {
         Self { message, is_retryable: false }
     }
 
-    /// An error that may not occur at the next attempt.
+    /// An error after which the same command may succeed.
     #[cfg(feature = "s3")]
-    pub(crate) fn passing(message: String) -> Self {
+    pub(crate) fn retryable(message: String) -> Self {
         Self { message, is_retryable: true }
     }
 }

@@ -1,22 +1,24 @@
-//! An object as an input with random access: a range is fetched when its bytes are read.
+//! An object as an input with random access, fetched by byte ranges as it is read.
 
 use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 
-/// The first range, and the one after a leap: a recording's head, or its footer and summary, mostly fit in.
+/// Size of the first range and of a range after a seek. The header of most recordings fits, and so does the footer with the
+/// summary.
 const SHORTEST: u64 = 256 << 10;
-/// Ranges double up to here while they are read one after the other: few requests, little memory.
+/// Maximum size of a range. Sequential reads double the size up to it, which bounds requests and memory.
 const LONGEST: u64 = 4 << 20;
 
-/// Reads an object by ranges. `fetch` gives the bytes of a range that is not empty and not beyond the object's end.
+/// Reads an object by ranges. `fetch` returns the bytes of a non-empty range within the object.
 pub struct RangedInput<F> {
     fetch: F,
     bytes: u64,
     position: u64,
-    /// What was fetched last, and where it begins.
+    /// Bytes of the last range fetched.
     range: Vec<u8>,
-    begins: u64,
+    /// Position of its first byte.
+    range_start: u64,
 }
 
 impl<F> fmt::Debug for RangedInput<F> {
@@ -27,30 +29,32 @@ impl<F> fmt::Debug for RangedInput<F> {
 }
 
 impl<F: FnMut(Range<u64>) -> io::Result<Vec<u8>>> RangedInput<F> {
-    /// An object of so many bytes, from its first one on.
+    /// Creates an input for an object of `bytes` bytes, at its first byte.
     pub fn new(bytes: u64, fetch: F) -> Self {
-        Self { fetch, bytes, position: 0, range: Vec::new(), begins: 0 }
+        Self { fetch, bytes, position: 0, range: Vec::new(), range_start: 0 }
     }
 
-    /// The part of the last range from the position on; empty where the position lies outside of it.
-    fn at_hand(&self) -> &[u8] {
-        let within = self.position.checked_sub(self.begins).and_then(|at| usize::try_from(at).ok());
+    /// The bytes of the last range from the current position; empty if the position is outside the range.
+    fn fetched(&self) -> &[u8] {
+        let within =
+            self.position.checked_sub(self.range_start).and_then(|at| usize::try_from(at).ok());
         within.and_then(|at| self.range.get(at..)).unwrap_or_default()
     }
 
-    fn fetch_from_here(&mut self) -> io::Result<()> {
-        let had = self.range.len() as u64;
-        let goes_on = had > 0 && self.position == self.begins + had;
-        let length = if goes_on { (2 * had).clamp(SHORTEST, LONGEST) } else { SHORTEST };
-        // What is near the end is fetched with all that precedes it in a range: footers are read backwards.
-        let last_begin = self.bytes.saturating_sub(length);
-        let begins = if goes_on { self.position } else { self.position.min(last_begin) };
-        let range = begins..(begins + length).min(self.bytes);
-        let wanted = range.end - range.start;
+    fn fetch_next(&mut self) -> io::Result<()> {
+        let previous = self.range.len() as u64;
+        let is_sequential = previous > 0 && self.position == self.range_start + previous;
+        let length = if is_sequential { (2 * previous).clamp(SHORTEST, LONGEST) } else { SHORTEST };
+        // A range at the end of the object starts early enough to have full length, because footers are read backward.
+        let last_start = self.bytes.saturating_sub(length);
+        let start = if is_sequential { self.position } else { self.position.min(last_start) };
+        let range = start..(start + length).min(self.bytes);
+        let requested = range.end - range.start;
         self.range = (self.fetch)(range)?;
-        self.begins = begins;
-        if self.range.len() as u64 != wanted {
-            let what = format!("{} bytes came where {wanted} were asked for", self.range.len());
+        self.range_start = start;
+        if self.range.len() as u64 != requested {
+            let what =
+                format!("expected {requested} bytes of the object, found {}", self.range.len());
             return Err(io::Error::new(io::ErrorKind::InvalidData, what));
         }
         Ok(())
@@ -62,12 +66,12 @@ impl<F: FnMut(Range<u64>) -> io::Result<Vec<u8>>> Read for RangedInput<F> {
         if buffer.is_empty() || self.position >= self.bytes {
             return Ok(0);
         }
-        if self.at_hand().is_empty() {
-            self.fetch_from_here()?;
+        if self.fetched().is_empty() {
+            self.fetch_next()?;
         }
-        let at_hand = self.at_hand();
-        let count = at_hand.len().min(buffer.len());
-        buffer[..count].copy_from_slice(&at_hand[..count]);
+        let fetched = self.fetched();
+        let count = fetched.len().min(buffer.len());
+        buffer[..count].copy_from_slice(&fetched[..count]);
         self.position += count as u64;
         Ok(count)
     }
@@ -99,24 +103,26 @@ mod tests {
     }
 
     #[test]
-    fn reading_by_ranges_gives_the_object() {
+    fn object_is_read_by_ranges() {
         let whole = object(3 * LONGEST + 5);
-        let asked: RefCell<Vec<Range<u64>>> = RefCell::default();
+        let requests: RefCell<Vec<Range<u64>>> = RefCell::default();
         let mut input = RangedInput::new(whole.len() as u64, |range: Range<u64>| {
-            asked.borrow_mut().push(range.clone());
+            requests.borrow_mut().push(range.clone());
             Ok(whole[range.start as usize..range.end as usize].to_vec())
         });
         let mut read = Vec::new();
         input.read_to_end(&mut read).unwrap();
         assert!(read == whole);
-        let asked = asked.take();
-        assert_eq!(asked[0], 0..SHORTEST);
-        assert!(asked.windows(2).all(|pair| pair[0].end == pair[1].start));
-        assert!(asked.iter().all(|range| range.end - range.start <= LONGEST) && asked.len() < 9);
+        let requests = requests.take();
+        assert_eq!(requests[0], 0..SHORTEST);
+        assert!(requests.windows(2).all(|pair| pair[0].end == pair[1].start));
+        assert!(
+            requests.iter().all(|range| range.end - range.start <= LONGEST) && requests.len() < 9
+        );
     }
 
     #[test]
-    fn the_end_is_fetched_once() {
+    fn end_of_the_object_is_fetched_once() {
         let whole = object(2 * SHORTEST);
         let mut requests = 0;
         let mut input = RangedInput::new(whole.len() as u64, |range: Range<u64>| {
@@ -138,9 +144,12 @@ mod tests {
     }
 
     #[test]
-    fn a_range_that_is_too_short_is_an_error() {
+    fn short_range_is_an_error() {
         let mut input = RangedInput::new(100, |_| Ok(vec![0; 99]));
         let error = input.read(&mut [0; 4]).unwrap_err();
-        assert!(error.to_string().contains("99 bytes came where 100 were asked for"), "{error}");
+        assert!(
+            error.to_string().contains("expected 100 bytes of the object, found 99"),
+            "{error}"
+        );
     }
 }

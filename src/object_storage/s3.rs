@@ -12,7 +12,6 @@ use object_store::{
     ObjectStore as _, ObjectStoreExt as _, PutMode, PutMultipartOptions, PutOptions, RetryConfig,
 };
 use sha2::{Digest as _, Sha256};
-use std::fmt::Write as _;
 use std::fs::File;
 use std::future::Future;
 use std::io::{self, Read, Seek as _};
@@ -24,21 +23,21 @@ use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
 /// Size up to which a file is uploaded by one request, and size of the parts of a larger file. It bounds the memory of an upload.
-const PART: u64 = 8 << 20;
+const PART_BYTES: u64 = 8 << 20;
 /// Maximum number of parts of an object; a larger file has larger parts.
-const MOST_PARTS: u64 = 10_000;
+const MAX_PARTS: u64 = 10_000;
 /// Attribute with the SHA-256 of an object, so that two objects are compared without a download.
 const HASH: &str = "sha256";
 /// Size of the parts in which a file is hashed.
-const HASHED_AT_ONCE: usize = 64 << 10;
+const HASH_BUFFER_BYTES: usize = 64 << 10;
 /// Interval at which a stop is checked.
-const SHORT: Duration = Duration::from_millis(100);
+const STOP_INTERVAL: Duration = Duration::from_millis(100);
 /// Time limit for the removal of the parts of a failed upload.
-const TO_CLEAN_UP: Duration = Duration::from_secs(5);
+const CLEAN_UP_TIMEOUT: Duration = Duration::from_secs(5);
 /// Time after which an idle connection is closed, because the store may have closed it.
-const UNUSED_CONNECTIONS: &str = "5 seconds";
+const IDLE_TIMEOUT: &str = "5 seconds";
 /// Retries of a request: for some seconds without an answer, for at most a minute with error answers.
-const PATIENCE: RetryConfig = RetryConfig {
+const RETRIES: RetryConfig = RetryConfig {
     backoff: BackoffConfig {
         init_backoff: Duration::from_millis(100),
         max_backoff: Duration::from_secs(10),
@@ -50,10 +49,10 @@ const PATIENCE: RetryConfig = RetryConfig {
 
 /// An open location on object storage, for use by several threads.
 #[derive(Debug)]
-pub struct Store(Arc<Place>);
+pub struct Store(Arc<Location>);
 
 #[derive(Debug)]
-struct Place {
+struct Location {
     address: Address,
     bucket: AmazonS3,
     prefix: Key,
@@ -69,19 +68,20 @@ struct Fingerprint {
 }
 
 impl Store {
-    /// Opens a location without a request. Credentials, region and endpoint are read from the standard variables of S3: `AWS_ACCESS_KEY_ID`, `AWS_SECRET_ACCESS_KEY`, `AWS_REGION`, `AWS_ENDPOINT_URL` …
+    /// Opens a location without a request. Credentials, region and endpoint are read from the standard variables of S3:
+    /// `AWS_ACCESS_KEY_ID`, `AWS_SECRET_ACCESS_KEY`, `AWS_REGION`, `AWS_ENDPOINT_URL` …
     ///
     /// # Errors
-    /// Settings that make no sense.
+    /// Invalid settings.
     pub fn open(address: &Address) -> Result<Self, StoreError> {
-        // An error says that another thread did so before.
+        // An error means that a provider was installed before.
         let _ = rustls::crypto::ring::default_provider().install_default();
-        let wrong = |why: String| StoreError::wrong(format!("{address}: {why}"));
+        let wrong = |why: String| StoreError::permanent(format!("{address}: {why}"));
         let unused = AmazonS3ConfigKey::Client(ClientConfigKey::PoolIdleTimeout);
         let bucket = AmazonS3Builder::from_env()
             .with_bucket_name(address.bucket())
-            .with_config(unused, UNUSED_CONNECTIONS)
-            .with_retry(PATIENCE)
+            .with_config(unused, IDLE_TIMEOUT)
+            .with_retry(RETRIES)
             .build()
             .map_err(|error| wrong(error.to_string()))?;
         let prefix = Key::parse(address.prefix()).map_err(|error| wrong(error.to_string()))?;
@@ -89,7 +89,7 @@ impl Store {
             .enable_all()
             .build()
             .map_err(|error| wrong(error.to_string()))?;
-        Ok(Self(Arc::new(Place { address: address.clone(), bucket, prefix, runtime })))
+        Ok(Self(Arc::new(Location { address: address.clone(), bucket, prefix, runtime })))
     }
 
     /// The address.
@@ -98,12 +98,12 @@ impl Store {
         &self.0.address
     }
 
-    /// All objects below the place, in the order of their names.
+    /// Lists all objects below the location, in the order of their names.
     ///
     /// # Errors
     /// A store that does not answer, or has no such bucket.
     pub fn objects(&self) -> Result<Vec<Object>, StoreError> {
-        let Place { bucket, prefix, .. } = self.0.as_ref();
+        let Location { bucket, prefix, .. } = self.0.as_ref();
         let listed = self.0.wait(&|| false, async {
             let (mut found, mut rest) = (Vec::new(), vec![prefix.clone()]);
             while let Some(prefix) = rest.pop() {
@@ -123,42 +123,42 @@ impl Store {
         Ok(objects)
     }
 
-    /// Puts a file under a name where nothing is, and asks afterward what is there. What was there is compared, and never
-    /// replaced: one request puts a small file only if the name is free (`If-None-Match: *`); a large one is seen when its last
-    /// part has come, and its name was free when the first one went.
+    /// Uploads a file if its name is free, and checks the object afterward. An existing object is compared and never replaced.
+    /// A small file is uploaded by one conditional request (`If-None-Match: *`). The name of a large file is checked before its
+    /// first part; the object appears after its last part.
     ///
     /// # Errors
-    /// A file that can't be read, a store that does not take it or gives back something else, or the stop.
+    /// A file that cannot be read, a store that rejects the upload or returns other bytes, or a stop.
     pub fn put_once(&self, upload: Upload<'_>) -> Result<Put, StoreError> {
         let (key, mut file) = (self.0.key(upload.name)?, opened(upload.file)?);
-        let here = fingerprint(&mut file).map_err(|error| unread(upload.file, &error))?;
-        if let Some(there) = self.0.fingerprint(&key, upload.stop)? {
-            return Ok(if there == here { Put::Same } else { Put::Differs });
+        let local = fingerprint(&mut file).map_err(|error| cannot_read(upload.file, &error))?;
+        if let Some(remote) = self.0.fingerprint(&key, upload.stop)? {
+            return Ok(if remote == local { Put::Same } else { Put::Differs });
         }
-        let put = if here.bytes > PART {
-            self.0.put_in_parts(&key, file, &here, upload)
+        let put = if local.bytes > PART_BYTES {
+            self.0.upload_in_parts(&key, file, &local, upload)
         } else {
-            self.0.put_at_once(&key, file, &here, upload, PutMode::Create)
+            self.0.upload_whole(&key, file, &local, upload, PutMode::Create)
         };
         let put = put?;
         match self.0.fingerprint(&key, upload.stop)? {
-            Some(there) if there == here => Ok(put),
+            Some(remote) if remote == local => Ok(put),
             Some(_) if put == Put::Same => Ok(Put::Differs),
-            Some(_) | None => Err(StoreError::passing(format!(
-                "{}/{} is not what was put there. The file was kept: run the same command again",
+            Some(_) | None => Err(StoreError::retryable(format!(
+                "{}/{} differs from the uploaded file. The file was kept: run the same command again",
                 self.0.address, upload.name
             ))),
         }
     }
 
-    /// Puts a small file under a name, in place of what was there.
+    /// Uploads a small file and replaces an existing object of this name.
     ///
     /// # Errors
-    /// A file that can't be read, a store that does not take it, or the stop.
+    /// A file that cannot be read, a store that rejects the upload, or a stop.
     pub fn replace(&self, upload: Upload<'_>) -> Result<(), StoreError> {
         let (key, mut file) = (self.0.key(upload.name)?, opened(upload.file)?);
-        let here = fingerprint(&mut file).map_err(|error| unread(upload.file, &error))?;
-        self.0.put_at_once(&key, file, &here, upload, PutMode::Overwrite).map(drop)
+        let local = fingerprint(&mut file).map_err(|error| cannot_read(upload.file, &error))?;
+        self.0.upload_whole(&key, file, &local, upload, PutMode::Overwrite).map(drop)
     }
 }
 
@@ -166,18 +166,18 @@ impl Storage for Store {
     fn open(&self, path: &Path) -> io::Result<Opened> {
         let name = path.strip_prefix(self.0.address.to_string()).ok().and_then(Path::to_str);
         let name = name.ok_or_else(|| {
-            StoreError::wrong(format!("{} is not below {}", path.display(), self.0.address))
+            StoreError::permanent(format!("{} is not below {}", path.display(), self.0.address))
         })?;
         let key = self.0.key(name)?;
-        let asked = self.0.runtime.block_on(self.0.bucket.head(&key));
-        let object = asked.map_err(|error| match error {
-            Error::NotFound { .. } => io::Error::from(io::ErrorKind::NotFound),
-            error => self.0.failure(&error).into(),
-        })?;
-        let place = Arc::clone(&self.0);
+        let object =
+            self.0.runtime.block_on(self.0.bucket.head(&key)).map_err(|error| match error {
+                Error::NotFound { .. } => io::Error::from(io::ErrorKind::NotFound),
+                error => self.0.failure(&error).into(),
+            })?;
+        let location = Arc::clone(&self.0);
         let fetch = move |range| {
-            let got = place.wait(&|| false, place.bucket.get_range(&key, range))?;
-            Ok(Vec::from(got))
+            let bytes = location.wait(&|| false, location.bucket.get_range(&key, range))?;
+            Ok(Vec::from(bytes))
         };
         Ok(Opened {
             input: Box::new(RangedInput::new(object.size, fetch)),
@@ -187,13 +187,13 @@ impl Storage for Store {
     }
 }
 
-impl Place {
+impl Location {
     fn key(&self, name: &str) -> Result<Key, StoreError> {
         Key::parse(self.address.below(name).prefix())
-            .map_err(|error| StoreError::wrong(format!("{}: {error}", self.address)))
+            .map_err(|error| StoreError::permanent(format!("{}: {error}", self.address)))
     }
 
-    /// Waits for the store's answer, or for the stop.
+    /// Waits for the store's answer or for a stop.
     fn wait<T>(
         &self,
         stop: &dyn Fn() -> bool,
@@ -202,7 +202,7 @@ impl Place {
         self.runtime.block_on(async {
             let mut answer = pin!(answer);
             loop {
-                match timeout(SHORT, answer.as_mut()).await {
+                match timeout(STOP_INTERVAL, answer.as_mut()).await {
                     Ok(answer) => return answer.map_err(|error| self.failure(&error)),
                     Err(_) if stop() => return Err(self.stopped()),
                     Err(_) => {}
@@ -212,10 +212,10 @@ impl Place {
     }
 
     fn stopped(&self) -> StoreError {
-        StoreError::passing(format!("{}: stopped; the file was kept", self.address))
+        StoreError::retryable(format!("{}: stopped; the file was kept", self.address))
     }
 
-    /// Size and hash of an object; `None` where there is none. An object that does not carry its hash is fetched.
+    /// Size and hash of an object; `None` if it does not exist. An object without a stored hash is downloaded.
     fn fingerprint(
         &self,
         key: &Key,
@@ -241,21 +241,21 @@ impl Place {
             Ok(Vec::from(self.wait(stop, self.bucket.get_range(key, range))?))
         };
         let hash = hash(RangedInput::new(bytes, fetch));
-        let hash = hash.map_err(|error| StoreError::passing(error.to_string()))?;
+        let hash = hash.map_err(|error| StoreError::retryable(error.to_string()))?;
         Ok(Some(Fingerprint { bytes, hash }))
     }
 
-    fn put_at_once(
+    fn upload_whole(
         &self,
         key: &Key,
         mut file: File,
-        here: &Fingerprint,
+        local: &Fingerprint,
         upload: Upload<'_>,
         mode: PutMode,
     ) -> Result<Put, StoreError> {
         let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(|error| unread(upload.file, &error))?;
-        let options = PutOptions { mode, attributes: attributes(here), ..PutOptions::default() };
+        file.read_to_end(&mut bytes).map_err(|error| cannot_read(upload.file, &error))?;
+        let options = PutOptions { mode, attributes: attributes(local), ..PutOptions::default() };
         self.wait(upload.stop, async {
             match self.bucket.put_opts(key, bytes.into(), options).await {
                 Ok(_) => Ok(Put::Created),
@@ -265,78 +265,80 @@ impl Place {
         })
     }
 
-    fn put_in_parts(
+    fn upload_in_parts(
         &self,
         key: &Key,
         mut file: File,
-        here: &Fingerprint,
+        local: &Fingerprint,
         upload: Upload<'_>,
     ) -> Result<Put, StoreError> {
         let options =
-            PutMultipartOptions { attributes: attributes(here), ..PutMultipartOptions::default() };
+            PutMultipartOptions { attributes: attributes(local), ..PutMultipartOptions::default() };
         let mut parts = self.wait(upload.stop, self.bucket.put_multipart_opts(key, options))?;
-        let put = self.put_parts(parts.as_mut(), &mut file, here.bytes, upload);
+        let put = self.upload_parts(parts.as_mut(), &mut file, local.bytes, upload);
         if put.is_err() {
-            // Parts that stay behind cost room until the bucket's own rule takes them away.
-            let _ = self.runtime.block_on(async { timeout(TO_CLEAN_UP, parts.abort()).await });
+            // Remaining parts occupy storage until a rule of the bucket removes them.
+            let _ = self.runtime.block_on(async { timeout(CLEAN_UP_TIMEOUT, parts.abort()).await });
         }
         put
     }
 
-    fn put_parts(
+    fn upload_parts(
         &self,
         parts: &mut dyn MultipartUpload,
         file: &mut File,
         bytes: u64,
         upload: Upload<'_>,
     ) -> Result<Put, StoreError> {
-        let length = PART.max(bytes.div_ceil(MOST_PARTS));
+        let length = PART_BYTES.max(bytes.div_ceil(MAX_PARTS));
         for _ in 0..bytes.div_ceil(length) {
             let mut part = Vec::new();
             let read = file.by_ref().take(length).read_to_end(&mut part);
-            read.map_err(|error| unread(upload.file, &error))?;
+            read.map_err(|error| cannot_read(upload.file, &error))?;
             self.wait(upload.stop, parts.put_part(part.into()))?;
         }
         self.wait(upload.stop, parts.complete())?;
         Ok(Put::Created)
     }
 
-    /// What the store says, with the next step.
+    /// Formats the store's error with the next step.
     fn failure(&self, error: &Error) -> StoreError {
         let (address, bucket) = (&self.address, self.address.bucket());
-        let words = error.to_string();
-        if words.contains("NoSuchBucket") {
-            return StoreError::wrong(format!(
-                "{address}: there is no bucket {bucket}. Create it, or name another one"
+        let message = error.to_string();
+        if message.contains("NoSuchBucket") {
+            return StoreError::permanent(format!(
+                "{address}: the bucket {bucket} does not exist. Create it, or name another one"
             ));
         }
-        // Servers answer with a page of XML.
-        let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+        // Servers answer with several lines of XML.
+        let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
         let step = match error {
             Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => {
-                "Check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_SESSION_TOKEN and what they may do"
+                "Check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_SESSION_TOKEN and their permissions"
             }
             _ => {
                 "Check the network, AWS_ENDPOINT_URL (http:// needs AWS_ALLOW_HTTP=true), AWS_REGION and the credentials"
             }
         };
-        StoreError::passing(format!("{address}: {words}\n{step}, then run the same command again"))
+        StoreError::retryable(format!(
+            "{address}: {message}\n{step}, then run the same command again"
+        ))
     }
 }
 
-fn attributes(here: &Fingerprint) -> Attributes {
-    Attributes::from_iter([(Attribute::Metadata(HASH.into()), here.hash.clone())])
+fn attributes(local: &Fingerprint) -> Attributes {
+    Attributes::from_iter([(Attribute::Metadata(HASH.into()), local.hash.clone())])
 }
 
 fn opened(path: &Path) -> Result<File, StoreError> {
-    File::open(path).map_err(|error| unread(path, &error))
+    File::open(path).map_err(|error| cannot_read(path, &error))
 }
 
-fn unread(path: &Path, error: &io::Error) -> StoreError {
-    StoreError::passing(format!("{} can't be read: {error}", path.display()))
+fn cannot_read(path: &Path, error: &io::Error) -> StoreError {
+    StoreError::retryable(format!("{} cannot be read: {error}", path.display()))
 }
 
-/// Size and hash of a file, which then stands at its start again.
+/// Size and hash of a file, which is then rewound.
 fn fingerprint(file: &mut File) -> io::Result<Fingerprint> {
     let hash = hash(&mut *file)?;
     let bytes = file.stream_position()?;
@@ -346,7 +348,7 @@ fn fingerprint(file: &mut File) -> io::Result<Fingerprint> {
 
 fn hash(mut input: impl Read) -> io::Result<String> {
     let mut digest = Sha256::new();
-    let mut part = vec![0; HASHED_AT_ONCE];
+    let mut part = vec![0; HASH_BUFFER_BYTES];
     loop {
         match input.read(&mut part) {
             Ok(0) => break,
@@ -355,9 +357,5 @@ fn hash(mut input: impl Read) -> io::Result<String> {
             Err(error) => return Err(error),
         }
     }
-    Ok(digest.finalize().iter().fold(String::new(), |mut text, byte| {
-        // Writing to a string does not fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    }))
+    Ok(digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }

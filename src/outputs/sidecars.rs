@@ -3,7 +3,7 @@
 use crate::plan::Plan;
 use crate::run::RunReport;
 use kinetoscope_manifest::{Experiment, ExperimentRecord, TimingTable};
-use kinetoscope_recording::atomic_file::replace;
+use kinetoscope_recording::atomic_file::{remove_if_exists, replace};
 use serde::Serialize;
 use std::fs;
 use std::io;
@@ -85,7 +85,7 @@ pub fn write_host(folder: &Path, stem: &str, report: &RunReport, jobs: usize) ->
         steps_or_events_per_s: report.work as f64 / wall_time_s,
         frames: report.frames,
         bytes: report.bytes,
-        peak_memory_of_the_program_bytes: peak_memory_bytes(),
+        peak_memory_of_the_program_bytes: memory_bytes("/proc/self/status", "VmHWM"),
     };
     let text = serde_json::to_string_pretty(&host)?;
     // Not synced: a lost file has no consequence, and the sync takes longer than a short run.
@@ -130,16 +130,14 @@ pub fn read_failure(folder: &Path, stem: &str) -> Option<Failure> {
 /// # Errors
 /// A folder that cannot be written.
 pub fn remove_failure(folder: &Path, stem: &str) -> io::Result<()> {
-    match fs::remove_file(folder.join(failure_name(stem))) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        Ok(()) | Err(_) => Ok(()),
-    }
+    remove_if_exists(&folder.join(failure_name(stem)))
 }
 
-/// Peak resident memory (`VmHWM` of Linux); `None` on other operating systems.
-fn peak_memory_bytes() -> Option<u64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+/// The number of bytes that Linux reports in `file` as a line `LABEL: N kB`; `None` on other operating systems.
+pub fn memory_bytes(file: &str, label: &str) -> Option<u64> {
+    let text = fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(label))?;
+    let kibibytes: u64 =
+        line.trim_start_matches(':').trim().trim_end_matches("kB").trim().parse().ok()?;
     Some(kibibytes * 1024)
 }

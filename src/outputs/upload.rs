@@ -5,6 +5,7 @@ use crate::plan::{Plan, PlannedRun, Status};
 use kinetoscope_object_storage::address::Address;
 use kinetoscope_object_storage::error::StoreError;
 use kinetoscope_object_storage::{Put, Store, Upload};
+use kinetoscope_recording::atomic_file::remove_if_exists;
 use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::reader::Recording;
 use kinetoscope_recording::recorder::Outcome;
@@ -12,8 +13,6 @@ use kinetoscope_recording::storage::Storage;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -197,16 +196,16 @@ impl Uploader {
         match self.store.put_once(Upload { file: &file, name: &name, stop }) {
             Ok(put @ (Put::Created | Put::Same)) => {
                 self.put_host_file(run, folder, stop);
-                if !self.keep_local && let Err(error) = remove(&file) {
-                    eprintln!("warning: {} is there and can't be removed here: {error}", file.display());
+                if !self.keep_local && let Err(error) = remove_if_exists(&file) {
+                    eprintln!("warning: {} is uploaded, but the local file cannot be removed: {error}", file.display());
                 }
                 let mut state = self.state();
                 state.put += usize::from(put == Put::Created);
                 state.uploaded.insert(name);
             }
             Ok(Put::Differs) => self.state().conflicts.push(format!(
-                "{}/{name} is there already and holds other bytes than {}. Both were kept: fetch it, compare the two with \
-                 `kinetoscope compare`, and remove the one that is not wanted",
+                "{}/{name} already exists with other bytes than {}. Both were kept: download it, compare the two with \
+                 `kinetoscope compare`, and remove one of them",
                 self.address(),
                 file.display()
             )),
@@ -221,7 +220,7 @@ impl Uploader {
         let put = self.store.replace(Upload { file: &file, name: &name, stop });
         if put.is_ok() && !self.keep_local {
             // The next upload overwrites a timing file that could not be removed.
-            let _ = remove(&file);
+            let _ = remove_if_exists(&file);
         }
     }
 
@@ -248,23 +247,15 @@ impl Uploader {
                 !state.uploaded.contains(&run.file_name()) && run.recorded(&plan.folder).is_some()
             });
             let left = match left.count() {
-                1 => "1 recording waits".to_owned(),
-                left => format!("{left} recordings wait"),
+                1 => "1 recording is".to_owned(),
+                left => format!("{left} recordings are"),
             };
             report.complaints.push(format!(
-                "{error}\n{left} in {}: the same command puts it all there without running again",
+                "{error}\n{left} still in {}: run the same command again to upload without rerunning",
                 plan.folder.display()
             ));
             report.failure = Some(error.clone());
         }
         report
-    }
-}
-
-/// Removes a file that another process may have removed.
-fn remove(file: &Path) -> io::Result<()> {
-    match fs::remove_file(file) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        Ok(()) | Err(_) => Ok(()),
     }
 }

@@ -31,6 +31,17 @@ pub(crate) fn replace_with(
     sync_folder(path)
 }
 
+/// Removes a file that may not exist.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn remove_if_exists(path: &Path) -> io::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        Ok(()) | Err(_) => Ok(()),
+    }
+}
+
 /// The file that is written before it replaces `path`.
 pub(crate) fn temporary_path(path: &Path) -> PathBuf {
     let mut name = OsString::from(path);

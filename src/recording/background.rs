@@ -29,7 +29,7 @@ pub struct FrameWriter<W: Write> {
     tasks: Sender<Task<W>>,
     // Frames that have been written, empty.
     used: Receiver<Frame>,
-    // Gone once it has been asked why it ended.
+    // `None` after its error was taken.
     thread: Option<JoinHandle<Result<Recorder<W>, RecordError>>>,
     frames: u64,
     // What every frame starts as.
@@ -140,7 +140,7 @@ impl FrameWriter<RecordingFile> {
     pub fn save_point(&mut self) -> Result<RecorderState, RecordError> {
         let (answer, answered) = channel();
         let task = move |recorder: &Recorder<RecordingFile>| {
-            // Nobody listens only where the caller is gone.
+            // An error means that the caller has stopped waiting.
             let _ = answer.send(recorder.save_point());
         };
         self.ask(Task::With(Box::new(task)))?;
@@ -158,7 +158,7 @@ fn work<W: Write>(
             Task::Write(clock, mut frame) => {
                 recorder.write(clock, &mut frame)?;
                 frame.clear();
-                // Nobody takes it where no further frame comes.
+                // An error means that no further frame will be filled.
                 let _ = give_back.send(frame);
             }
             Task::Remark(line) => recorder.remark(line)?,

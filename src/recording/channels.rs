@@ -2,6 +2,7 @@
 //! from this file. Tags are never reused: a changed meaning takes a new tag and a new [`SCHEMA_VERSION`].
 
 use prost::Message;
+use prost_types::field_descriptor_proto::Type;
 
 /// Version of the recording's layout; part of the run key.
 pub const SCHEMA_VERSION: u32 = 2;
@@ -28,10 +29,27 @@ pub const LOG: &str = "/log";
 pub struct Field {
     /// Name, its unit last.
     pub name: &'static str,
-    /// Protobuf type, `, repeated` behind it for a series.
+    /// Protobuf type, followed by `, repeated` for a series.
     pub kind: &'static str,
     /// Protobuf tag.
     pub tag: &'static str,
+}
+
+impl Field {
+    /// Type of the values; `None` for a type that no channel has.
+    pub(crate) fn value_type(&self) -> Option<Type> {
+        match self.kind.split(',').next()? {
+            "double" => Some(Type::Double),
+            "uint64" => Some(Type::Uint64),
+            "string" => Some(Type::String),
+            _ => None,
+        }
+    }
+
+    /// Whether the field is a series.
+    pub(crate) fn is_series(&self) -> bool {
+        self.kind.ends_with(", repeated")
+    }
 }
 
 /// A message with a fixed topic and schema.
@@ -69,6 +87,15 @@ impl ChannelDeclaration {
     pub const fn opt_in<C: Channel>() -> Self {
         Self { opt_in: true, ..Self::of::<C>() }
     }
+}
+
+/// One column of the state, as a model declares it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StateColumn {
+    /// Name in the recording, such as `vx`.
+    pub name: &'static str,
+    /// Unit, such as "m/s"; empty for dimensionless.
+    pub unit: &'static str,
 }
 
 macro_rules! channels {

@@ -5,7 +5,7 @@
 //! all preceding bytes; numbers in little-endian order. The content is one or more parts in
 //! postcard's encoding, which keeps every bit of an f64.
 
-use crate::atomic_file::{replace_with, temporary_path};
+use crate::atomic_file::{remove_if_exists, replace_with, temporary_path};
 use crate::error::RecordError;
 use crate::file::at;
 use serde::Serialize;
@@ -114,15 +114,11 @@ pub fn read<C>(
 /// Removes the checkpoint and what a kill left of a new one.
 ///
 /// # Errors
-/// A folder that can't be written.
+/// A folder that cannot be written.
 pub fn remove(folder: &Path, stem: &str) -> Result<(), RecordError> {
     let path = path(folder, stem);
     for path in [temporary_path(&path), path] {
-        match fs::remove_file(&path) {
-            Ok(()) => {}
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(error) => return Err(at(&path, &error)),
-        }
+        remove_if_exists(&path).map_err(|error| at(&path, &error))?;
     }
     Ok(())
 }

@@ -35,7 +35,7 @@ pub(crate) mod kind {
 /// Why the next record cannot be read.
 #[derive(Debug)]
 pub(crate) enum Broken {
-    /// The file can't be read.
+    /// The file cannot be read.
     Io(io::Error),
     /// The file does not begin as an MCAP file does.
     NotMcap,
@@ -72,7 +72,7 @@ pub(crate) struct Records<R> {
 }
 
 impl<R: Read> Records<R> {
-    /// `input` stands at byte `position` of a file of `end` bytes.
+    /// `input` is at byte `position` of a file of `end` bytes.
     pub(crate) fn new(input: R, position: u64, end: u64) -> Self {
         Self { input, position, end, checksum: crc32fast::Hasher::new() }
     }
@@ -175,7 +175,7 @@ impl<R: Read> Records<R> {
     }
 }
 
-/// A record's fields, taken from the front. What is missing is damage: the record itself was whole.
+/// The fields of a complete record, read in order. A missing field means damage.
 pub(crate) struct Fields<'a>(pub(crate) &'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -225,15 +225,15 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// Whether the chunk of a record's body names a compression; where it is too short to, unpacking tells what is wrong.
+/// Whether the chunk is compressed; of a body that is too short, decompression reports the error.
 pub(crate) fn is_packed(body: &[u8]) -> bool {
-    // Behind start and end time, size and checksum.
+    // After start and end time, size and checksum.
     body.get(28..32).is_some_and(|length| length != [0; 4])
 }
 
 /// Decompresses chunks.
 pub(crate) struct Unpacker {
-    // Kept from chunk to chunk: its tables cost more memory than a chunk.
+    // Reused for all chunks, because its tables take more memory than a chunk.
     zstd: Option<zstd::bulk::Decompressor<'static>>,
 }
 
@@ -260,7 +260,7 @@ impl Unpacker {
         let packed_size = fields.u64()?;
         let packed = fields.0;
         if packed.len() as u64 != packed_size {
-            return Err(damaged("a chunk's size does not fit its record"));
+            return Err(damaged("the size of a chunk does not match its record"));
         }
         let limit = packed_size.saturating_mul(UNPACKED_RATIO);
         if unpacked_size > if limit > UNPACKED_FLOOR { limit } else { UNPACKED_FLOOR } {
@@ -270,12 +270,12 @@ impl Unpacker {
             "" => None,
             "zstd" => Some(self.zstd(packed, unpacked_size)),
             "lz4" => Some(lz4(packed, unpacked_size)),
-            _ => return Err(damaged("a chunk is packed by an unknown method")),
+            _ => return Err(damaged("the compression of a chunk is unknown")),
         };
         let unpacked = unpacked.transpose().map_err(cannot_be_unpacked)?;
         let content = unpacked.as_deref().unwrap_or(packed);
         if content.len() as u64 != unpacked_size || crc32fast::hash(content) != checksum {
-            return Err(damaged("a chunk does not fit its checksum"));
+            return Err(damaged("a chunk does not match its checksum"));
         }
         Ok(match unpacked {
             Some(content) => Unpacked { content: content.into(), spare: Some(body) },
@@ -297,14 +297,14 @@ impl Unpacker {
     }
 }
 
-/// Up to one byte more than expected.
+/// Decompresses at most one byte more than expected.
 fn lz4(packed: &[u8], expected: u64) -> io::Result<Vec<u8>> {
     let mut unpacked = room(expected)?;
     lz4::Decoder::new(packed)?.take(expected + 1).read_to_end(&mut unpacked)?;
     Ok(unpacked)
 }
 
-/// Room for so many bytes and one more: address space, which takes memory only as bytes come.
+/// An empty buffer for the expected bytes and one more. Memory is used only as bytes are written.
 fn room(expected: u64) -> io::Result<Vec<u8>> {
     let mut room = Vec::new();
     room.try_reserve_exact(expected as usize + 1)?;
@@ -313,7 +313,7 @@ fn room(expected: u64) -> io::Result<Vec<u8>> {
 
 /// An error of a decoder means damaged data, not a failed read.
 fn cannot_be_unpacked(error: io::Error) -> Broken {
-    Broken::Damaged(format!("a chunk can't be unpacked ({error})"))
+    Broken::Damaged(format!("a chunk cannot be decompressed ({error})"))
 }
 
 /// An attachment's name and content, checked.
@@ -321,7 +321,7 @@ pub(crate) fn attachment(body: &[u8]) -> Result<(&str, &[u8]), Broken> {
     let (checked, checksum) =
         body.split_last_chunk().ok_or_else(|| damaged("an attachment is too short"))?;
     if crc32fast::hash(checked) != u32::from_le_bytes(*checksum) {
-        return Err(damaged("an attachment does not fit its checksum"));
+        return Err(damaged("an attachment does not match its checksum"));
     }
     let mut fields = Fields(checked);
     let _log_and_create_time = (fields.u64()?, fields.u64()?);
@@ -329,7 +329,7 @@ pub(crate) fn attachment(body: &[u8]) -> Result<(&str, &[u8]), Broken> {
     let _media_type = fields.string()?;
     let length = fields.u64()?;
     if length != fields.0.len() as u64 {
-        return Err(damaged("an attachment's size does not fit its record"));
+        return Err(damaged("the size of an attachment does not match its record"));
     }
     Ok((name, fields.0))
 }

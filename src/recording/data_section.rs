@@ -50,7 +50,7 @@ pub(crate) struct DataSection {
 }
 
 impl DataSection {
-    /// `records` stands at the start of the file.
+    /// `records` is at the start of the file.
     pub(crate) fn new(records: Records<BufReader<Box<dyn Input>>>, threads: NonZeroUsize) -> Self {
         Self {
             records,
@@ -88,7 +88,9 @@ impl DataSection {
             Ahead::DataEnd { before, body } => {
                 self.checksum.combine(&before);
                 if Fields(&body).u32()? != self.checksum.clone().finalize() {
-                    return Err(damaged("what is outside of the chunks does not fit its checksum"));
+                    return Err(damaged(
+                        "the bytes outside the chunks do not match their checksum",
+                    ));
                 }
                 self.summary()?;
                 Ok(DataRecord::End)
@@ -121,7 +123,7 @@ impl DataSection {
                     let before = self.records.checksum();
                     self.records.body_without_checksum(prefix, &mut body)?;
                     self.records.restart_checksum();
-                    let ticket = self.unpackers.hand_in(body);
+                    let ticket = self.unpackers.submit(body);
                     return Ok(Ahead::Chunk { before, ticket });
                 }
                 kind::METADATA => {
@@ -129,7 +131,7 @@ impl DataSection {
                     return Ok(Ahead::Metadata(body));
                 }
                 kind::MESSAGE | kind::FOOTER => {
-                    return Err(damaged("a record stands where no recording has one"));
+                    return Err(damaged("a record is at a place where no recording has one"));
                 }
                 kind::DATA_END => {
                     self.records.body(prefix, &mut body)?;
@@ -156,10 +158,10 @@ impl DataSection {
             let _starts: [u8; 16] = self.records.array()?;
             let checksum = self.records.checksum().finalize();
             if u32::from_le_bytes(self.records.array()?) != checksum {
-                return Err(damaged("the summary does not fit its checksum"));
+                return Err(damaged("the summary does not match its checksum"));
             }
             if self.records.array()? != MAGIC || !self.records.at_end() {
-                return Err(damaged("the last bytes are not those of an MCAP file"));
+                return Err(damaged("the file does not end like an MCAP file"));
             }
             return Ok(());
         }
@@ -173,7 +175,7 @@ mod tests {
 
     /// The bound that `Frames` documents. Chunks without content, written by hand after the container's specification.
     #[test]
-    fn at_most_two_chunks_a_thread_are_under_way() {
+    fn at_most_two_chunks_per_thread_are_in_progress() {
         let packed = zstd::bulk::compress(&[], 1).unwrap();
         // Start time, end time, size and checksum are zero.
         let mut chunk = vec![0; 28];
@@ -195,7 +197,7 @@ mod tests {
                 assert!(
                     matches!(data.advance(), Ok(DataRecord::Chunk(content)) if content.is_empty())
                 );
-                // The one just delivered was under way, too; behind the last stands the torn end.
+                // The chunk just delivered counts as well; the truncated end follows the last chunk.
                 assert_eq!(data.ahead.len() + 1, bound.min(101 - chunk));
             }
             assert!(matches!(data.advance(), Err(Broken::Torn)));

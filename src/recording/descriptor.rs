@@ -3,7 +3,7 @@
 use crate::channels::{ChannelDeclaration, Field};
 use crate::error::RecordError;
 use prost::Message as _;
-use prost_types::field_descriptor_proto::{Label, Type};
+use prost_types::field_descriptor_proto::Label;
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 
 /// Package of all our messages.
@@ -40,22 +40,12 @@ pub(crate) fn file_descriptor_set(channel: &ChannelDeclaration) -> Result<Vec<u8
 }
 
 fn field_descriptor(field: &Field) -> Option<FieldDescriptorProto> {
-    let (kind, label) = match field.kind.split_once(',') {
-        None => (field.kind, Label::Optional),
-        Some((kind, rest)) if rest.trim() == "repeated" => (kind.trim_end(), Label::Repeated),
-        Some(_) => return None,
-    };
-    let kind = match kind {
-        "double" => Type::Double,
-        "uint64" => Type::Uint64,
-        "string" => Type::String,
-        _ => return None,
-    };
+    let label = if field.is_series() { Label::Repeated } else { Label::Optional };
     Some(FieldDescriptorProto {
         name: Some(field.name.to_owned()),
         number: Some(field.tag.parse().ok()?),
         label: Some(label.into()),
-        r#type: Some(kind.into()),
+        r#type: Some(field.value_type()?.into()),
         ..FieldDescriptorProto::default()
     })
 }

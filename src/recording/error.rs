@@ -1,6 +1,6 @@
 //! The errors of recording and reading, with the remedy for the user.
 
-use std::fmt;
+use crate::channels::SCHEMA_VERSION;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -20,10 +20,10 @@ pub enum RecordError {
         /// The partial file.
         path: PathBuf,
     },
-    /// A finished recording of the same name holds other bytes.
+    /// A finished recording of the same name has other bytes.
     #[error(
-        "{} is there already and holds other bytes than the new recording {}. Both were kept: \
-         compare the two, then delete the one that is not wanted",
+        "{} already exists with other bytes than the new recording {}. Both were kept: compare the two, \
+         then delete one of them",
         existing.display(),
         partial.display()
     )]
@@ -34,7 +34,7 @@ pub enum RecordError {
         partial: PathBuf,
     },
     /// A killed run cannot be resumed from its files.
-    #[error("{} can't be gone on with: {what}", path.display())]
+    #[error("{} cannot be resumed: {what}", path.display())]
     NotContinued {
         /// The partial file or the checkpoint.
         path: PathBuf,
@@ -51,7 +51,7 @@ pub enum RecordError {
     },
     /// The playback rate is out of range, or the playback would be too long for the viewers.
     #[error(
-        "frame {frame} can't be played at {rate} frames a second: viewers take up to 50 a second and 93 days in all. \
+        "frame {frame} cannot be played at {rate} frames per second: viewers support up to 50 per second and 93 days in total. \
          Record fewer frames, or change `record.playback_fps`"
     )]
     Playback {
@@ -96,7 +96,8 @@ impl From<mcap::McapError> for RecordError {
 }
 
 /// The reason why a recording, or the rest of it, cannot be read.
-#[derive(Debug)]
+#[derive(Debug, Error)]
+#[error("{}{fault}{}", path.display(), self.intact_part())]
 pub struct ReadError {
     /// The file.
     pub path: PathBuf,
@@ -106,26 +107,42 @@ pub struct ReadError {
     pub fault: ReadFault,
 }
 
-/// A defect of a recording.
-#[derive(Debug)]
+/// A defect of a recording. The text follows the path.
+#[derive(Debug, Error)]
 pub enum ReadFault {
     /// The file cannot be opened or read.
+    #[error(": {0}")]
     Io(io::Error),
     /// Not an MCAP file.
+    #[error(" is not an MCAP file. Name a recording or a folder of recordings")]
     NotMcap,
     /// An MCAP file of another program.
+    #[error(
+        " is an MCAP file, but not a recording of this program. Name a recording that run-experiment wrote"
+    )]
     Foreign,
     /// A recording of another schema version.
+    #[error(
+        " has schema version {found}; this program reads version {SCHEMA_VERSION}. Run its manifest again, or use the \
+         program that wrote it"
+    )]
     OtherSchema {
         /// The version found.
         found: u32,
     },
     /// The file ends before its footer: the run was killed or the copy is incomplete.
+    #[error(
+        " is cut off (intact up to byte {byte}): the run was not finished, or the copy is incomplete. Run its manifest \
+         again, or copy the file again"
+    )]
     Torn {
         /// End of the intact part.
         byte: u64,
     },
     /// Bytes differ from those that were written.
+    #[error(
+        " is damaged at byte {byte}: {what}. Copy the file again, or run its manifest again with --force"
+    )]
     Damaged {
         /// Position of the damage.
         byte: u64,
@@ -134,58 +151,19 @@ pub enum ReadFault {
     },
 }
 
-impl fmt::Display for ReadError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let path = self.path.display();
-        match &self.fault {
-            ReadFault::Io(source) if self.intact_frames == 0 => {
-                return write!(
-                    formatter,
-                    "{path}: {source}. Check that the file exists and may be read"
-                );
-            }
-            ReadFault::Io(source) => write!(formatter, "{path}: {source}. Check the disk")?,
-            ReadFault::NotMcap => {
-                return write!(
-                    formatter,
-                    "{path} is not an MCAP file. Name a recording or a folder of recordings"
-                );
-            }
-            ReadFault::Foreign => {
-                return write!(
-                    formatter,
-                    "{path} is an MCAP file, but not a recording of this program. Name a recording that run-experiment wrote"
-                );
-            }
-            ReadFault::OtherSchema { found } => {
-                return write!(
-                    formatter,
-                    "{path} has schema version {found}; this program reads version {}. Run its manifest again, or use the program that wrote it",
-                    crate::channels::SCHEMA_VERSION
-                );
-            }
-            ReadFault::Torn { byte } => write!(
-                formatter,
-                "{path} is cut off (intact up to byte {byte}): the run was not finished, or the copy is incomplete. \
-                 Run its manifest again, or copy the file again"
-            )?,
-            ReadFault::Damaged { byte, what } => write!(
-                formatter,
-                "{path} is damaged at byte {byte}: {what}. Copy the file again, or run its manifest again with --force"
-            )?,
-        }
+impl ReadError {
+    /// The remedy for a failed disk, and the frames that could be read.
+    fn intact_part(&self) -> String {
+        let check = match (&self.fault, self.intact_frames) {
+            (ReadFault::Io(_), 0) => return ". Check that the file exists and may be read".into(),
+            (ReadFault::Io(_), _) => ". Check the disk",
+            (ReadFault::Torn { .. } | ReadFault::Damaged { .. }, _) => "",
+            _ => return String::new(),
+        };
         match self.intact_frames {
-            0 => formatter.write_str("; no frame could be read"),
-            1 => formatter.write_str("; frame 0 is intact, the rest is lost"),
-            frames => {
-                write!(formatter, "; frames 0 to {} are intact, the rest is lost", frames - 1)
-            }
+            0 => format!("{check}; no frame could be read"),
+            1 => format!("{check}; frame 0 is intact, the rest is lost"),
+            frames => format!("{check}; frames 0 to {} are intact, the rest is lost", frames - 1),
         }
-    }
-}
-
-impl std::error::Error for ReadError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        if let ReadFault::Io(source) = &self.fault { Some(source) } else { None }
     }
 }

@@ -3,8 +3,9 @@
 use crate::channels::ChannelDeclaration;
 use prost::bytes::Buf;
 use prost::encoding::{DecodeContext, WireType, decode_key, decode_varint, skip_field};
+use prost_types::field_descriptor_proto::Type;
 
-/// The values of one field, in order; a field that is no series has one.
+/// The values of one field, in order; a field that is not a series has one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldValues {
     /// The field's name, its unit last.
@@ -26,8 +27,8 @@ pub enum FieldValue {
     Text(String),
 }
 
-/// All fields of a message in the order of their declaration, those left out on the wire with their default; `None` for
-/// bytes that are no message of this channel. Tags that the declaration does not know are passed over.
+/// Decodes all fields of a message in the order of their declaration. Fields that are absent on the wire have their default,
+/// and unknown tags are skipped; `None` for bytes that are not a message of this channel.
 #[must_use]
 pub fn read_fields(channel: &ChannelDeclaration, payload: &[u8]) -> Option<Vec<FieldValues>> {
     let mut fields: Vec<FieldValues> = channel
@@ -35,7 +36,7 @@ pub fn read_fields(channel: &ChannelDeclaration, payload: &[u8]) -> Option<Vec<F
         .iter()
         .map(|field| FieldValues {
             name: field.name,
-            series: field.kind.ends_with("repeated"),
+            series: field.is_series(),
             values: Vec::new(),
         })
         .collect();
@@ -45,78 +46,52 @@ pub fn read_fields(channel: &ChannelDeclaration, payload: &[u8]) -> Option<Vec<F
         let known = channel.fields.iter().position(|field| field.tag.parse() == Ok(tag));
         match known {
             Some(index) => {
-                let kind = Kind::of(channel.fields[index].kind)?;
-                kind.read(wire_type, &mut rest, &mut fields[index].values)?;
+                let kind = channel.fields[index].value_type()?;
+                read(kind, wire_type, &mut rest, &mut fields[index].values)?;
             }
             None => skip_field(wire_type, tag, &mut rest, DecodeContext::default()).ok()?,
         }
     }
     for (field, declared) in fields.iter_mut().zip(channel.fields) {
         if !field.series && field.values.is_empty() {
-            field.values.push(Kind::of(declared.kind)?.default_value());
+            field.values.push(match declared.value_type()? {
+                Type::Double => FieldValue::Number(0.0),
+                Type::Uint64 => FieldValue::Count(0),
+                _ => FieldValue::Text(String::new()),
+            });
         }
     }
     Some(fields)
 }
 
-/// The protobuf types that channels of ours use.
-#[derive(Clone, Copy)]
-enum Kind {
-    Double,
-    Unsigned,
-    Text,
+/// Reads one value, or a packed series of them.
+fn read(
+    kind: Type,
+    wire_type: WireType,
+    rest: &mut &[u8],
+    into: &mut Vec<FieldValue>,
+) -> Option<()> {
+    into.push(match (kind, wire_type) {
+        (Type::Double, WireType::SixtyFourBit) => FieldValue::Number(rest.try_get_f64_le().ok()?),
+        (Type::Uint64, WireType::Varint) => FieldValue::Count(decode_varint(rest).ok()?),
+        (Type::String, WireType::LengthDelimited) => {
+            FieldValue::Text(String::from_utf8(delimited(rest)?.to_vec()).ok()?)
+        }
+        (Type::Double | Type::Uint64, WireType::LengthDelimited) => {
+            let is_double = kind == Type::Double;
+            let element = if is_double { WireType::SixtyFourBit } else { WireType::Varint };
+            let mut packed = delimited(rest)?;
+            while packed.has_remaining() {
+                read(kind, element, &mut packed, into)?;
+            }
+            return Some(());
+        }
+        _ => return None,
+    });
+    Some(())
 }
 
-impl Kind {
-    fn of(declared: &str) -> Option<Self> {
-        match declared.split([',', ' ']).next()? {
-            "double" => Some(Self::Double),
-            "uint64" => Some(Self::Unsigned),
-            "string" => Some(Self::Text),
-            _ => None,
-        }
-    }
-
-    fn default_value(self) -> FieldValue {
-        match self {
-            Self::Double => FieldValue::Number(0.0),
-            Self::Unsigned => FieldValue::Count(0),
-            Self::Text => FieldValue::Text(String::new()),
-        }
-    }
-
-    /// Takes one value, or a packed series of them.
-    fn read(self, wire_type: WireType, rest: &mut &[u8], into: &mut Vec<FieldValue>) -> Option<()> {
-        match (self, wire_type) {
-            (Self::Double, WireType::SixtyFourBit) => {
-                into.push(FieldValue::Number(rest.try_get_f64_le().ok()?));
-            }
-            (Self::Unsigned, WireType::Varint) => {
-                into.push(FieldValue::Count(decode_varint(rest).ok()?));
-            }
-            (Self::Text, WireType::LengthDelimited) => {
-                let text = String::from_utf8(delimited(rest)?.to_vec()).ok()?;
-                into.push(FieldValue::Text(text));
-            }
-            (Self::Double, WireType::LengthDelimited) => {
-                let mut packed = delimited(rest)?;
-                while packed.has_remaining() {
-                    self.read(WireType::SixtyFourBit, &mut packed, into)?;
-                }
-            }
-            (Self::Unsigned, WireType::LengthDelimited) => {
-                let mut packed = delimited(rest)?;
-                while packed.has_remaining() {
-                    self.read(WireType::Varint, &mut packed, into)?;
-                }
-            }
-            _ => return None,
-        }
-        Some(())
-    }
-}
-
-/// Bytes with their length before them.
+/// Bytes that follow their length.
 fn delimited<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
     let length = usize::try_from(decode_varint(rest).ok()?).ok()?;
     let (bytes, after) = rest.split_at_checked(length)?;

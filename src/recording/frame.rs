@@ -1,34 +1,34 @@
 //! The messages of one instant in memory: the interface between physics and recording.
 
+pub use crate::channels::StateColumn;
 pub use crate::force_lines::ContactLine;
-pub use crate::state_column::StateColumn;
 
 use crate::channels::Channel;
 use crate::force_lines::ForceLines;
 use crate::scenery::Wall;
 use crate::table::Rows;
 
-/// How grave a line of the log is.
+/// Severity of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// A fact.
     Info,
-    /// Something that the user should look at.
+    /// Something that the user should check.
     Warning,
-    /// The run can't be trusted or can't go on.
+    /// The run is wrong or cannot continue.
     Error,
 }
 
 /// A line of the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LogLine {
-    /// How grave it is.
+    /// Its severity.
     pub level: Level,
     /// One line, facts with units.
     pub text: String,
 }
 
-/// One encoded message of a channel of ours.
+/// One encoded message of a Kinetoscope channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EncodedMessage {
     /// Its topic.
@@ -54,7 +54,7 @@ impl Frame {
         Self::default()
     }
 
-    /// An empty frame whose drawing shows at most so many contact forces: it keeps no weaker ones.
+    /// An empty frame that stores only the `at_most` strongest contact forces.
     pub(crate) fn drawing_contacts(at_most: usize) -> Self {
         Self { contacts: ForceLines::drawing(at_most), ..Self::default() }
     }
@@ -68,18 +68,18 @@ impl Frame {
         self.log.clear();
     }
 
-    /// Bytes that the state and the messages take.
+    /// Size of the state and the messages in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let messages = self.messages.iter().map(|message| message.payload.len());
         size_of_val(self.state()) + messages.sum::<usize>()
     }
 
-    /// Makes room for so many values of the state.
+    /// Reserves memory for values of the state.
     pub fn reserve_state(&mut self, values: usize) {
         self.state.reserve(values);
     }
 
-    /// The state's rows, for the recorder, which puts a message's head before them.
+    /// The rows of the state, before which the recorder writes the header of the message.
     pub(crate) fn rows_mut(&mut self) -> &mut Rows {
         &mut self.state
     }
@@ -89,7 +89,7 @@ impl Frame {
         self.state.push(row);
     }
 
-    /// Adds a message; at most one a topic and frame.
+    /// Adds a message; at most one per topic and frame.
     pub fn push<C: Channel>(&mut self, message: &C) {
         self.messages.push(EncodedMessage { topic: C::TOPIC, payload: message.encode_to_vec() });
     }
@@ -99,7 +99,7 @@ impl Frame {
         self.contacts.push(contact);
     }
 
-    /// Adds a wall to the drawing: a model whose walls move gives all of them with every frame.
+    /// Adds a wall to the drawing. A model whose walls move adds all of them to every frame.
     pub fn push_wall(&mut self, wall: Wall) {
         self.walls.push(wall);
     }
@@ -134,7 +134,7 @@ impl Frame {
         self.contacts.lines()
     }
 
-    /// The walls to draw; none where they stand as at the start.
+    /// The walls to draw; none if they have not moved since the start.
     #[must_use]
     pub fn walls(&self) -> &[Wall] {
         &self.walls

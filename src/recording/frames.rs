@@ -21,7 +21,7 @@ struct Topic {
     schema: String,
 }
 
-/// One message as it stands in the file.
+/// One message of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedMessage {
     topic: Arc<Topic>,
@@ -42,7 +42,7 @@ impl RecordedMessage {
         &self.topic.schema
     }
 
-    /// When it plays, ns.
+    /// Its log time, ns.
     #[must_use]
     pub fn log_time_ns(&self) -> u64 {
         self.log_time_ns
@@ -55,7 +55,7 @@ impl RecordedMessage {
     }
 }
 
-/// All that was recorded of one instant.
+/// All messages of one instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedFrame {
     /// Index and simulated time of the frame.
@@ -68,7 +68,7 @@ pub struct RecordedFrame {
 }
 
 impl RecordedFrame {
-    /// The exact state; `None` where the recording has none.
+    /// The exact state; `None` if it was not recorded.
     #[must_use]
     pub fn state(&self) -> Option<&StateTable> {
         self.state.as_ref()
@@ -91,10 +91,10 @@ impl RecordedFrame {
         &self.messages
     }
 
-    /// The message of one channel; `None` where this recording or this frame has none.
+    /// The message of one channel; `None` if this frame has none.
     ///
     /// # Errors
-    /// Bytes that are no such message.
+    /// Bytes that are not a message of this channel.
     pub fn get<C: Channel>(&self) -> Result<Option<C>, ReadError> {
         let found = self
             .messages
@@ -112,17 +112,17 @@ impl RecordedFrame {
     }
 }
 
-/// A frame's messages, not looked into yet.
+/// The messages of a frame, not decoded yet.
 struct RawFrame {
     messages: Vec<RecordedMessage>,
 }
 
-/// The frames of a recording in order. Every frame that comes is whole and bit-equal to what was recorded; where the file
-/// is torn or damaged the last item is an error that says what is lost.
+/// The frames of a recording in order. Every frame is complete and bitwise identical to the recorded one. If the file is
+/// truncated or damaged, the last item is an error that reports what is lost.
 ///
-/// Memory: with one thread one chunk as it stands in the file, and its content; with `n` threads at most `2 n` chunks that
-/// were read ahead, and the one whose frames are being delivered. A recorded chunk holds 1 MiB, or one frame where that is
-/// more. Chunks that are not packed are not read ahead. The threads end with this value.
+/// Memory: with one thread, one chunk of the file and its content; with `n` threads, at most `2 n` chunks that were read
+/// ahead, and the chunk whose frames are being delivered. A recorded chunk has 1 MiB, or one frame if that is larger.
+/// Uncompressed chunks are not read ahead. The threads end when this value is dropped.
 pub struct Frames {
     data: DataSection,
     path: Arc<Path>,
@@ -138,7 +138,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// `data` stands at the start of the file.
+    /// `data` is at the start of the file.
     pub(crate) fn new(
         data: DataSection,
         path: Arc<Path>,
@@ -171,7 +171,7 @@ impl Frames {
                 DataRecord::Metadata(name, entries) if name == OUTCOME_RECORD => {
                     self.outcome_seen = true;
                     if Outcome::from_metadata(&entries) != self.outcome {
-                        return Err(damaged("the outcome is not the one that the index leads to"));
+                        return Err(damaged("the outcome differs from the one in the index"));
                     }
                 }
                 DataRecord::Metadata(..) => {}
@@ -202,7 +202,11 @@ impl Frames {
                     let payload = unpacked.slice_ref(fields.0);
                     self.join(RecordedMessage { topic, log_time_ns, payload })?;
                 }
-                _ => return Err(damaged("a chunk holds a record that is none of its own")),
+                _ => {
+                    return Err(damaged(
+                        "a chunk contains a record that does not belong in a chunk",
+                    ));
+                }
             }
         }
         Ok(())
@@ -231,9 +235,13 @@ impl Frames {
             return Err(damaged("a message is outside of its frame"));
         }
         let Some(frame) = self.waiting.back_mut() else {
-            // The remark on a fault, whose frame went out with the chunk before; the outcome says the same.
+            // The log line of a fault, whose frame is in the previous chunk; the outcome has the same text.
             let remark = message.topic() == channels::LOG;
-            return if remark { Ok(()) } else { Err(damaged("a frame is cut in two")) };
+            return if remark {
+                Ok(())
+            } else {
+                Err(damaged("a frame is split between two chunks"))
+            };
         };
         let single = message.topic() != channels::LOG;
         if single && frame.messages.iter().any(|earlier| earlier.topic == message.topic) {
@@ -244,7 +252,8 @@ impl Frames {
     }
 
     fn decode(&mut self, raw: RawFrame) -> Result<RecordedFrame, Broken> {
-        let undecodable = |error| Broken::Damaged(format!("a message is no protobuf ({error})"));
+        let undecodable =
+            |error| Broken::Damaged(format!("a message is not valid protobuf ({error})"));
         let mut clock = FrameClock::default();
         let mut state = None;
         let mut log = Vec::new();

@@ -31,7 +31,6 @@ mod playback;
 mod scene;
 mod schema;
 mod sink;
-mod state_column;
 mod table;
 mod trail;
 mod unpacking;

@@ -2,17 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Messages in file order, their payloads in one run of bytes.
+/// Messages in file order, their payloads concatenated.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct OpenChunk {
-    heads: Vec<Head>,
+    headers: Vec<MessageHeader>,
     payloads: Vec<u8>,
-    /// The chunk will be closed before anybody asks: nothing is kept until then.
-    is_forgetful: bool,
+    /// Nothing is stored until the chunk is closed, which happens before the next checkpoint.
+    is_discarding: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Head {
+struct MessageHeader {
     channel_id: u16,
     frame: u64,
     log_time: u64,
@@ -30,33 +30,38 @@ pub(crate) struct OpenMessage<'a> {
 
 impl OpenChunk {
     pub(crate) fn push(&mut self, channel_id: u16, frame: u64, log_time: u64, payload: &[u8]) {
-        if self.is_forgetful {
+        if self.is_discarding {
             return;
         }
-        self.heads.push(Head { channel_id, frame, log_time, length: payload.len() as u64 });
+        self.headers.push(MessageHeader {
+            channel_id,
+            frame,
+            log_time,
+            length: payload.len() as u64,
+        });
         self.payloads.extend_from_slice(payload);
     }
 
-    /// The chunk is closed: its messages are in the file.
+    /// Removes all messages after the chunk was closed.
     pub(crate) fn clear(&mut self) {
-        self.heads.clear();
+        self.headers.clear();
         self.payloads.clear();
-        self.is_forgetful = false;
+        self.is_discarding = false;
     }
 
-    /// Keeps nothing until the chunk is closed.
-    pub(crate) fn forget_until_closed(&mut self) {
+    /// Stores nothing until the chunk is closed.
+    pub(crate) fn discard_until_closed(&mut self) {
         self.clear();
-        self.is_forgetful = true;
+        self.is_discarding = true;
     }
 
-    /// The messages; as many as their payloads have bytes for.
+    /// The messages whose payloads are complete.
     pub(crate) fn messages(&self) -> impl Iterator<Item = OpenMessage<'_>> {
         let mut rest = self.payloads.as_slice();
-        self.heads.iter().map_while(move |head| {
-            let (payload, behind) = rest.split_at_checked(usize::try_from(head.length).ok()?)?;
+        self.headers.iter().map_while(move |header| {
+            let (payload, behind) = rest.split_at_checked(usize::try_from(header.length).ok()?)?;
             rest = behind;
-            let Head { channel_id, frame, log_time, .. } = *head;
+            let MessageHeader { channel_id, frame, log_time, .. } = *header;
             Some(OpenMessage { channel_id, frame, log_time, payload })
         })
     }

@@ -1,15 +1,14 @@
 //! Log times of frames: frame index over playback rate, and the simulated time per second of playback.
 
-/// Most frames a second that viewers play without a warning.
+/// Maximum frames per second that viewers play without a warning.
 pub(crate) const LARGEST_RATE: f64 = 50.0;
-/// Longest playback, s: 93 days. Beyond 2^53 ns, or 104 days, a viewer's numbers no longer hold a nanosecond, and it refuses a
-/// time range of 93.8 days.
+/// Maximum duration of a playback, s: 93 days. Viewers reject a range of 93.8 days, and beyond 2^53 ns, or 104 days, their
+/// numbers no longer resolve a nanosecond.
 const LONGEST_PLAYBACK_S: u64 = 93 * 86_400;
 
 /// Log time of a frame, ns: `frame / rate`, exactly rounded to the nearest, halves up.
 ///
-/// `rate` is taken as the exact binary number that it is. `None` where the rate is outside (0, 50], and where the
-/// playback would take more than 93 days.
+/// `rate` counts as an exact binary number. `None` if it is outside (0, 50], or if the playback would exceed 93 days.
 pub(crate) fn log_time_ns(frame: u64, rate: f64) -> Option<u64> {
     if !(rate > 0.0 && rate <= LARGEST_RATE) {
         return None;
@@ -44,7 +43,7 @@ fn binary_parts(value: f64) -> (u64, i32) {
     (mantissa >> zeros, exponent + zeros as i32)
 }
 
-/// What one second of playback stands for, such as "75 ms"; `None` where that is not known beforehand.
+/// Simulated time per second of playback, such as "75 ms"; `None` if it is not known in advance.
 pub(crate) fn simulated_per_second(
     model_time: Option<f64>,
     time_unit: &str,

@@ -18,9 +18,9 @@ use std::sync::Arc;
 use std::thread::available_parallelism;
 use std::time::SystemTime;
 
-/// Bytes of the footer with the magic behind it.
+/// Bytes of the footer and the magic after it.
 const TAIL: u64 = PREFIX + 20 + MAGIC.len() as u64;
-/// Threads beyond this number wait for the one that reads the file and decodes the frames.
+/// Maximum number of threads; more would wait for the thread that reads the file and decodes the frames.
 const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(4).unwrap();
 
 /// A recording, opened.
@@ -36,15 +36,15 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Reads the manifest and the provenance, and how the run ended where the file has its end.
+    /// Reads the manifest, the provenance and, if the file is complete, the outcome.
     ///
     /// # Errors
-    /// A file that can't be read, is no recording of ours, or is damaged at its start.
+    /// A file that cannot be read, is not a recording of this program, or is damaged at its start.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         Self::open_in(Arc::new(LocalFolders), path)
     }
 
-    /// As [`Recording::open`], of a file that lies elsewhere.
+    /// As [`Recording::open`], from another storage.
     ///
     /// # Errors
     /// As [`Recording::open`].
@@ -58,7 +58,7 @@ impl Recording {
         if provenance.schema_version != SCHEMA_VERSION {
             return Err(fault(ReadFault::OtherSchema { found: provenance.schema_version }));
         }
-        // Where the end can't be read, the frames say what is wrong with it.
+        // If the end cannot be read, the iteration over the frames reports the error.
         provenance.outcome = read_outcome(records.into_input(), bytes).unwrap_or(None);
         let state_columns = provenance.state_columns.clone().into();
         let path = path.into();
@@ -95,7 +95,7 @@ impl Recording {
         self.bytes
     }
 
-    /// When the file was last changed, where that is known.
+    /// Time of the last change of the file, if known.
     #[must_use]
     pub fn changed(&self) -> Option<SystemTime> {
         self.changed
@@ -107,7 +107,7 @@ impl Recording {
         &self.manifest
     }
 
-    /// Who wrote the recording, and how the run ended.
+    /// The origin of the recording and the outcome of the run.
     #[must_use]
     pub fn provenance(&self) -> &Provenance {
         &self.provenance
@@ -119,21 +119,21 @@ impl Recording {
         &self.state_columns
     }
 
-    /// The frames from the start, with as many threads as help on this machine. Only when the iterator came to its end
-    /// without an error is the whole file intact.
+    /// The frames from the start, decompressed by a suitable number of threads. The file is intact only if the iterator ends
+    /// without an error.
     ///
     /// # Errors
-    /// A file that can't be opened.
+    /// A file that cannot be opened.
     pub fn frames(&self) -> Result<Frames, ReadError> {
         let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
         self.frames_on(if cores < MOST_THREADS { cores } else { MOST_THREADS })
     }
 
-    /// The frames from the start, with up to so many threads that unpack chunks beside the caller's; with 1, the caller's
-    /// does it all. Frames and errors do not depend on the number.
+    /// The frames from the start. Up to `threads` threads decompress chunks in addition to the caller's thread; with 1, only
+    /// the caller's thread does. Frames and errors do not depend on the number.
     ///
     /// # Errors
-    /// A file that can't be opened.
+    /// A file that cannot be opened.
     pub fn frames_on(&self, threads: NonZeroUsize) -> Result<Frames, ReadError> {
         let Opened { input, bytes, .. } = opened(self.storage.as_ref(), &self.path)?;
         let data = DataSection::new(Records::new(BufReader::new(input), 0, bytes), threads);
@@ -158,7 +158,7 @@ fn opened(storage: &dyn Storage, path: &Path) -> Result<Opened, ReadError> {
     storage.open(path).map_err(|source| ReadError::new(path, 0, 0, Broken::Io(source)))
 }
 
-/// The manifest and the provenance, which stand before the first frame; `None` where they do not.
+/// The manifest and the provenance, which precede the first frame; `None` if they are missing.
 fn read_head(
     records: &mut Records<BufReader<Box<dyn Input>>>,
 ) -> Result<Option<(String, Provenance)>, Broken> {
@@ -196,7 +196,7 @@ fn read_head(
     Ok(manifest.zip(provenance))
 }
 
-/// The outcome by way of the footer and the summary's index; `None` where the file has no footer.
+/// Finds the outcome through the footer and the index of the summary; `None` if the file has no footer.
 fn read_outcome(mut file: BufReader<Box<dyn Input>>, end: u64) -> Result<Option<Outcome>, Broken> {
     let Some(tail) = end.checked_sub(TAIL) else { return Ok(None) };
     file.seek(SeekFrom::Start(tail))?;

@@ -65,7 +65,7 @@ impl<W: Write> Recorder<W> {
     /// Starts a recording: the manifest and the provenance go to the sink.
     ///
     /// # Errors
-    /// A header that can't be recorded, or a sink that fails.
+    /// A header that cannot be recorded, or a sink that fails.
     pub fn create(sink: W, header: &Header) -> Result<Self, RecordError> {
         header.check()?;
         let scenes =
@@ -152,12 +152,10 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// A frame that breaks the model's declaration, which is left out as a whole, or a sink that fails.
     pub fn write(&mut self, clock: Clock, frame: &mut Frame) -> Result<(), RecordError> {
-        let log_time = self.log_time()?;
+        let (log_time, time) = self.times_of(self.frames)?;
         self.check_frame(frame)?;
         self.add_channels()?;
         self.expect(size_of_val(frame.state()) as u64);
-        let time =
-            Timestamp::new((log_time / 1_000_000_000) as u32, (log_time % 1_000_000_000) as u32);
         let frame_clock = FrameClock {
             frame: self.frames,
             step_or_event_count: clock.count,
@@ -203,7 +201,7 @@ impl<W: Write> Recorder<W> {
             && state_bytes >= CHUNK_PAYLOAD
             && self.recorded.contains(&channels::STATE)
         {
-            open.forget_until_closed();
+            open.discard_until_closed();
         }
     }
 
@@ -213,11 +211,7 @@ impl<W: Write> Recorder<W> {
     /// A sink that fails.
     pub fn remark(&mut self, line: LogLine) -> Result<(), RecordError> {
         let Some(last) = self.frames.checked_sub(1) else { return Ok(()) };
-        let rate = self.header.playback_fps;
-        let log_time =
-            log_time_ns(last, rate).ok_or(RecordError::Playback { frame: last, rate })?;
-        let time =
-            Timestamp::new((log_time / 1_000_000_000) as u32, (log_time % 1_000_000_000) as u32);
+        let (log_time, time) = self.times_of(last)?;
         self.write_log(&[line], log_time, time)
     }
 
@@ -243,9 +237,11 @@ impl<W: Write> Recorder<W> {
         self.writer.as_mut().ok_or_else(closed)
     }
 
-    fn log_time(&self) -> Result<u64, RecordError> {
+    /// Log time of a frame, ns and as a timestamp.
+    fn times_of(&self, frame: u64) -> Result<(u64, Timestamp), RecordError> {
         let rate = self.header.playback_fps;
-        log_time_ns(self.frames, rate).ok_or(RecordError::Playback { frame: self.frames, rate })
+        let ns = log_time_ns(frame, rate).ok_or(RecordError::Playback { frame, rate })?;
+        Ok((ns, Timestamp::new((ns / 1_000_000_000) as u32, (ns % 1_000_000_000) as u32)))
     }
 
     fn check_frame(&self, frame: &Frame) -> Result<(), RecordError> {
@@ -284,34 +280,26 @@ impl<W: Write> Recorder<W> {
     }
 
     fn draw(&mut self, frame: &Frame, log_time: u64, time: Timestamp) -> Result<(), RecordError> {
-        if self.wants(channels::DISCS) {
-            self.message(channels::DISCS, log_time, &self.scenes.discs(frame.state(), time))?;
-        }
-        if self.wants(channels::VELOCITY) {
-            self.message(channels::VELOCITY, log_time, &self.scenes.velocity(frame.state(), time))?;
-        }
-        if self.wants(channels::FORCE_CHAINS) {
-            self.message(
-                channels::FORCE_CHAINS,
-                log_time,
-                &self.scenes.contacts(frame.contacts(), time),
-            )?;
-        }
-        if self.wants(channels::TRAIL) {
-            if let Some(positions) = self.scenes.traced(frame.state()) {
-                self.trails.push(self.frames, positions);
-            }
-            self.message(channels::TRAIL, log_time, &self.scenes.trail(&self.trails, time))?;
-        }
-        if self.wants(channels::WALLS) {
-            if !frame.walls().is_empty() {
-                self.message(channels::WALLS, log_time, &self.scenes.walls(frame.walls(), time))?;
-            } else if self.frames == 0 {
-                self.message(channels::WALLS, log_time, &self.scenes.walls_at_rest(time))?;
-            }
-        }
-        if self.frames == 0 && self.wants(channels::LEGEND) {
-            self.message(channels::LEGEND, log_time, &self.scenes.legend(time))?;
+        let is_first = self.frames == 0;
+        for topic in self.recorded.clone() {
+            let scene = match topic {
+                channels::DISCS => self.scenes.discs(frame.state(), time),
+                channels::VELOCITY => self.scenes.velocity(frame.state(), time),
+                channels::FORCE_CHAINS => self.scenes.contacts(frame.contacts(), time),
+                channels::TRAIL => {
+                    if let Some(positions) = self.scenes.traced(frame.state()) {
+                        self.trails.push(self.frames, positions);
+                    }
+                    self.scenes.trail(&self.trails, time)
+                }
+                channels::WALLS if !frame.walls().is_empty() => {
+                    self.scenes.walls(frame.walls(), time)
+                }
+                channels::WALLS if is_first => self.scenes.walls_at_rest(time),
+                channels::LEGEND if is_first => self.scenes.legend(time),
+                _ => continue,
+            };
+            self.message(topic, log_time, &scene)?;
         }
         Ok(())
     }
@@ -348,7 +336,7 @@ impl<W: Write> Recorder<W> {
     ) -> Result<(), RecordError> {
         let mut buffer = std::mem::take(&mut self.buffer);
         buffer.clear();
-        // Encoding into a growing vector can't run out of space.
+        // Encoding into a growing vector cannot run out of space.
         message.encode_raw(&mut buffer);
         let written = self.payload(topic, log_time, &buffer);
         self.buffer = buffer;

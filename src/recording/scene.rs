@@ -2,12 +2,12 @@
 //!
 //! Drawings are rounded and thinned; the exact state is on `/state` alone.
 
+use crate::channels::StateColumn;
 use crate::color::{self, ColorMap};
 use crate::error::RecordError;
 use crate::force_lines::{ContactLine, weakest_drawn};
 use crate::playback::three_digits;
 use crate::scenery::{DrawnRadius, Scenery, Wall};
-use crate::state_column::StateColumn;
 use crate::trail::{PATHS, Trails};
 use foxglove::messages::{
     Color, CubePrimitive, CylinderPrimitive, LinePrimitive, Point3, Pose, Quaternion, SceneEntity,

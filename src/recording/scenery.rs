@@ -42,31 +42,31 @@ pub enum Wall {
     },
 }
 
-/// How large a particle is drawn.
+/// Drawn radius of a particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DrawnRadius {
-    /// By the state's `radius` column.
+    /// From the `radius` column of the state.
     Column,
-    /// All alike, in the state's length unit (point particles).
+    /// Equal for all, in the state's length unit (point particles).
     Fixed(f64),
 }
 
-/// The drawing's fixed part, in the state's length unit. Walls that move are drawn anew with each frame.
+/// The fixed part of the drawing, in the state's length unit. Moving walls are drawn again with each frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenery {
     /// The container.
     pub walls: Vec<Wall>,
     /// Lower left and upper right corner of what the camera must show.
     pub view: [[f64; 2]; 2],
-    /// How large a particle is drawn.
+    /// Drawn radius of a particle.
     pub drawn_radius: DrawnRadius,
     /// Speed at the upper end of the color bar; fixed for the run, above zero.
     pub speed_range_top: f64,
-    /// Unit of the speeds as written beside the color bar, such as "m/s".
+    /// Unit of the speeds next to the color bar, such as "m/s".
     pub speed_unit: &'static str,
     /// Whether velocities are drawn as arrows.
     pub arrows: bool,
-    /// Whether contact forces are drawn as chains; then the force that the thickest line stands for.
+    /// Force of the thickest line; `None` if contact forces are not drawn.
     pub force_range_top: Option<f64>,
     /// Whether the paths so far are drawn.
     pub trail: bool,

@@ -1,6 +1,6 @@
 //! The protobuf schema of each topic.
 
-use crate::channels::{self, Channel as _, ChannelDeclaration, FrameClock};
+use crate::channels::{self, ChannelDeclaration, FrameClock};
 use crate::descriptor::file_descriptor_set;
 use crate::error::RecordError;
 use foxglove::Encode as _;
@@ -11,11 +11,10 @@ pub(crate) fn schema_of(
     topic: &str,
     declared: &[ChannelDeclaration],
 ) -> Result<foxglove::Schema, RecordError> {
-    if topic == FrameClock::TOPIC {
-        return own_schema(&ChannelDeclaration::of::<FrameClock>());
-    }
-    if let Some(channel) = declared.iter().find(|channel| channel.topic == topic) {
-        return own_schema(channel);
+    let clock = [ChannelDeclaration::of::<FrameClock>()];
+    if let Some(channel) = clock.iter().chain(declared).find(|channel| channel.topic == topic) {
+        let set = file_descriptor_set(channel)?;
+        return Ok(foxglove::Schema::new(channel.schema, "protobuf", set));
     }
     let schema = match topic {
         channels::STATE => PointCloud::get_schema(),
@@ -23,8 +22,4 @@ pub(crate) fn schema_of(
         _ => SceneUpdate::get_schema(),
     };
     schema.ok_or_else(|| RecordError::Declaration(format!("{topic} has no schema")))
-}
-
-fn own_schema(channel: &ChannelDeclaration) -> Result<foxglove::Schema, RecordError> {
-    Ok(foxglove::Schema::new(channel.schema, "protobuf", file_descriptor_set(channel)?))
 }

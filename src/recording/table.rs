@@ -1,7 +1,7 @@
 //! The exact state of one frame: one row per particle, one column per quantity.
 
+use crate::channels::StateColumn;
 use crate::scene::{FRAME_ID, pose};
-use crate::state_column::StateColumn;
 use foxglove::messages::packed_element_field::NumericType;
 use foxglove::messages::{PackedElementField, PointCloud, Timestamp};
 use prost::Message as _;
@@ -11,25 +11,25 @@ use std::sync::Arc;
 /// Tag of `foxglove.PointCloud.data`, its last field.
 const DATA_TAG: u32 = 6;
 
-// The values of a frame stand in memory as they do in its message.
+// The values of a frame have the same layout in memory and in the message.
 #[cfg(target_endian = "big")]
-compile_error!("recordings hold numbers in little-endian order, and so must this machine");
+compile_error!("recordings have little-endian numbers; this machine must be little-endian as well");
 
-/// Words before the first value: a head of up to 2 KiB fits, which is that of some fifty columns.
-const ROOM: usize = 256;
+/// Words before the first value. A header of up to 2 KiB fits, which suffices for about fifty columns.
+const HEADER_WORDS: usize = 256;
 
-/// The values of one frame's state, row by row, behind room for the head of their message: a state may be many megabytes,
-/// and becomes a message where it stands.
+/// The values of one frame's state, row by row, after space for the header of their message. A state may have many
+/// megabytes; therefore, it becomes a message in place.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows {
-    /// Words for the head, then the values.
+    /// Words for the header, then the values.
     words: Vec<f64>,
     room: usize,
 }
 
 impl Default for Rows {
     fn default() -> Self {
-        Self { words: vec![0.0; ROOM], room: ROOM }
+        Self { words: vec![0.0; HEADER_WORDS], room: HEADER_WORDS }
     }
 }
 
@@ -56,24 +56,24 @@ impl Rows {
         &self.words[self.room..]
     }
 
-    /// A `foxglove.PointCloud` with the values as FLOAT64 fields: they stay where they are, the head goes before them.
+    /// A `foxglove.PointCloud` with the values as FLOAT64 fields. The header is written before the values, which stay in place.
     pub(crate) fn as_message(&mut self, columns: &[StateColumn], time: Timestamp) -> &[u8] {
-        let head = head_of(columns, self.values().len(), time);
-        let words = head.len().div_ceil(size_of::<f64>());
+        let header = message_header(columns, self.values().len(), time);
+        let words = header.len().div_ceil(size_of::<f64>());
         if let Some(missing) = words.checked_sub(self.room) {
             self.words.splice(0..0, std::iter::repeat_n(0.0, missing));
             self.room = words;
         }
         let values_at = size_of::<f64>() * self.room;
-        let message_at = values_at - head.len();
+        let message_at = values_at - header.len();
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut self.words);
-        bytes[message_at..values_at].copy_from_slice(&head);
+        bytes[message_at..values_at].copy_from_slice(&header);
         &bytes[message_at..]
     }
 }
 
-/// All of a state's message but the values, which are its last field.
-fn head_of(columns: &[StateColumn], values: usize, time: Timestamp) -> Vec<u8> {
+/// The message of a state without the values, which are its last field.
+fn message_header(columns: &[StateColumn], values: usize, time: Timestamp) -> Vec<u8> {
     let fields = columns.iter().zip(0_u32..).map(|(column, index)| PackedElementField {
         name: column.name.to_owned(),
         offset: 8 * index,
@@ -87,10 +87,10 @@ fn head_of(columns: &[StateColumn], values: usize, time: Timestamp) -> Vec<u8> {
         fields: fields.collect(),
         ..PointCloud::default()
     };
-    let mut head = cloud.encode_to_vec();
-    encode_key(DATA_TAG, WireType::LengthDelimited, &mut head);
-    encode_varint((size_of::<f64>() * values) as u64, &mut head);
-    head
+    let mut header = cloud.encode_to_vec();
+    encode_key(DATA_TAG, WireType::LengthDelimited, &mut header);
+    encode_varint((size_of::<f64>() * values) as u64, &mut header);
+    header
 }
 
 /// The state of all particles, in the order of their ids.
@@ -101,7 +101,7 @@ pub struct StateTable {
 }
 
 impl StateTable {
-    /// The table in a point cloud, or what of it does not fit the recording's columns.
+    /// Decodes a point cloud, or returns how it differs from the recording's columns.
     pub(crate) fn from_point_cloud(
         cloud: &PointCloud,
         columns: &Arc<[String]>,
@@ -140,20 +140,20 @@ impl StateTable {
     /// One particle's values in the order of the columns.
     ///
     /// # Panics
-    /// Where there is no such row.
+    /// If the row does not exist.
     #[must_use]
     pub fn row(&self, row: usize) -> &[f64] {
         let width = self.columns.len();
         &self.values[row * width..(row + 1) * width]
     }
 
-    /// One quantity of all particles; `None` where the state has no such column.
+    /// One quantity of all particles; `None` if the state has no such column.
     pub fn column(&self, name: &str) -> Option<impl Iterator<Item = f64>> {
         let column = self.index(name)?;
         Some(self.values.iter().skip(column).step_by(self.columns.len()).copied())
     }
 
-    /// One quantity of one particle; `None` where there is no such column or row.
+    /// One quantity of one particle; `None` if the column or the row does not exist.
     #[must_use]
     pub fn value(&self, row: usize, name: &str) -> Option<f64> {
         let column = self.index(name)?;

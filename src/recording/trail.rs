@@ -2,16 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Particles whose path is kept at most.
+/// Maximum number of particles with a stored trajectory.
 pub(crate) const PATHS: usize = 8;
-/// Points kept of each at most.
+/// Maximum number of points per trajectory.
 const POINTS: usize = 512;
 
-/// Every k-th position since the start; when full, every other one goes and k doubles.
+/// Every k-th position since the start. When the list is full, every other position is removed and k is doubled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Trails {
     every: u64,
-    // One entry a kept frame: where each of the particles was.
+    // One entry per stored frame: the positions of the particles.
     kept: Vec<Vec<[f64; 2]>>,
     last: Vec<[f64; 2]>,
 }
@@ -37,7 +37,7 @@ impl Trails {
         }
     }
 
-    /// Of each particle the kept positions in order, then where it is now.
+    /// For each particle, the stored positions in order, then the current one.
     pub(crate) fn paths(&self) -> impl Iterator<Item = impl Iterator<Item = [f64; 2]>> {
         (0..self.last.len()).map(|particle| {
             let at = move |positions: &Vec<[f64; 2]>| positions.get(particle).copied();

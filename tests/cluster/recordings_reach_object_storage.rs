@@ -173,7 +173,11 @@ mod with_a_server {
         workspace.server.put(&path, b"other bytes");
         let refused = workspace.run(&[]);
         assert_eq!(refused.status.code(), Some(1), "{}", messages(&refused));
-        assert!(messages(&refused).contains("holds other bytes"), "{}", messages(&refused));
+        assert!(
+            messages(&refused).contains("already exists with other bytes"),
+            "{}",
+            messages(&refused)
+        );
         assert_eq!(workspace.object(&name).unwrap(), b"other bytes");
         assert_eq!(workspace.waiting(), 1);
         // An object with the same bytes counts as the recording, whichever program uploaded it.
@@ -232,7 +236,7 @@ mod with_a_server {
         let waiting = workspace.waiting();
         assert!(waiting > 1, "only {waiting} recordings are waiting");
         assert!(
-            messages(&cut).contains(&format!("{waiting} recordings wait in")),
+            messages(&cut).contains(&format!("{waiting} recordings are still in")),
             "{}",
             messages(&cut)
         );
@@ -253,9 +257,10 @@ mod with_a_server {
     #[ignore = "needs moto_server of the Python package moto"]
     fn wrong_address_is_rejected_as_an_argument() {
         let workspace = Workspace::new(SWEEP, Wire::Cut);
-        for (address, why) in
-            [("s3://nowhere/kept", "there is no bucket nowhere"), ("s3://", "it names no bucket")]
-        {
+        for (address, why) in [
+            ("s3://nowhere/kept", "the bucket nowhere does not exist"),
+            ("s3://", "the bucket is missing"),
+        ] {
             let mut command = workspace.server.command(PROGRAM);
             command.args(["sweep.toml", "--output", address]).current_dir(workspace.folder.path());
             let output = command.output().unwrap();

@@ -11,7 +11,7 @@
 use crate::scene::{
     SEED, damping, equal, frame, given, per_contact, positive, prepared, restitution,
 };
-use kinetoscope_manifest::model::{DemConfig, DemDashpot, TimeStep, UnstableTimeStep};
+use kinetoscope_manifest::model::{DemConfig, DemDashpot, StepLength, TimeStep, UnstableTimeStep};
 use kinetoscope_physics::dem::Dem;
 use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_recording::frame::Level;
@@ -33,7 +33,7 @@ fn rejection(config: &DemConfig) -> Option<String> {
 fn with_suggestion(config: &DemConfig, key: &str, value: f64) -> DemConfig {
     let mut changed = config.clone();
     match key {
-        "time_step_s" => changed.time_step = TimeStep::Fixed(positive(value)),
+        "time_step_s" => changed.time_step = TimeStep::Length(StepLength::Fixed(positive(value))),
         "steps_per_wall_contact" => changed.time_step = per_contact(value),
         "damping_n_s_per_m" => changed.dissipation = damping(value),
         "restitution" => changed.dissipation = restitution(value),
@@ -133,7 +133,10 @@ fn four_steps_per_contact_are_rejected_and_twenty_accepted() {
         ["time_step_s", "steps_per_wall_contact", "damping_n_s_per_m", "restitution"]
     );
     assert_eq!(rejection(&config(20.0)), None);
-    let fixed = DemConfig { time_step: TimeStep::Fixed(positive(1e-4)), ..DemConfig::default() };
+    let fixed = DemConfig {
+        time_step: TimeStep::Length(StepLength::Fixed(positive(1e-4))),
+        ..DemConfig::default()
+    };
     assert!(accepted_keys(&fixed).iter().any(|key| key == "stiffness_n_per_m"));
     assert!(prepared_warnings(&config(8.0)).iter().any(|text| text.contains("chatter")));
     assert_eq!(prepared_warnings(&config(20.0)), Vec::<String>::new());

@@ -7,7 +7,7 @@ use super::dem_radius::DiscRadius;
 use super::dem_walls::DemWall;
 use super::start::Placement;
 use crate::diagnostics::Diagnostic;
-use crate::keys::{HasKeys, Keys, Reader};
+use crate::keys::Reader;
 use crate::quantity::{Finite, Fraction, NonNegative, Positive};
 use crate::table::{choice, table};
 use crate::tree::{Node, Value};
@@ -157,50 +157,23 @@ words! {
     }
 }
 
-/// The time step of the DEM.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TimeStep {
-    /// The dem exercise's N_t: dt = pi sqrt(m/k) / N_t, m the smallest disc's mass (equation 2).
-    PerContact(Positive),
-    /// In seconds.
-    Fixed(Positive),
-    /// The longest that the stability bounds allow with a margin.
-    Automatic,
-}
-
-table! {
-    /// The keys of a [`TimeStep`].
-    struct TimeStepKeys at most one of [steps_per_wall_contact, time_step_s] {
+choice! {
+    /// The time step of the DEM.
+    pub enum TimeStep {
         /// N_t of dt = pi sqrt(m/k) / N_t, m the smallest disc's mass.
-        steps_per_wall_contact: Option<Positive> ["1", optional],
+        steps_per_wall_contact: PerContact(Positive) ["1"],
         /// Time step, in place of `steps_per_wall_contact`; or automatic: the longest that the stability bounds allow with a
         /// margin.
-        time_step_s: Option<StepLength> ["s", optional],
+        time_step_s: Length(StepLength) ["s"],
     }
 }
 
-impl HasKeys for TimeStep {
-    fn keys(&mut self, keys: &mut impl Keys) {
-        let mut own = TimeStepKeys::default();
-        match *self {
-            Self::PerContact(steps) => own.steps_per_wall_contact = Some(steps),
-            Self::Fixed(step) => own.time_step_s = Some(StepLength::Seconds(step)),
-            Self::Automatic => own.time_step_s = Some(StepLength::Automatic),
-        }
-        own.keys(keys);
-        *self = match (own.steps_per_wall_contact, own.time_step_s) {
-            (_, Some(StepLength::Seconds(step))) => Self::Fixed(step),
-            (_, Some(StepLength::Automatic)) => Self::Automatic,
-            (Some(steps), None) => Self::PerContact(steps),
-            (None, None) => *self,
-        };
-    }
-}
-
-/// A time step as it is written.
+/// A time step, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum StepLength {
-    Seconds(Positive),
+pub enum StepLength {
+    /// This one.
+    Fixed(Positive),
+    /// The longest that the stability bounds allow with a margin.
     Automatic,
 }
 
@@ -212,13 +185,13 @@ impl TomlValue for StepLength {
         match &node.value {
             Value::Text(text) if text == AUTOMATIC => Some(Self::Automatic),
             Value::Text(_) => refuse(node, name, "a number > 0 or \"automatic\"", errors),
-            _ => Positive::read(node, name, errors).map(Self::Seconds),
+            _ => Positive::read(node, name, errors).map(Self::Fixed),
         }
     }
 
     fn write(&self) -> String {
         match self {
-            Self::Seconds(step) => step.write(),
+            Self::Fixed(step) => step.write(),
             Self::Automatic => quoted(AUTOMATIC),
         }
     }
@@ -238,8 +211,8 @@ impl Model for DemConfig {
         self.check_sizes(table);
         self.check_scene(table);
         let steps = match self.time_step {
-            TimeStep::Fixed(step) => self.duration_s.get() / step.get(),
-            TimeStep::PerContact(_) | TimeStep::Automatic => f64::INFINITY,
+            TimeStep::Length(StepLength::Fixed(step)) => self.duration_s.get() / step.get(),
+            _ => f64::INFINITY,
         };
         at_least_one_step(steps, table, &["time_step_s", "duration_s"]);
     }

@@ -19,7 +19,8 @@ mod start;
 mod start_from;
 
 pub use dem::{
-    DemConfig, DemDashpot, DemIntegrator, Dissipation, PeriodicSides, TimeStep, UnstableTimeStep,
+    DemConfig, DemDashpot, DemIntegrator, Dissipation, PeriodicSides, StepLength, TimeStep,
+    UnstableTimeStep,
 };
 pub use dem_insertion::DemInsertion;
 pub use dem_materials::{DISC, DemContactConstants, DemContactPair, DemMaterial, WALL};

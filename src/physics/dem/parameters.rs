@@ -3,7 +3,9 @@
 use super::materials::{ContactLaw, Materials};
 use super::neighbors::tiers::Scope;
 use super::walls::{Motion, PlacedWall, Shape, Wall};
-use kinetoscope_manifest::model::{DemConfig, DemDashpot, DemWall, DemWallShape, TimeStep};
+use kinetoscope_manifest::model::{
+    DemConfig, DemDashpot, DemWall, DemWallShape, StepLength, TimeStep,
+};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -75,8 +77,8 @@ impl Parameters {
         let per_contact = |steps: f64| PI * (smallest_mass / stiffness).sqrt() / steps;
         let time_step = match config.time_step {
             TimeStep::PerContact(steps) => per_contact(steps.get()),
-            TimeStep::Fixed(step) => step.get(),
-            TimeStep::Automatic => {
+            TimeStep::Length(StepLength::Fixed(step)) => step.get(),
+            TimeStep::Length(StepLength::Automatic) => {
                 let pair_mass = 0.5 * smallest_mass;
                 let strongest = law.materials.strongest_dashpot();
                 let damping = strongest.damping(stiffness, pair_mass);

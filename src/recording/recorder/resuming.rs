@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What a recorder keeps to be gone on with after a kill.
+/// The part of a recorder with which a killed run can resume.
 pub(super) struct Resumable {
     pub(super) open: OpenChunk,
     syncer: Syncer,
 }
 
-/// What a recorder goes on from, beside the whole chunks in its file.
+/// The state from which a recorder resumes, in addition to the complete chunks in its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecorderState {
     frames: u64,
@@ -27,7 +27,7 @@ pub struct RecorderState {
 }
 
 impl Recorder<RecordingFile> {
-    /// Starts a recording that can be gone on with after a kill: see [`Recorder::save_point`].
+    /// Starts a recording that can be resumed after a kill: see [`Recorder::save_point`].
     ///
     /// # Errors
     /// As [`Recorder::create`].
@@ -38,13 +38,13 @@ impl Recorder<RecordingFile> {
         Ok(recorder)
     }
 
-    /// Brings the file's bytes to the disk and returns what [`Recorder::resume`] needs beside them, between two frames.
+    /// Syncs the file between two frames and returns the state that [`Recorder::resume`] needs in addition.
     ///
     /// # Errors
     /// A disk that fails, or a recorder that was not created to be resumed: a defect of the program.
     pub fn save_point(&self) -> Result<RecorderState, RecordError> {
         let Some(Resumable { open, syncer }) = &self.resumable else {
-            return Err(RecordError::Container("this recording can't be resumed".to_owned()));
+            return Err(RecordError::Container("this recording cannot be resumed".to_owned()));
         };
         syncer.sync()?;
         Ok(RecorderState {
@@ -56,11 +56,11 @@ impl Recorder<RecordingFile> {
         })
     }
 
-    /// Goes on with the partial file of a killed run. The intact messages go once more through the same writer, which
-    /// compares its bytes with those on the disk and appends after them; then the messages that were still in memory.
+    /// Resumes the partial file of a killed run. The same writer writes the intact messages again and compares the bytes with
+    /// those on the disk; then it appends the messages that were in memory.
     ///
     /// # Errors
-    /// A file that is not the one of this state and header, or a disk that fails.
+    /// A file that does not belong to this state and header, or a disk that fails.
     pub fn resume(
         folder: &Path,
         stem: &str,
@@ -83,7 +83,7 @@ impl Recorder<RecordingFile> {
             }
         }
         if recorder.bytes_written() != state.closed_bytes {
-            return Err(broken("its chunks end elsewhere than its checkpoint says".to_owned()));
+            return Err(broken("its chunks do not end where its checkpoint expects".to_owned()));
         }
         recorder.replay_open(state)?;
         Ok(recorder)

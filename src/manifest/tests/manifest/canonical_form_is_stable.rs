@@ -89,7 +89,7 @@ fn canonical_form_is_pinned() {
             limit_damping: true,
             integrator: DemIntegrator::SemiImplicitEuler,
             dashpot: DemDashpot::Implicit,
-            time_step: TimeStep::Fixed(Positive::literal(1e-6)),
+            time_step: TimeStep::Length(StepLength::Fixed(Positive::literal(1e-6))),
             on_unstable_time_step: UnstableTimeStep::Warn,
             placement: Placement::Given(given(1, |_| [[0.01, 0.02], [-0.0, -1.5]])),
             duration_s: Positive::literal(0.1 + 0.2),

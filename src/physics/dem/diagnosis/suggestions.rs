@@ -6,7 +6,9 @@
 use crate::dem::diagnosis::Diagnosis;
 use crate::dem::parameters::Parameters;
 use crate::dem::restitution;
-use kinetoscope_manifest::model::{DemConfig, DiscRadius, Dissipation, Placement, TimeStep};
+use kinetoscope_manifest::model::{
+    DemConfig, DiscRadius, Dissipation, Placement, StepLength, TimeStep,
+};
 use kinetoscope_manifest::quantity::{Fraction, NonNegative, Positive};
 use std::f64::consts::PI;
 
@@ -44,7 +46,7 @@ fn keys(config: &DemConfig) -> Vec<Key> {
             name: "time_step_s",
             current: parameters.time_step,
             change: |config, value| {
-                let time_step = TimeStep::Fixed(Positive::new(value)?);
+                let time_step = TimeStep::Length(StepLength::Fixed(Positive::new(value)?));
                 Some(DemConfig { time_step, ..config.clone() })
             },
         },
