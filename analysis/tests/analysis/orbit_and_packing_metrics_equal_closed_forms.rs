@@ -208,6 +208,20 @@ fn packing_moments_and_rates_are_exact() {
     metrics.assert_near("packing_fraction", 2.0 * std::f64::consts::PI / 200.0, 1e-14);
 }
 
+/// In a periodic box, a mean velocity stays for ever, and theory is that of discs without one.
+/// Control: with `remove_mean_velocity`, there is a theoretical value.
+#[test]
+fn drifting_discs_have_no_theory() {
+    for (keys, theory) in [("", None), ("\nremove_mean_velocity = true", Some(-0.5))] {
+        let keys = format!("radius = 0.5\nboundary = \"periodic\"{keys}");
+        let manifest = PACKING.replace("radius = 1.0", &keys);
+        let metrics = Folder::write(&manifest, packing_frames).metrics();
+        assert_eq!(metrics.theory("a2.mean"), theory);
+        let has_rate = metrics.theory("pair_collision_rate_per_disc").is_some();
+        assert_eq!(has_rate, theory.is_some());
+    }
+}
+
 /// Control: with dissipation, the theoretical value is Haff's law, T0 exp(-(1 - alpha^2) C/n); the recorded T does not follow it.
 #[test]
 fn control_deviation_from_haffs_law_is_found() {
