@@ -51,7 +51,7 @@ impl WhyArguments {
         let (mut lines, mut runs) = (Vec::new(), Vec::<Json>::new());
         for run in &plan.runs {
             let name = name_of(run, &experiment);
-            let reason = earlier.reason(run, &plan.folder).to_string();
+            let reason = earlier.reason(run, &plan.folder);
             let status = match run.status {
                 Status::Done(_) => "finished",
                 Status::ToDo(_) => "to do",

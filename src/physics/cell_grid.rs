@@ -1,4 +1,4 @@
-//! A rectangle divided into a grid of equal cells: shared by the packing and random placement.
+//! A rectangle divided into a grid of equal cells: shared by the packing, the gas and random placement.
 //!
 //! Invariant: if cells are wider than the distance of interest, all discs within that distance of a disc are in the 3 x 3
 //! block of cells around it.
@@ -92,6 +92,12 @@ impl CellGrid {
     pub(crate) fn is_at_edge(&self, cell: Cell, axis: usize, is_upper: bool) -> bool {
         let last = if is_upper { self.counts[axis] - 1 } else { 0 };
         u32::from(cell[axis]) == last
+    }
+
+    /// The coordinate of the lower or upper edge of a cell along an axis.
+    pub(crate) fn edge(&self, cell: Cell, axis: usize, is_upper: bool) -> f64 {
+        let line = u32::from(cell[axis]) + u32::from(is_upper);
+        f64::from(line) * self.cell_sides[axis] + self.min[axis]
     }
 
     /// The adjacent cell on a side; beyond the edge of the rectangle, the first one at the opposite edge.

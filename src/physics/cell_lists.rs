@@ -1,4 +1,5 @@
-//! The discs of each cell of a grid, inserted and removed one at a time: shared by the packing and random placement.
+//! The discs of each cell of a grid, inserted and removed one at a time: shared by the packing, the gas and random
+//! placement.
 //!
 //! Invariant: the order of the discs of a cell influences no result.
 
@@ -50,8 +51,8 @@ impl CellLists {
     pub(crate) fn block_slots(&self, cell: Cell) -> [&[u32; 4]; 9] {
         let (columns, rows) = self.grid.block(cell);
         let mut block = [&EMPTY; 9];
-        for (place, slots) in block.iter_mut().enumerate() {
-            *slots = &self.slots[rows[place / 3] + columns[place % 3]];
+        for (index, slots) in block.iter_mut().enumerate() {
+            *slots = &self.slots[rows[index / 3] + columns[index % 3]];
         }
         block
     }

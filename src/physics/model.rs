@@ -5,10 +5,11 @@ use kinetoscope_recording::channels::ChannelDeclaration;
 use kinetoscope_recording::checkpoint::Content;
 use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Length of a run, as the model counts it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Extent {
     /// `total` steps of length `step` in the model's time unit.
     Steps {
@@ -30,6 +31,17 @@ pub enum Target {
     Count(u64),
     /// At this time since the start, in the model's time unit.
     Time(f64),
+}
+
+impl Extent {
+    /// The end of the run.
+    #[must_use]
+    pub fn end(self) -> Target {
+        match self {
+            Self::Steps { total, .. } | Self::Events(total) => Target::Count(total),
+            Self::Time(duration) => Target::Time(duration),
+        }
+    }
 }
 
 /// Result of a call to [`Model::advance`].

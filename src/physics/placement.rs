@@ -3,6 +3,7 @@
 use crate::cell_grid::CellGrid;
 use crate::cell_lists::CellLists;
 use crate::random::Generator;
+use kinetoscope_manifest::model::Boundary;
 
 /// The rectangle in which discs are placed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,62 +31,21 @@ pub struct Jammed {
 const MAX_TRIALS_PER_DISC: u32 = 2_000_000;
 
 /// Places discs one after the other, each uniformly at random, and draws a position again while the disc overlaps another
-/// one (random sequential addition; Feder, J. Theor. Biol. 87 (1980) 237). Returns the centers in the order of `radii`.
-/// Discs that touch do not overlap.
+/// one (random sequential addition; Feder, J. Theor. Biol. 87 (1980) 237) or `is_allowed` rejects its center and radius.
+/// Returns the centers in the order of `radii`. Discs that touch do not overlap. A periodic rectangle is wider than two discs.
 ///
 /// # Errors
 /// [`Jammed`] if a disc found no free position in 2,000,000 trials.
 pub fn random_sequential_addition(
     rectangle: Rectangle,
-    radii: &[f64],
-    generator: &mut Generator,
-) -> Result<Vec<[f64; 2]>, Jammed> {
-    random_sequential_addition_where(rectangle, radii, generator, |_, _| true)
-}
-
-/// Random sequential addition that also rejects a center and radius if `is_allowed` returns false, for containers that are
-/// not rectangles.
-///
-/// # Errors
-/// As [`random_sequential_addition`].
-pub fn random_sequential_addition_where(
-    rectangle: Rectangle,
+    boundary: Boundary,
     radii: &[f64],
     generator: &mut Generator,
     is_allowed: impl Fn([f64; 2], f64) -> bool,
 ) -> Result<Vec<[f64; 2]>, Jammed> {
-    add_at_random(rectangle, Edges::Walls, radii, generator, is_allowed)
-}
-
-/// [`random_sequential_addition`] in a periodic rectangle, which is wider than two discs.
-///
-/// # Errors
-/// As [`random_sequential_addition`].
-pub fn periodic_random_sequential_addition(
-    rectangle: Rectangle,
-    radii: &[f64],
-    generator: &mut Generator,
-) -> Result<Vec<[f64; 2]>, Jammed> {
-    add_at_random(rectangle, Edges::Periodic, radii, generator, |_, _| true)
-}
-
-/// The edges of the rectangle.
-#[derive(Clone, Copy, PartialEq)]
-enum Edges {
-    Walls,
-    Periodic,
-}
-
-fn add_at_random(
-    rectangle: Rectangle,
-    edges: Edges,
-    radii: &[f64],
-    generator: &mut Generator,
-    is_allowed: impl Fn([f64; 2], f64) -> bool,
-) -> Result<Vec<[f64; 2]>, Jammed> {
-    let mut placed = PlacedDiscs::new(rectangle, edges, radii);
+    let mut placed = PlacedDiscs::new(rectangle, boundary, radii);
     for (index, &radius) in radii.iter().enumerate() {
-        let margin = if edges == Edges::Walls { radius } else { 0.0 };
+        let margin = if boundary == Boundary::Walls { radius } else { 0.0 };
         let low = [rectangle.min[0] + margin, rectangle.min[1] + margin];
         let high = [rectangle.max[0] - margin, rectangle.max[1] - margin];
         if low[0] > high[0] || low[1] > high[1] {
@@ -131,14 +91,14 @@ pub fn square_lattice(rectangle: Rectangle, radius: f64, count: usize) -> Option
 /// The discs that have been placed, by cell.
 struct PlacedDiscs<'a> {
     rectangle: Rectangle,
-    edges: Edges,
+    boundary: Boundary,
     radii: &'a [f64],
     centers: Vec<[f64; 2]>,
     cells: CellLists,
 }
 
 impl<'a> PlacedDiscs<'a> {
-    fn new(rectangle: Rectangle, edges: Edges, radii: &'a [f64]) -> Self {
+    fn new(rectangle: Rectangle, boundary: Boundary, radii: &'a [f64]) -> Self {
         let mut max_radius = 0.0;
         for &radius in radii {
             max_radius = if radius > max_radius { radius } else { max_radius };
@@ -147,9 +107,9 @@ impl<'a> PlacedDiscs<'a> {
         let most = ((radii.len() as f64).sqrt() as u32 + 1).saturating_mul(2);
         let sides = rectangle.sides();
         let counts = sides.map(|side| ((side / (2.0 * max_radius)) as u32).min(most));
-        let grid = CellGrid::new(rectangle.min, sides, counts, edges == Edges::Periodic);
+        let grid = CellGrid::new(rectangle.min, sides, counts, boundary == Boundary::Periodic);
         let centers = Vec::with_capacity(radii.len());
-        Self { rectangle, edges, radii, centers, cells: CellLists::new(grid) }
+        Self { rectangle, boundary, radii, centers, cells: CellLists::new(grid) }
     }
 
     /// Places the next disc.
@@ -173,7 +133,7 @@ impl<'a> PlacedDiscs<'a> {
     /// The separation of two points along an axis; in a periodic rectangle, that of the nearest images.
     fn separation(&self, first: [f64; 2], second: [f64; 2], axis: usize) -> f64 {
         let separation = first[axis] - second[axis];
-        if self.edges == Edges::Walls {
+        if self.boundary == Boundary::Walls {
             return separation;
         }
         let side = self.rectangle.sides()[axis];

@@ -191,13 +191,8 @@ impl Plan {
     /// Upper estimate of the bytes still to be written.
     #[must_use]
     pub fn bytes_to_write(&self) -> u64 {
-        self.runs
-            .iter()
-            .map(|run| match &run.status {
-                Status::ToDo(estimate) => estimate.bytes,
-                Status::Done(_) | Status::Rejected(_) => 0,
-            })
-            .fold(0, u64::saturating_add)
+        let estimates = self.runs.iter().filter_map(PlannedRun::estimate);
+        estimates.map(|estimate| estimate.bytes).fold(0, u64::saturating_add)
     }
 
     /// Upper estimate of the bytes that the `jobs` largest recordings still need. The part of an interrupted run on the disk is

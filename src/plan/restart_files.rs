@@ -40,9 +40,9 @@ impl StartFiles {
     }
 
     fn named_by_key(&self, run_key: &str, identity: &str) -> Result<RecordedState, String> {
-        let beside = self.folder.parent().map(Path::to_owned).unwrap_or_default();
+        let parent = self.folder.parent().map(Path::to_owned).unwrap_or_default();
         let mut folders = vec![self.folder.clone()];
-        folders.extend(entries(&beside).into_iter().filter(|path| path.is_dir()));
+        folders.extend(entries(&parent).into_iter().filter(|path| path.is_dir()));
         folders.extend(entries(&self.folder).into_iter().filter(|path| path.is_dir()));
         let short = run_key.get(..8).unwrap_or(run_key);
         let endings = [format!("__{short}.mcap"), format!("__{run_key}.mcap")];
@@ -60,7 +60,7 @@ impl StartFiles {
         }
         Err(other.unwrap_or_else(|| {
             format!(
-                "no recording with the run key {run_key} is in {} or a folder beside it: put it there",
+                "no recording with the run key {run_key} is in {} or an adjacent folder: put it there",
                 self.folder.display()
             )
         }))
@@ -82,7 +82,7 @@ fn last_state(path: &Path) -> Result<RecordedState, String> {
     match &provenance.outcome {
         Some(Outcome::Complete) => {}
         Some(Outcome::Fault(fault)) => {
-            return Err(format!("{} ended in a fault: {fault}", path.display()));
+            return Err(format!("{} failed: {fault}", path.display()));
         }
         Some(Outcome::Interrupted) | None => {
             return Err(format!("{} is not finished: finish its run first", path.display()));

@@ -8,60 +8,14 @@ use kinetoscope_recording::error::{ReadError, ReadFault};
 use kinetoscope_recording::file::{final_path, partial_path};
 use kinetoscope_recording::reader::{Outcome, Recording};
 use std::collections::BTreeMap;
-use std::fmt;
 use std::fs;
 use std::path::Path;
-
-/// Whether a run is to be executed, and why.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Reason {
-    /// It is finished, with this outcome.
-    Done(Outcome),
-    /// It cannot be executed.
-    Rejected(String),
-    /// It was started: this file exists.
-    Unfinished(String),
-    /// Its file exists but cannot be used.
-    Unusable(String),
-    /// The run was recorded under another name, because the sweep or the number of replicates has changed.
-    OtherName(String),
-    /// The most similar recording differs in these keys or versions.
-    Changed {
-        /// Its file name.
-        file: String,
-        /// Each key or version that differs, with both values.
-        changes: Vec<String>,
-    },
-    /// No recording of it exists.
-    NeverRecorded,
-}
-
-impl fmt::Display for Reason {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Done(Outcome::Fault(fault)) => {
-                write!(formatter, "done; it ended in a fault ({fault}), --force does it again")
-            }
-            Self::Done(_) => formatter.write_str("done"),
-            Self::Rejected(error) => write!(formatter, "can't be done: {error}"),
-            Self::Unfinished(file) => write!(formatter, "to do: {file} is unfinished"),
-            Self::Unusable(what) => write!(formatter, "to do: {what}"),
-            Self::OtherName(file) => {
-                write!(formatter, "to do: recorded as {file}, which has another name")
-            }
-            Self::Changed { file, changes } => {
-                write!(formatter, "to do: differs from {file}\n    {}", changes.join("\n    "))
-            }
-            Self::NeverRecorded => formatter.write_str("to do: never recorded"),
-        }
-    }
-}
 
 /// The recordings of a folder, each opened once.
 #[derive(Debug, Default)]
 pub struct Earlier {
-    /// By the file's stem without the key: the experiment's name, the coordinates and the replicate.
-    by_place: BTreeMap<String, Vec<EarlierRecording>>,
+    /// By the file's stem without its run key: the experiment's name, the coordinates and the replicate.
+    by_stem: BTreeMap<String, Vec<EarlierRecording>>,
     /// File names by run key.
     by_key: BTreeMap<String, String>,
 }
@@ -106,43 +60,50 @@ impl Earlier {
                 }
                 Err(_) => continue,
             };
-            let place = place_of(stem).to_owned();
-            earlier.by_place.entry(place).or_default().push(EarlierRecording { file, contents });
+            let stem = without_key(stem).to_owned();
+            earlier.by_stem.entry(stem).or_default().push(EarlierRecording { file, contents });
         }
         earlier
     }
 
-    /// Determines whether a run is to be executed, and why.
+    /// Describes whether a run is to be executed, and why.
     #[must_use]
-    pub fn reason(&self, run: &PlannedRun, folder: &Path) -> Reason {
+    pub fn reason(&self, run: &PlannedRun, folder: &Path) -> String {
         match &run.status {
-            Status::Done(outcome) => return Reason::Done(outcome.clone()),
-            Status::Rejected(error) => return Reason::Rejected(error.to_string()),
-            Status::ToDo(_) => {}
+            Status::Done(Outcome::Fault(fault)) => {
+                format!("finished; it failed ({fault}), --force reruns it")
+            }
+            Status::Done(_) => "finished".to_owned(),
+            Status::Rejected(error) => format!("rejected: {error}"),
+            Status::ToDo(_) => format!("to do: {}", self.reason_to_execute(run, folder)),
         }
-        if let Some(what) = unusable(&final_path(folder, &run.stem)) {
-            return Reason::Unusable(what);
+    }
+
+    fn reason_to_execute(&self, run: &PlannedRun, folder: &Path) -> String {
+        if let Some(reason) = unusable(&final_path(folder, &run.stem)) {
+            return reason;
         }
         if partial_path(folder, &run.stem).exists() {
-            return Reason::Unfinished(format!("{}.partial.mcap", run.stem));
+            return format!("{}.partial.mcap is unfinished", run.stem);
         }
+        // The sweep or the number of replicates has changed.
         if let Some(file) = self.by_key.get(run.run_key.as_str()) {
-            return Reason::OtherName(file.clone());
+            return format!("recorded as {file}, which has another name");
         }
-        let candidates = self.by_place.get(place_of(&run.stem)).into_iter().flatten();
+        let candidates = self.by_stem.get(without_key(&run.stem)).into_iter().flatten();
         let nearest = candidates
-            .map(|earlier| (changes(&earlier.contents, run), earlier))
+            .map(|earlier| (changes(&earlier.contents, run), &earlier.file))
             .min_by_key(|(changes, _)| changes.len());
         match nearest {
-            Some((changes, earlier)) => Reason::Changed { file: earlier.file.clone(), changes },
-            None => Reason::NeverRecorded,
+            Some((changes, file)) => format!("differs from {file}\n    {}", changes.join("\n    ")),
+            None => "never recorded".to_owned(),
         }
     }
 }
 
 /// A file's stem without its run key.
-fn place_of(stem: &str) -> &str {
-    stem.rsplit_once("__").map_or(stem, |(place, _)| place)
+fn without_key(stem: &str) -> &str {
+    stem.rsplit_once("__").map_or(stem, |(start, _)| start)
 }
 
 /// Why an existing file cannot serve as the run's recording; `None` if there is no file.

@@ -8,7 +8,7 @@ use kinetoscope_manifest::{
     Coordinate, Experiment, Run, RunManifest, TimingComparison, TimingPoint, TimingRatio,
     TimingTable,
 };
-use kinetoscope_physics::model::{Extent, Progress, SetupError, SimulationFault, Target};
+use kinetoscope_physics::model::{Progress, SetupError, SimulationFault};
 use kinetoscope_physics::prepare;
 use kinetoscope_physics::random::Seed;
 use std::fs;
@@ -24,13 +24,6 @@ pub enum TimingError {
     /// The simulation failed.
     #[error(transparent)]
     Fault(#[from] SimulationFault),
-}
-
-/// Time and work of one run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Measurement {
-    seconds: f64,
-    steps_or_events: u64,
 }
 
 /// The replicates of one point of the sweep, in order.
@@ -55,16 +48,16 @@ pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
         if Some(run.replicate) == first_replicate {
             measure(&run.manifest)?;
         }
-        let Measurement { seconds, steps_or_events } = measure(&run.manifest)?;
+        let (seconds, count) = measure(&run.manifest)?;
         match points.iter_mut().find(|point| point.coordinates == run.coordinates) {
             Some(point) => {
                 point.seconds.push(seconds);
-                point.steps_or_events += steps_or_events;
+                point.steps_or_events += count;
             }
             None => points.push(Point {
                 coordinates: run.coordinates.clone(),
                 seconds: vec![seconds],
-                steps_or_events,
+                steps_or_events: count,
             }),
         }
     }
@@ -73,20 +66,18 @@ pub fn time_table(experiment: &Experiment) -> Result<TimingTable, TimingError> {
         experiment: experiment.name.clone(),
         machine: machine(),
         comparison: comparison(&points),
-        points: points.iter().map(Point::figures).collect(),
+        points: points.iter().map(Point::statistics).collect(),
     })
 }
 
-fn measure(manifest: &RunManifest) -> Result<Measurement, TimingError> {
+/// Time of a run, s, and number of its steps or events.
+fn measure(manifest: &RunManifest) -> Result<(f64, u64), TimingError> {
     let seed = Seed { seed: manifest.seed, replicate: manifest.replicate };
     let mut model = prepare(&manifest.model, seed, false)?;
-    let target = match model.extent() {
-        Extent::Steps { total, .. } | Extent::Events(total) => Target::Count(total),
-        Extent::Time(duration) => Target::Time(duration),
-    };
+    let target = model.extent().end();
     let started = Instant::now();
     while model.advance(target, u64::MAX)? == Progress::Working {}
-    Ok(Measurement { seconds: started.elapsed().as_secs_f64(), steps_or_events: model.count() })
+    Ok((started.elapsed().as_secs_f64(), model.count()))
 }
 
 /// Description of the machine.
@@ -106,7 +97,7 @@ fn machine() -> String {
 }
 
 impl Point {
-    fn figures(&self) -> TimingPoint {
+    fn statistics(&self) -> TimingPoint {
         let (mean_s, standard_deviation_s) = mean_and_deviation(&self.seconds);
         TimingPoint {
             coordinates: self.coordinates.clone(),
@@ -164,7 +155,7 @@ fn ratio(coordinates: Vec<Coordinate>, ratios: &[f64]) -> TimingRatio {
 pub fn text(table: &TimingTable) -> String {
     let runs = table.points.first().map_or(0, |point| point.runs);
     let mut text = format!(
-        "{}: the engine alone, one run at a time, nothing recorded, {runs} runs a line after one that warms up\n{}\n\n",
+        "{}: time of the simulation without recording, one run at a time, {runs} runs per line after a warm-up run\n{}\n\n",
         table.experiment, table.machine
     );
     let names: Vec<String> = table.points.iter().map(|point| name(&point.coordinates)).collect();
@@ -221,12 +212,12 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
 }
 
 /// A quantile between the ordered values.
-fn quantile(values: &[f64], share: f64) -> f64 {
+fn quantile(values: &[f64], fraction: f64) -> f64 {
     let mut ordered = values.to_vec();
     ordered.sort_by(f64::total_cmp);
-    let place = share * (ordered.len() as f64 - 1.0);
-    let below = place as usize;
-    let (Some(&low), part) = (ordered.get(below), place - below as f64) else { return f64::NAN };
+    let position = fraction * (ordered.len() as f64 - 1.0);
+    let below = position as usize;
+    let (Some(&low), part) = (ordered.get(below), position - below as f64) else { return f64::NAN };
     let high = ordered.get(below + 1).copied().unwrap_or(low);
     low + part * (high - low)
 }
@@ -235,31 +226,31 @@ fn quantile(values: &[f64], share: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn point(law: &str, seconds: &[f64]) -> Point {
+    fn point(variant: &str, seconds: &[f64]) -> Point {
         let coordinate =
             |key: &str, value: &str| Coordinate { key: key.to_owned(), value: value.to_owned() };
-        let coordinates = vec![coordinate("n", "5"), coordinate("variant", law)];
+        let coordinates = vec![coordinate("n", "5"), coordinate("variant", variant)];
         Point { coordinates, seconds: seconds.to_vec(), steps_or_events: 10 }
     }
 
     /// Law: median, quartiles, mean and standard deviation of 1, 2, 3, 4, 10, by hand: 3, 2, 4, 4, sqrt(50/4).
     #[test]
-    fn the_figures_of_a_known_sample() {
+    fn statistics_of_a_known_sample_are_exact() {
         let sample = [10.0, 1.0, 3.0, 2.0, 4.0];
-        assert_eq!([0.25, 0.5, 0.75].map(|share| quantile(&sample, share)), [2.0, 3.0, 4.0]);
+        assert_eq!([0.25, 0.5, 0.75].map(|fraction| quantile(&sample, fraction)), [2.0, 3.0, 4.0]);
         assert_eq!(mean_and_deviation(&sample), (4.0, 12.5_f64.sqrt()));
     }
 
     /// Law: ratios are taken run by run, (2/1, 6/2): median 2.5, geometric mean sqrt 6, its error sqrt 6 ln(1.5) / 2.
     #[test]
-    fn ratios_are_of_runs_of_one_replicate() {
+    fn ratios_compare_runs_of_the_same_replicate() {
         let points = [point("one", &[1.0, 2.0]), point("other", &[2.0, 6.0])];
         let table = TimingTable {
             schema: TimingTable::SCHEMA,
             experiment: "timed".to_owned(),
             machine: "on a machine".to_owned(),
             comparison: comparison(&points),
-            points: points.iter().map(Point::figures).collect(),
+            points: points.iter().map(Point::statistics).collect(),
         };
         let text = text(&table);
         assert!(text.contains("n = 5: 2.5000, 2.4495 +- 0.4966"), "{text}");

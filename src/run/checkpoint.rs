@@ -2,14 +2,11 @@
 
 use crate::run::prepared::Prepared;
 use crate::run::schedule::Schedule;
-use kinetoscope_manifest::model::ModelConfig;
 use kinetoscope_physics::model::Model;
-use kinetoscope_physics::restore;
 use kinetoscope_recording::background::FrameWriter;
-use kinetoscope_recording::checkpoint::{self, decode_head};
+use kinetoscope_recording::checkpoint;
 use kinetoscope_recording::error::RecordError;
 use kinetoscope_recording::file::RecordingFile;
-use kinetoscope_recording::recorder::RecorderState;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -38,30 +35,8 @@ impl<W: Write> RunState<W> {
     }
 }
 
-/// The content of a checkpoint.
-pub(crate) struct Saved {
-    pub(crate) next: u64,
-    pub(crate) recorder: RecorderState,
-    pub(crate) model: Box<dyn Model>,
-}
-
-impl Saved {
-    /// Reads the last checkpoint of a run; `None` if there is none.
-    pub(crate) fn read(
-        folder: &Path,
-        stem: &str,
-        identity: &str,
-        model: &ModelConfig,
-    ) -> Result<Option<Self>, RecordError> {
-        checkpoint::read(folder, stem, identity, |content| {
-            let ((next, recorder), rest) = decode_head(content)?;
-            Some(Self { next, recorder, model: restore(model, rest)? })
-        })
-    }
-}
-
 /// Saves one run to a file at intervals.
-pub struct Checkpointer {
+pub(crate) struct Checkpointer {
     folder: PathBuf,
     stem: String,
     identity: String,
@@ -72,49 +47,20 @@ pub struct Checkpointer {
 }
 
 impl Checkpointer {
-    /// A policy with at least the time `every` between two checkpoints.
-    #[must_use]
-    pub fn new(folder: &Path, stem: &str, identity: String, every: Duration) -> Self {
+    /// Checkpoints with at least the time `every` between two of them.
+    pub(crate) fn new(folder: &Path, stem: &str, identity: String, every: Duration) -> Self {
         let (folder, stem) = (folder.to_owned(), stem.to_owned());
         Self { folder, stem, identity, every, last: Instant::now(), cost: None }
     }
 
-    /// Time between two checkpoints of this cost. An interval of zero requests a checkpoint at every opportunity.
-    fn pause(&self, cost: Duration) -> Duration {
-        if self.every.is_zero() { Duration::ZERO } else { self.every.max(cost * COST_RATIO) }
-    }
-}
-
-/// When and where a run in progress is saved.
-pub trait CheckpointPolicy<W: Write> {
-    /// Saves the run.
+    /// Saves the run if a checkpoint is due, or in any case if `at_once`.
     ///
     /// # Errors
     /// A disk that fails.
-    fn save(&mut self, state: &mut RunState<W>) -> Result<(), RecordError>;
-
-    /// Saves the run if a checkpoint is due.
-    ///
-    /// # Errors
-    /// A disk that fails.
-    fn save_if_due(&mut self, state: &mut RunState<W>) -> Result<(), RecordError>;
-}
-
-/// The policy of a run that cannot be resumed.
-pub struct NoCheckpoints;
-
-impl<W: Write> CheckpointPolicy<W> for NoCheckpoints {
-    fn save(&mut self, _: &mut RunState<W>) -> Result<(), RecordError> {
-        Ok(())
-    }
-
-    fn save_if_due(&mut self, _: &mut RunState<W>) -> Result<(), RecordError> {
-        Ok(())
-    }
-}
-
-impl CheckpointPolicy<RecordingFile> for Checkpointer {
-    fn save(&mut self, state: &mut RunState) -> Result<(), RecordError> {
+    pub(crate) fn save(&mut self, state: &mut RunState, at_once: bool) -> Result<(), RecordError> {
+        if !at_once && !self.is_due(state)? {
+            return Ok(());
+        }
         let started = Instant::now();
         let head = (state.next, state.recorder.save_point()?);
         checkpoint::write(&self.folder, &self.stem, &self.identity, &[&head, &*state.model])?;
@@ -123,16 +69,21 @@ impl CheckpointPolicy<RecordingFile> for Checkpointer {
         Ok(())
     }
 
-    fn save_if_due(&mut self, state: &mut RunState) -> Result<(), RecordError> {
+    fn is_due(&mut self, state: &RunState) -> Result<bool, RecordError> {
         let waited = self.last.elapsed();
         if waited < self.every {
-            return Ok(());
+            return Ok(false);
         }
         let cost = match self.cost {
             Some(cost) => cost,
             None => *self.cost.insert(expected_cost(checkpoint::size(&*state.model)?)),
         };
-        if waited < self.pause(cost) { Ok(()) } else { self.save(state) }
+        Ok(waited >= self.pause(cost))
+    }
+
+    /// Time between two checkpoints of this cost. An interval of zero requests a checkpoint at every opportunity.
+    fn pause(&self, cost: Duration) -> Duration {
+        if self.every.is_zero() { Duration::ZERO } else { self.every.max(cost * COST_RATIO) }
     }
 }
 

@@ -1,6 +1,5 @@
 //! A run whose recording is kept in memory.
 
-use super::checkpoint::NoCheckpoints;
 use super::prepared::Prepared;
 use super::{RunError, record_frames, record_start};
 use crate::interrupt::Interrupt;
@@ -26,7 +25,7 @@ pub fn run(run: &Run) -> Result<Recording, RunError> {
     let recorder = Recorder::create(Vec::new(), &start.header)?;
     let mut state = record_start(start, recorder)?;
     let interrupt = Interrupt::default();
-    let outcome = record_frames(&mut state, &mut NoCheckpoints, &interrupt, &|_, _| {})?;
+    let outcome = record_frames(&mut state, &interrupt, &|_, _| {}, |_, _| Ok(()))?;
     let bytes = state.recorder.finish(&outcome)?;
     Ok(Recording::from_bytes(bytes, Path::new("the recording in memory"))?)
 }

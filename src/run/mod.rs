@@ -9,16 +9,16 @@ pub mod schedule;
 
 use crate::interrupt::Interrupt;
 use crate::live::LiveServer;
-use checkpoint::{CheckpointPolicy, Checkpointer, RunState, Saved};
+use checkpoint::{Checkpointer, RunState};
 use kinetoscope_manifest::RunManifest;
-use kinetoscope_physics::kind_of;
-use kinetoscope_physics::model::{Progress, SetupError, SimulationFault, Target};
+use kinetoscope_physics::model::{Progress, SetupError};
+use kinetoscope_physics::{kind_of, restore};
 use kinetoscope_recording::background::FrameWriter;
-use kinetoscope_recording::checkpoint as checkpoint_file;
+use kinetoscope_recording::checkpoint::{self as checkpoint_file, decode_head};
 use kinetoscope_recording::error::{ReadError, RecordError};
 use kinetoscope_recording::file::RecordingFile;
 use kinetoscope_recording::frame::{Level, LogLine};
-use kinetoscope_recording::recorder::{Clock, Outcome, Recorder};
+use kinetoscope_recording::recorder::{Clock, Outcome, Recorder, RecorderState};
 use prepared::Prepared;
 use std::fs;
 use std::io::Write;
@@ -123,8 +123,8 @@ pub fn execute(
     let (mut state, start) = begin(spec, start, &identity, context.live)?;
     let every = context.checkpoint_every;
     let mut checkpointer = Checkpointer::new(folder, stem, identity, every);
-    let RunContext { interrupt, on_frame, .. } = context;
-    let outcome = record_frames(&mut state, &mut checkpointer, interrupt, on_frame)?;
+    let save = |state: &mut RunState, at_once| checkpointer.save(state, at_once);
+    let outcome = record_frames(&mut state, context.interrupt, context.on_frame, save)?;
     let frames = state.recorder.frames_written();
     let work = state.model.count();
     let file = state.recorder.finish(&outcome)?;
@@ -189,10 +189,11 @@ fn resume(
     identity: &str,
 ) -> Result<Option<(Recorder<RecordingFile>, u64, Prepared)>, RecordError> {
     let RunSpec { manifest, canonical, run_key, folder, stem } = spec;
-    let Some(saved) = Saved::read(folder, stem, identity, &manifest.model)? else {
-        return Ok(None);
-    };
-    let Saved { next, recorder, model } = saved;
+    let saved = checkpoint_file::read(folder, stem, identity, |content| {
+        let (head, rest): ((u64, RecorderState), _) = decode_head(content)?;
+        Some((head, restore(&manifest.model, rest)?))
+    })?;
+    let Some(((next, recorder), model)) = saved else { return Ok(None) };
     let prepared = Prepared::of(model, manifest, canonical, run_key)
         .map_err(|error| RecordError::Container(error.to_string()))?;
     let recorder = Recorder::resume(folder, stem, &prepared.header, recorder)?;
@@ -218,25 +219,33 @@ fn record_now<W: Write>(state: &mut RunState<W>) -> Result<(), RecordError> {
     state.recorder.write(clock, |frame| model.observe(frame))
 }
 
-/// Advances the run and records its remaining frames.
+/// Advances the run and records its remaining frames. `save` is called between two parts of the work, with `true` if the run
+/// stops there and must be saved.
 ///
 /// # Errors
 /// A sink or a disk that fails. A physical failure and an interruption are outcomes.
 pub fn record_frames<W: Write>(
     state: &mut RunState<W>,
-    checkpoints: &mut impl CheckpointPolicy<W>,
     interrupt: &Interrupt,
     on_frame: &(dyn Fn(u64, u64) + Sync),
+    mut save: impl FnMut(&mut RunState<W>, bool) -> Result<(), RecordError>,
 ) -> Result<Outcome, RecordError> {
-    let mut budget = Budget::default();
+    let mut budget = 1;
     let frames = state.schedule.frames();
     while state.next <= frames {
-        let target = state.schedule.target(state.next);
-        match advance_to(state, target, &mut budget, checkpoints, interrupt)? {
-            Ok(Arrival::Reached) => {}
-            Ok(Arrival::Interrupted) => {
-                checkpoints.save(state)?;
-                return Ok(Outcome::Interrupted);
+        if interrupt.is_raised() {
+            save(state, true)?;
+            return Ok(Outcome::Interrupted);
+        }
+        let started = Instant::now();
+        let progress = state.model.advance(state.schedule.target(state.next), budget);
+        budget = adapted_budget(budget, started.elapsed());
+        match progress {
+            Ok(Progress::Working) => {}
+            Ok(Progress::Reached) => {
+                record_now(state)?;
+                on_frame(state.next, frames);
+                state.next += 1;
             }
             Err(fault) => {
                 let line = LogLine { level: Level::Error, text: fault.0.clone() };
@@ -244,64 +253,22 @@ pub fn record_frames<W: Write>(
                 return Ok(Outcome::Fault(fault.0));
             }
         }
-        record_now(state)?;
-        on_frame(state.next, frames);
-        state.next += 1;
-        checkpoints.save_if_due(state)?;
+        save(state, false)?;
     }
     Ok(Outcome::Complete)
 }
 
-enum Arrival {
-    Reached,
-    Interrupted,
-}
-
-fn advance_to<W: Write>(
-    state: &mut RunState<W>,
-    target: Target,
-    budget: &mut Budget,
-    checkpoints: &mut impl CheckpointPolicy<W>,
-    interrupt: &Interrupt,
-) -> Result<Result<Arrival, SimulationFault>, RecordError> {
-    loop {
-        if interrupt.is_raised() {
-            return Ok(Ok(Arrival::Interrupted));
-        }
-        let started = Instant::now();
-        let progress = match state.model.advance(target, budget.steps) {
-            Ok(progress) => progress,
-            Err(fault) => return Ok(Err(fault)),
-        };
-        budget.adapt(started.elapsed());
-        if progress == Progress::Reached {
-            return Ok(Ok(Arrival::Reached));
-        }
-        checkpoints.save_if_due(state)?;
-    }
-}
-
-/// Number of steps or events per call of `Model::advance`: large enough for speed, small enough for a quick reaction to a
-/// signal. The division of the work does not change a bit of the trajectory; therefore, it may depend on the clock.
-struct Budget {
-    steps: u64,
-}
-
-impl Default for Budget {
-    fn default() -> Self {
-        Self { steps: 1 }
-    }
-}
-
-impl Budget {
+/// Number of steps or events for the next call of `Model::advance`, from the time that the last call took: large enough for
+/// speed, small enough for a quick reaction to a signal. The division of the work does not change a bit of the trajectory;
+/// therefore, it may depend on the clock.
+fn adapted_budget(steps: u64, took: Duration) -> u64 {
     const SHORT: Duration = Duration::from_millis(20);
     const LONG: Duration = Duration::from_millis(100);
-
-    fn adapt(&mut self, took: Duration) {
-        if took < Self::SHORT {
-            self.steps = self.steps.saturating_mul(2);
-        } else if took > Self::LONG {
-            self.steps = (self.steps / 2).max(1);
-        }
+    if took < SHORT {
+        steps.saturating_mul(2)
+    } else if took > LONG {
+        (steps / 2).max(1)
+    } else {
+        steps
     }
 }

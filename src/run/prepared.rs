@@ -52,7 +52,36 @@ impl Prepared {
         run_key: &str,
     ) -> Result<Self, SetupError> {
         let schedule = Schedule::new(manifest.record.interval, model.extent())?;
-        let header = header(model.as_ref(), &schedule, manifest, canonical, run_key);
+        let (kind, record) = (kind_of(&manifest.model), &manifest.record);
+        let header = Header {
+            manifest: canonical.to_owned(),
+            run_key: run_key.to_owned(),
+            model: kind.name,
+            physics_version: kind.physics_version,
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            time_unit: kind.time_unit,
+            state_columns: kind.state_columns,
+            channels: model.channels(),
+            selection: match &record.channels {
+                None => Selection::All,
+                Some(channels) => Selection::Named(channels.clone()),
+            },
+            scenery: model.scenery(),
+            playback_fps: record.playback_fps.get(),
+            max_drawn_particles: record.max_drawn_particles,
+            compression: match record.compression {
+                Compression::Zstd => recorder::Compression::Zstd,
+                Compression::Zstd3 => recorder::Compression::Zstd3,
+                Compression::Lz4 => recorder::Compression::Lz4,
+                Compression::None => recorder::Compression::None,
+            },
+            frames_expected: Some(schedule.frames() + 1),
+            model_time: match model.extent() {
+                Extent::Steps { total, step } => Some(total as f64 * step),
+                Extent::Time(duration) => Some(duration),
+                Extent::Events(_) => None,
+            },
+        };
         Ok(Self { model, schedule, header })
     }
 }
@@ -64,43 +93,4 @@ pub(crate) fn wants_opt_in(kind: &ModelKind, record: &RecordConfig) -> bool {
         let name = channel.topic.trim_start_matches('/');
         record.channels.iter().flatten().any(|wanted| wanted == name)
     })
-}
-
-fn header(
-    model: &dyn Model,
-    schedule: &Schedule,
-    manifest: &RunManifest,
-    canonical: &str,
-    run_key: &str,
-) -> Header {
-    let (kind, record) = (kind_of(&manifest.model), &manifest.record);
-    Header {
-        manifest: canonical.to_owned(),
-        run_key: run_key.to_owned(),
-        model: kind.name,
-        physics_version: kind.physics_version,
-        program_version: env!("CARGO_PKG_VERSION").to_owned(),
-        time_unit: kind.time_unit,
-        state_columns: kind.state_columns,
-        channels: model.channels(),
-        selection: match &record.channels {
-            None => Selection::All,
-            Some(channels) => Selection::Named(channels.clone()),
-        },
-        scenery: model.scenery(),
-        playback_fps: record.playback_fps.get(),
-        max_drawn_particles: record.max_drawn_particles,
-        compression: match record.compression {
-            Compression::Zstd => recorder::Compression::Zstd,
-            Compression::Zstd3 => recorder::Compression::Zstd3,
-            Compression::Lz4 => recorder::Compression::Lz4,
-            Compression::None => recorder::Compression::None,
-        },
-        frames_expected: Some(schedule.frames() + 1),
-        model_time: match model.extent() {
-            Extent::Steps { total, step } => Some(total as f64 * step),
-            Extent::Time(duration) => Some(duration),
-            Extent::Events(_) => None,
-        },
-    }
 }

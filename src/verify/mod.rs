@@ -6,7 +6,6 @@ pub mod diff;
 
 use crate::interrupt::Interrupt;
 use crate::plan::restart_files::StartFiles;
-use crate::run::checkpoint::NoCheckpoints;
 use crate::run::prepared::Prepared;
 use crate::run::{RunError, record_frames, record_start};
 use crate::verify::diff::{Comparison, compare_messages};
@@ -64,20 +63,20 @@ pub enum VerifyError {
     )]
     Manifest(String),
     /// The recording from which the run started is missing.
-    #[error("the run began where another recording ends: {0}")]
+    #[error("the run started from another recording: {0}")]
     Start(String),
     /// The rerun does not start.
-    #[error("the re-run failed: {0}")]
+    #[error("the rerun failed: {0}")]
     Run(RunError),
     /// The temporary file of the rerun failed.
     #[error(
-        "cannot write the re-run to {folder}: {source}. Free some space there, or name another folder in TMPDIR",
+        "cannot write the rerun to {folder}: {source}; free some space there, or name another folder in TMPDIR",
         folder = std::env::temp_dir().display(),
         source = .0
     )]
     Temporary(io::Error),
     /// The program received a signal.
-    #[error("Stopped before the end: nothing is said of the recording")]
+    #[error("stopped before the end: the recording is not verified")]
     Interrupted(u8),
 }
 
@@ -199,6 +198,7 @@ impl Rerun<'_> {
         Ok(compare_messages(self.recording, &again)?)
     }
 
+    /// Executes the run again and records it into a sink, which is returned.
     fn record_into<W: Write + Send + 'static>(&self, sink: W) -> Result<W, VerifyError> {
         let interrupt = self.interrupt.with_own_stop();
         let unfinished = self.extent.damaged
@@ -214,26 +214,19 @@ impl Rerun<'_> {
             stop_at(done);
             (self.on_frame)(done, of);
         };
-        let recorded = self.replay_into(sink, &interrupt, &on_frame);
+        let replay = || {
+            let run_key = &self.recording.provenance().run_key;
+            let start = Prepared::new(self.manifest, self.recording.manifest(), run_key)?;
+            let recorder = Recorder::create(sink, &start.header)?;
+            let mut state = record_start(start, recorder)?;
+            let outcome = record_frames(&mut state, &interrupt, &on_frame, |_, _| Ok(()))?;
+            Ok(state.recorder.finish(&outcome)?)
+        };
+        let recorded = replay();
         if let Some(code) = interrupt.exit_code() {
             return Err(VerifyError::Interrupted(code));
         }
         recorded.map_err(VerifyError::Run)
-    }
-
-    /// Executes the run again and records it into a sink, which is returned.
-    fn replay_into<W: Write + Send + 'static>(
-        &self,
-        sink: W,
-        interrupt: &Interrupt,
-        on_frame: &(dyn Fn(u64, u64) + Sync),
-    ) -> Result<W, RunError> {
-        let run_key = &self.recording.provenance().run_key;
-        let start = Prepared::new(self.manifest, self.recording.manifest(), run_key)?;
-        let recorder = Recorder::create(sink, &start.header)?;
-        let mut state = record_start(start, recorder)?;
-        let outcome = record_frames(&mut state, &mut NoCheckpoints, interrupt, on_frame)?;
-        Ok(state.recorder.finish(&outcome)?)
     }
 
     fn unreadable(&self, source: io::Error) -> VerifyError {

@@ -70,7 +70,7 @@ fn invalid_configurations_are_rejected() {
         ),
         (
             GasConfig { speed_scale: kelvin(300.0), ..given(&[([0.0, 0.0], [0.0, 0.0])]) },
-            "can't be scaled",
+            "cannot be scaled",
         ),
         (GasConfig { propagation: stepped(1.0), ..default() }, "no step fits"),
         (GasConfig { propagation: stepped(1e-30), ..default() }, "can be counted"),

@@ -158,7 +158,7 @@ fn target(file: &str, path: &str, files: &BTreeMap<String, String>) -> Option<St
         name => match PACKAGES.iter().find(|(package, _)| *package == name) {
             Some((_, folder)) => vec![folder],
             None => {
-                // A child module, such as `use checkpoint::Saved` in run/mod.rs.
+                // A child module, such as `use checkpoint::RunState` in run/mod.rs.
                 segments.insert(0, "self");
                 module_of(file)
             }

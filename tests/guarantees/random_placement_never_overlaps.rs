@@ -11,6 +11,7 @@
 #![allow(clippy::disallowed_methods)]
 
 use crate::uniformity::kolmogorov_smirnov;
+use kinetoscope_manifest::model::Boundary;
 use kinetoscope_physics::placement::{
     Jammed, Rectangle, random_sequential_addition, square_lattice,
 };
@@ -21,6 +22,14 @@ const STRIP: Rectangle = Rectangle { min: [3.0, -1.0], max: [203.0, 2.5] };
 
 fn positions(seed: u64) -> Generator {
     Seed { seed, replicate: 0 }.stream(Stream::Positions)
+}
+
+fn place(
+    rectangle: Rectangle,
+    radii: &[f64],
+    generator: &mut Generator,
+) -> Result<Vec<[f64; 2]>, Jammed> {
+    random_sequential_addition(rectangle, Boundary::Walls, radii, generator, |_, _| true)
 }
 
 fn overlaps(centers: &[[f64; 2]], radii: &[f64]) -> bool {
@@ -65,8 +74,7 @@ fn placed_discs_do_not_overlap_or_protrude() {
     for (rectangle, radii, at_least) in runs {
         assert!(filled(rectangle, radii) > at_least, "the rectangle must be crowded");
         for seed in 0..3 {
-            let centers =
-                random_sequential_addition(rectangle, radii, &mut positions(seed)).unwrap();
+            let centers = place(rectangle, radii, &mut positions(seed)).unwrap();
             assert_eq!(centers.len(), radii.len());
             assert!(!overlaps(&centers, radii));
             assert!(inside(rectangle, &centers, radii));
@@ -86,23 +94,23 @@ fn control_an_overlap_of_a_billionth_is_found() {
 #[test]
 fn placement_is_determined_by_the_seed() {
     let radii = vec![1.0; 50];
-    let place = |seed| random_sequential_addition(SQUARE, &radii, &mut positions(seed)).unwrap();
-    assert_eq!(place(14), place(14));
-    assert_ne!(place(14), place(15));
+    let centers = |seed| place(SQUARE, &radii, &mut positions(seed)).unwrap();
+    assert_eq!(centers(14), centers(14));
+    assert_ne!(centers(14), centers(15));
 }
 
 #[test]
 fn discs_that_do_not_fit_are_rejected() {
     let small = Rectangle { min: [0.0, 0.0], max: [3.0, 3.0] };
     // The centers of two unit discs need a distance of 2; the square of possible centers has a diagonal of 1.41.
-    let jammed = random_sequential_addition(small, &[1.0, 1.0], &mut positions(1));
+    let jammed = place(small, &[1.0, 1.0], &mut positions(1));
     assert_eq!(jammed, Err(Jammed { placed: 1 }));
-    let too_large = random_sequential_addition(small, &[1.0, 1.6], &mut positions(1));
+    let too_large = place(small, &[1.0, 1.6], &mut positions(1));
     assert_eq!(too_large, Err(Jammed { placed: 1 }));
     // A disc that fits exactly is in the middle.
-    let exact = random_sequential_addition(small, &[1.5], &mut positions(1));
+    let exact = place(small, &[1.5], &mut positions(1));
     assert_eq!(exact, Ok(vec![[1.5, 1.5]]));
-    assert_eq!(random_sequential_addition(small, &[], &mut positions(1)), Ok(vec![]));
+    assert_eq!(place(small, &[], &mut positions(1)), Ok(vec![]));
 }
 
 /// Position of the first disc for 20000 seeds, as fractions of the range of its center.
@@ -110,8 +118,7 @@ fn discs_that_do_not_fit_are_rejected() {
 fn positions_of_one_disc(radius: f64) -> Vec<[f64; 2]> {
     (0..20_000)
         .map(|seed| {
-            let center =
-                random_sequential_addition(STRIP, &[radius], &mut positions(seed)).unwrap()[0];
+            let center = place(STRIP, &[radius], &mut positions(seed)).unwrap()[0];
             [0, 1].map(|axis| {
                 let room = STRIP.max[axis] - STRIP.min[axis] - 2.0 * radius;
                 (center[axis] - STRIP.min[axis] - radius) / room
@@ -141,8 +148,7 @@ fn position_of_the_second_disc_is_uniform_over_the_free_length() {
     let corridor = Rectangle { min: [0.0, 0.0], max: [20.0, 2.0] };
     let shares = (0..20_000)
         .map(|seed| {
-            let centers =
-                random_sequential_addition(corridor, &[1.0, 1.0], &mut positions(seed)).unwrap();
+            let centers = place(corridor, &[1.0, 1.0], &mut positions(seed)).unwrap();
             let [first, second] = [centers[0][0], centers[1][0]];
             // Centers are in [1, 19]; the first disc excludes (first - 2, first + 2).
             let below = if first > 3.0 { first - 2.0 - 1.0 } else { 0.0 };

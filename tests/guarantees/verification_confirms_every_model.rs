@@ -61,7 +61,7 @@ fn rerun_ends_in_the_recorded_fault() {
     let verified = verify(&forged);
     assert_eq!(verified.status.code(), Some(4));
     let expected = format!(
-        "first difference: outcome: ended in a fault: another fault in the file, ended in a fault: {fault} in the rerun"
+        "first difference: outcome: failed: another fault in the file, failed: {fault} in the rerun"
     );
     assert!(stderr(&verified).contains(&expected), "{}", stderr(&verified));
 }

@@ -149,7 +149,7 @@ fn changed_drawing_changed_text_and_missing_message_are_named() {
 
     let missing = packing.changed(&|topic, index, _| (topic, index) != ("/pressure", 3));
     assert_differs(&missing, "first difference: /pressure, frame 3 (time ");
-    assert_differs(&missing, ": there is none in the file");
+    assert_differs(&missing, ": the file has no such message");
 
     let line = packing.frame(0).log_lines()[0].text.clone();
     let text = packing.changed(&|topic, _, payload| {

@@ -126,7 +126,7 @@ fn impossible_compression_is_rejected() {
     .err()
     .unwrap();
     println!("{text}");
-    assert!(text.contains("compression came to") && text.contains("smaller radius"), "{text}");
+    assert!(text.contains("compression reached") && text.contains("smaller radius"), "{text}");
 }
 
 /// Setup: 1000 discs at 0.4, 2e5 collisions.

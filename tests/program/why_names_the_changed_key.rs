@@ -36,12 +36,12 @@ fn descriptions_and_checks_are_not_a_reason() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(why(folder.path(), GAS, &[]), "gas: to do: never recorded\n");
     record(folder.path(), "gas", GAS);
-    assert_eq!(why(folder.path(), GAS, &[]), "gas: done\n");
+    assert_eq!(why(folder.path(), GAS, &[]), "gas: finished\n");
     let described = format!(
         "description = \"Another.\"\n{GAS}\n[[checks]]\nmetric = \"temperature.mean_square\"\nexpected = 1.0\n\
          relative_tolerance = 0.1\n"
     );
-    assert_eq!(why(folder.path(), &described, &[]), "gas: done\n");
+    assert_eq!(why(folder.path(), &described, &[]), "gas: finished\n");
 }
 
 #[test]
@@ -122,5 +122,5 @@ fn impossible_run_is_reported() {
     fs::write(&path, "[model.dem]\ndamping_n_s_per_m = 1.5e3\n").unwrap();
     let asked = kinetoscope(["why".as_ref(), path.as_os_str()]);
     assert_eq!(asked.status.code(), Some(2), "{}", stderr(&asked));
-    assert!(stdout(&asked).starts_with("unstable: can't be done: "), "{}", stdout(&asked));
+    assert!(stdout(&asked).starts_with("unstable: rejected: "), "{}", stdout(&asked));
 }

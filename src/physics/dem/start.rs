@@ -6,10 +6,12 @@ use super::neighbors::cell_grid::CellGrid;
 use super::parameters::{Parameters, mass_of};
 use super::walls::PlacedWall;
 use crate::model::SetupError;
-use crate::placement::{Rectangle, random_sequential_addition_where, square_lattice};
+use crate::placement::{Rectangle, random_sequential_addition, square_lattice};
 use crate::random::{Generator, Seed, Stream};
 use crate::restart_state;
-use kinetoscope_manifest::model::{DemConfig, DiscRadius, GivenState, Placement, StartFrom};
+use kinetoscope_manifest::model::{
+    Boundary, DemConfig, DiscRadius, GivenState, Placement, StartFrom,
+};
 
 /// Overlap over the sum of radii that still counts as contact without overlap: decimal input is rounded.
 const TOUCHING: f64 = 1e-12;
@@ -46,16 +48,10 @@ pub(super) fn discs(
         Placement::Random => {
             let mut generator = seed.stream(Stream::Positions);
             let is_free = |center, radius| overlapped_wall(&walls, center, radius).is_none();
-            random_sequential_addition_where(rectangle, radii, &mut generator, is_free).map_err(
-                |jammed| {
-                    no_room(
-                        config,
-                        parameters,
-                        radii,
-                        &format!("only {} are placed", jammed.placed),
-                    )
-                },
-            )?
+            random_sequential_addition(rectangle, Boundary::Walls, radii, &mut generator, is_free)
+                .map_err(|jammed| {
+                no_room(config, parameters, radii, &format!("only {} are placed", jammed.placed))
+            })?
         }
         Placement::Lattice => square_lattice(rectangle, largest, radii.len()).ok_or_else(|| {
             no_room(config, parameters, radii, "a square lattice is too small for them")

@@ -15,9 +15,7 @@ use super::motion::{Flight, Particle, dot, drifted};
 use super::propagator::Propagator;
 use super::state::{Container, GasState};
 use super::tallies::ParticleTally;
-use crate::model::{SetupError, Target};
-use crate::random::Seed;
-use kinetoscope_manifest::model::{GasConfig, Propagation};
+use crate::model::Target;
 use serde::{Deserialize, Serialize};
 
 /// Clock of the steps, and wall collisions of each particle.
@@ -29,19 +27,16 @@ pub(super) struct AsPrinted {
     is_lost: Vec<bool>,
 }
 
-impl Propagator for AsPrinted {
-    fn prepare(
-        config: &GasConfig,
-        _seed: Seed,
-        state: &GasState,
-    ) -> Option<Result<Self, SetupError>> {
-        let Propagation::AsPrinted { time_step_s } = config.propagation else { return None };
+impl AsPrinted {
+    /// The scheme at time 0.
+    pub(super) fn new(clock: StepClock, state: &GasState) -> Self {
         let mut tallies = vec![ParticleTally::default(); state.particles.len()];
         ParticleTally::start_paths(&mut tallies, state.particles.iter());
-        let clock = StepClock::new(config.duration_s, time_step_s);
-        Some(Ok(Self { clock, is_lost: vec![false; tallies.len()], tallies }))
+        Self { clock, is_lost: vec![false; tallies.len()], tallies }
     }
+}
 
+impl Propagator for AsPrinted {
     fn clock(&self) -> Clock {
         Clock::Steps(self.clock)
     }

@@ -2,17 +2,16 @@
 //! two of them, a path is the closed form of `motion.rs`, also if the wall moves.
 
 use super::clock::Clock;
-use super::energy_balance::EnergyBalance;
 use super::motion::{ChordPath, Circle, Particle, dot, drifted};
 use super::particle_groups::{BLOCK, Group, LANES};
 use super::pressure::speed_at;
 use super::propagator::Propagator;
 use super::state::{Container, GasState, Substance};
 use super::tallies::WallTally;
-use crate::model::{SetupError, Target};
+use crate::model::Target;
 use crate::random::{Seed, Stream};
 use crate::sum::CompensatedSum;
-use kinetoscope_manifest::model::{GasConfig, Propagation};
+use kinetoscope_manifest::model::GasConfig;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -68,23 +67,18 @@ struct WallExchange {
     escaped: u64,
 }
 
-impl Propagator for EventDriven {
-    fn prepare(
-        config: &GasConfig,
-        seed: Seed,
-        state: &GasState,
-    ) -> Option<Result<Self, SetupError>> {
-        let has_special_wall = config.thermal_wall.is_some() || config.orifice_width_m.is_some();
-        (config.propagation == Propagation::Exact && has_special_wall).then(|| {
-            let wall = Wall::new(config, seed, &state.substance, &state.container);
-            let masses = &state.substance.mass_ratios;
-            let particles = state.particles.iter().zip(masses);
-            let paths = particles.map(|(particle, ratio)| wall.start_path(particle, 0.0, *ratio));
-            let (duration_s, paths) = (config.duration_s.get(), paths.collect());
-            Ok(Self { duration_s, time_s: 0.0, wall, paths })
-        })
+impl EventDriven {
+    /// The scheme at time 0.
+    pub(super) fn new(config: &GasConfig, seed: Seed, state: &GasState) -> Self {
+        let wall = Wall::new(config, seed, &state.substance, &state.container);
+        let particles = state.particles.iter().zip(&state.substance.mass_ratios);
+        let paths = particles.map(|(particle, ratio)| wall.start_path(particle, 0.0, *ratio));
+        let (duration_s, paths) = (config.duration_s.get(), paths.collect());
+        Self { duration_s, time_s: 0.0, wall, paths }
     }
+}
 
+impl Propagator for EventDriven {
     fn clock(&self) -> Clock {
         Clock::Continuous { time_s: self.time_s, duration_s: self.duration_s }
     }
@@ -110,7 +104,10 @@ impl Propagator for EventDriven {
             sums.escaped += block.escaped;
         }
         state.wall.add(sums.wall.collisions, sums.wall.impulse_per_mass.value());
-        sums.add_to(&mut state.energy_balance);
+        let balance = &mut state.energy_balance;
+        balance.heat.add(sums.heat.value());
+        balance.escaped_energy.add(sums.escaped_energy.value());
+        balance.escaped += sums.escaped;
         self.time_s = until_s;
         true
     }
@@ -133,14 +130,6 @@ impl Propagator for EventDriven {
 
     fn description(&self, _state: &GasState) -> String {
         "propagation: closed form between wall collisions, exact at any time".to_owned()
-    }
-}
-
-impl WallExchange {
-    fn add_to(&self, balance: &mut EnergyBalance) {
-        balance.heat.add(self.heat.value());
-        balance.escaped_energy.add(self.escaped_energy.value());
-        balance.escaped += self.escaped;
     }
 }
 

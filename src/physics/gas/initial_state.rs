@@ -5,11 +5,12 @@ use super::pressure::{SpeedMoments, speed_at};
 use super::speed_distribution::InitialSpeeds;
 use super::state::Substance;
 use crate::model::SetupError;
-use crate::placement::{Rectangle, random_sequential_addition_where};
+use crate::placement::{Rectangle, random_sequential_addition};
 use crate::random::{Seed, Stream};
 use crate::restart_state;
 use kinetoscope_manifest::model::{
-    GasConfig, GasPlacement, GivenState, PositionDistribution, SpeedDistribution, SpeedScale,
+    Boundary, GasConfig, GasPlacement, GivenState, PositionDistribution, SpeedDistribution,
+    SpeedScale,
 };
 use std::f64::consts::TAU;
 
@@ -65,7 +66,7 @@ fn factor_to_temperature(
     let present = moments.squared_speed(*definition).sqrt();
     if target > 0.0 && !(present > 0.0 && present.is_finite()) {
         return Err(SetupError(format!(
-            "velocities with a mean of {present} m/s can't be scaled to {temperature_k} K: give some particle a finite velocity, or set temperature_k = 0"
+            "velocities with a mean of {present} m/s cannot be scaled to {temperature_k} K: give some particle a finite velocity, or set temperature_k = 0"
         )));
     }
     Ok(if target > 0.0 { target / present } else { 0.0 })
@@ -163,7 +164,7 @@ fn draw_positions(config: &GasConfig, seed: Seed) -> Result<Vec<[f64; 2]>, Setup
     let center_limit = radius - disc_radius;
     let is_inside = |[x, y]: [f64; 2], _: f64| x * x + y * y <= center_limit * center_limit;
     let radii = vec![disc_radius; count as usize];
-    random_sequential_addition_where(square, &radii, &mut draws, is_inside).map_err(|jammed| {
+    random_sequential_addition(square, Boundary::Walls, &radii, &mut draws, is_inside).map_err(|jammed| {
         SetupError(format!(
             "only {} of {count} discs fit without overlap: reduce particles or disc_radius_m, or increase radius_m",
             jammed.placed

@@ -10,7 +10,6 @@
 pub mod as_printed;
 mod clock;
 mod closed_form;
-mod closed_form_simd;
 mod collisions;
 mod energy_balance;
 mod event_driven;

@@ -3,26 +3,12 @@
 use super::clock::Clock;
 use super::state::GasState;
 use super::tallies::PairTally;
-use crate::model::{SetupError, Target};
-use crate::random::Seed;
-use kinetoscope_manifest::model::GasConfig;
+use crate::model::Target;
 
 /// A scheme that moves the particles of a [`GasState`] and records their collisions there.
 ///
 /// The defaults are those of independent particles that never leave the container.
 pub(super) trait Propagator {
-    /// The scheme at time 0; `None` if the manifest requests another one.
-    ///
-    /// # Errors
-    /// A start that the scheme cannot run.
-    fn prepare(
-        config: &GasConfig,
-        seed: Seed,
-        state: &GasState,
-    ) -> Option<Result<Self, SetupError>>
-    where
-        Self: Sized;
-
     /// Current time and duration.
     fn clock(&self) -> Clock;
 

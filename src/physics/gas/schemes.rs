@@ -1,6 +1,8 @@
-//! List of all propagators. Adding one takes a file that implements [`Propagator`] and a line in the list.
+//! List of all propagators. Adding one takes a file that implements [`Propagator`], a line in the list, and its condition in
+//! [`Scheme::prepare`].
 
 use super::as_printed::AsPrinted;
+use super::clock::StepClock;
 use super::closed_form::ClosedForm;
 use super::collisions::CollidingDiscs;
 use super::event_driven::EventDriven;
@@ -9,7 +11,7 @@ use super::state::GasState;
 use super::time_stepped::TimeStepped;
 use crate::model::SetupError;
 use crate::random::Seed;
-use kinetoscope_manifest::model::GasConfig;
+use kinetoscope_manifest::model::{GasConfig, Propagation};
 use serde::{Deserialize, Serialize};
 use std::ops::{Deref, DerefMut};
 
@@ -19,20 +21,6 @@ macro_rules! schemes {
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         pub(super) enum Scheme {
             $($scheme($scheme)),+
-        }
-
-        impl Scheme {
-            /// Prepares the first scheme of the list that the manifest requests.
-            pub(super) fn prepare(
-                config: &GasConfig,
-                seed: Seed,
-                state: &GasState,
-            ) -> Result<Self, SetupError> {
-                $(if let Some(scheme) = $scheme::prepare(config, seed, state) {
-                    return scheme.map(Self::$scheme);
-                })+
-                Err(SetupError("no propagator supports this combination of keys".to_owned()))
-            }
         }
 
         impl Deref for Scheme {
@@ -61,4 +49,36 @@ schemes! {
     ClosedForm,
     TimeStepped,
     AsPrinted,
+}
+
+impl Scheme {
+    /// The propagator that the manifest requests, at time 0.
+    ///
+    /// # Errors
+    /// A start that it cannot run.
+    pub(super) fn prepare(
+        config: &GasConfig,
+        seed: Seed,
+        state: &GasState,
+    ) -> Result<Self, SetupError> {
+        let duration_s = config.duration_s.get();
+        let has_special_wall = config.thermal_wall.is_some() || config.orifice_width_m.is_some();
+        Ok(match (config.propagation, config.disc_radius_m) {
+            (Propagation::Exact, Some(radius)) => {
+                Self::CollidingDiscs(CollidingDiscs::new(duration_s, radius.get(), state)?)
+            }
+            (Propagation::Exact, None) if has_special_wall => {
+                Self::EventDriven(EventDriven::new(config, seed, state))
+            }
+            (Propagation::Exact, None) => Self::ClosedForm(ClosedForm::new(duration_s, state)),
+            (Propagation::TimeStepped { time_step_s }, _) => {
+                let clock = StepClock::new(config.duration_s, time_step_s);
+                Self::TimeStepped(TimeStepped::new(clock, state))
+            }
+            (Propagation::AsPrinted { time_step_s }, _) => {
+                let clock = StepClock::new(config.duration_s, time_step_s);
+                Self::AsPrinted(AsPrinted::new(clock, state))
+            }
+        })
+    }
 }

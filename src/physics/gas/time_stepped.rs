@@ -9,10 +9,8 @@ use super::particle_groups::{BLOCK, Group, LANES, Lanes};
 use super::propagator::Propagator;
 use super::state::GasState;
 use super::tallies::ParticleTally;
-use crate::model::{SetupError, Target};
-use crate::random::Seed;
-use crate::simd::dispatch::{self, Kernel};
-use kinetoscope_manifest::model::{GasConfig, Propagation};
+use crate::model::Target;
+use crate::simd::registers::{self, InstructionSet, Kernel};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -24,18 +22,16 @@ pub(super) struct TimeStepped {
     tallies: Vec<ParticleTally>,
 }
 
-impl Propagator for TimeStepped {
-    fn prepare(
-        config: &GasConfig,
-        _seed: Seed,
-        state: &GasState,
-    ) -> Option<Result<Self, SetupError>> {
-        let Propagation::TimeStepped { time_step_s } = config.propagation else { return None };
+impl TimeStepped {
+    /// The scheme at time 0.
+    pub(super) fn new(clock: StepClock, state: &GasState) -> Self {
         let mut tallies = vec![ParticleTally::default(); state.particles.groups.len() * LANES];
         ParticleTally::start_paths(&mut tallies, state.particles.iter());
-        Some(Ok(Self { clock: StepClock::new(config.duration_s, time_step_s), tallies }))
+        Self { clock, tallies }
     }
+}
 
+impl Propagator for TimeStepped {
     fn clock(&self) -> Clock {
         Clock::Steps(self.clock)
     }
@@ -47,7 +43,7 @@ impl Propagator for TimeStepped {
         let (time_step, radius) = (self.clock.time_step_s, state.container.circle.radius);
         let blocks = state.particles.groups.par_chunks_mut(BLOCK);
         blocks.zip(self.tallies.par_chunks_mut(BLOCK * LANES)).for_each(|(groups, tallies)| {
-            dispatch::run(BlockSteps { groups, tallies, radius, time_step, steps });
+            registers::run(BlockSteps { groups, tallies, radius, time_step, steps }, 4);
         });
         self.clock.done += steps;
         let is_reached = self.clock.has_reached(target);
@@ -161,7 +157,7 @@ impl Kernel for BlockSteps<'_> {
     /// In each step, all particles drift; those that end outside are listed and then reflected eight at a time. The list has one more
     /// entry than particles, because an entry is written before it is known whether the particle leaves.
     #[inline(always)]
-    fn run(mut self) {
+    fn run<const N: usize, I: InstructionSet<N>>(mut self, _: I) {
         let mut leaving = [Leaving::default(); BLOCK * LANES + 1];
         for _ in 0..self.steps {
             let count = self.drift(&mut leaving);

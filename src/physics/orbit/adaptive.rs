@@ -37,16 +37,19 @@ const MAX_LENGTH_FACTOR: f64 = 6.0;
 /// Minimum ratio of a step to the step before it (DOP853, FAC1).
 const MIN_LENGTH_FACTOR: f64 = 0.333;
 
-/// Takes a step of length h if its error is within the tolerance. Returns `None` if the error is not finite.
+/// Factor for the length of a step whose error is not finite.
+const OVERFLOW_LENGTH_FACTOR: f64 = 0.1;
+
+/// Takes a step of length h if its error is within the tolerance.
 pub(super) fn try_step<F: Force, const COMPENSATED: bool>(
     state: &mut IntegrationState<'_, F, COMPENSATED>,
     h: f64,
     tolerance: f64,
-) -> Option<Attempt> {
+) -> Attempt {
     let slopes = DORMAND_PRINCE_8.slopes(state, h);
     let error = h.abs() * relative_error(&state.phase, &slopes) / tolerance;
     if !error.is_finite() {
-        return None;
+        return Attempt { length_factor: OVERFLOW_LENGTH_FACTOR, is_accepted: false };
     }
     let is_accepted = error <= 1.0;
     if is_accepted {
@@ -56,7 +59,7 @@ pub(super) fn try_step<F: Force, const COMPENSATED: bool>(
     let factor = SAFETY / error.sqrt().sqrt().sqrt();
     let factor = if factor > MAX_LENGTH_FACTOR { MAX_LENGTH_FACTOR } else { factor };
     let length_factor = if factor < MIN_LENGTH_FACTOR { MIN_LENGTH_FACTOR } else { factor };
-    Some(Attempt { length_factor, is_accepted })
+    Attempt { length_factor, is_accepted }
 }
 
 /// Estimated error of a step over h, of r relative to |r| and of v relative to |v|: e5^2 / sqrt(e5^2 + e3^2 / 100), where e5 and e3

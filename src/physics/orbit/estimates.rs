@@ -3,6 +3,7 @@
 use super::elements::Elements;
 use super::kepler::Kepler;
 use super::motion::length;
+use super::trajectory::Discretization;
 use crate::constants::GM_SUN_AU3_PER_DAY2;
 use kinetoscope_manifest::model::OrbitIntegrator;
 
@@ -13,14 +14,13 @@ const MARGIN: f64 = 1.1;
 /// of the run) or the more distant end of an open path.
 pub(super) fn view_half_width(
     exact: &Kepler,
-    integrator: OrbitIntegrator,
-    step_days: f64,
+    discretization: &Discretization,
     duration_days: f64,
 ) -> f64 {
     let elements = Elements::of(exact.start());
     let farthest = match elements.bound {
-        Some(_) if integrator == OrbitIntegrator::ExplicitEuler => {
-            let grown = grown_semi_major_axis(&elements, step_days, duration_days);
+        Some(_) if discretization.integrator == OrbitIntegrator::ExplicitEuler => {
+            let grown = grown_semi_major_axis(&elements, discretization.step, duration_days);
             grown * (1.0 + elements.eccentricity)
         }
         Some(bound) => bound.aphelion,

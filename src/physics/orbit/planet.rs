@@ -123,12 +123,7 @@ impl Planet {
     }
 
     pub(super) fn scenery(&self, discretization: &Discretization, duration: f64) -> Scenery {
-        let half = estimates::view_half_width(
-            &self.exact,
-            discretization.integrator,
-            discretization.step,
-            duration,
-        );
+        let half = estimates::view_half_width(&self.exact, discretization, duration);
         Scenery {
             walls: vec![Wall::Body { center: [0.0, 0.0], radius: DRAWN_SUN_AU }],
             view: [[-half, -half], [half, half]],

@@ -1,6 +1,6 @@
 //! The size of the cells, and an order of the discs by cell.
 
-use super::motion::Vector;
+use super::domain::Domain;
 use crate::cell_grid::{Cell, CellGrid};
 
 /// Cells are wider than the largest contact distance by this factor, so that the rounding of edges and crossing times hides
@@ -11,20 +11,17 @@ const MARGIN: f64 = 1.01;
 /// disc, cells of five discs would be frequent.
 const MAX_CELLS_PER_DISC: f64 = 2.0;
 
-/// Divides a box that is centered on the origin into cells wider than the contact distance. Until one of two discs leaves
-/// its cell, all discs that can touch a disc are in the 3 x 3 block around its cell.
-pub(super) fn cell_grid(
-    box_sides: Vector,
-    max_contact_distance: f64,
-    discs: usize,
-    has_walls: bool,
-) -> CellGrid {
-    let area = box_sides[0] * box_sides[1];
-    let spread = (area / (MAX_CELLS_PER_DISC * discs as f64)).sqrt();
-    let narrowest = MARGIN * max_contact_distance;
-    let width = if spread > narrowest { spread } else { narrowest };
-    let counts = box_sides.map(|side| (side / width) as u32);
-    CellGrid::new(box_sides.map(|side| -(0.5 * side)), box_sides, counts, !has_walls)
+impl Domain {
+    /// Divides the box into cells wider than the largest contact distance. Until one of two discs leaves its cell, all discs
+    /// that can touch a disc are in the 3 x 3 block around its cell.
+    pub(super) fn cell_grid(&self, discs: usize) -> CellGrid {
+        let area = self.sides[0] * self.sides[1];
+        let spread = (area / (MAX_CELLS_PER_DISC * discs as f64)).sqrt();
+        let narrowest = MARGIN * (2.0 * self.max_radius);
+        let width = if spread > narrowest { spread } else { narrowest };
+        let counts = self.sides.map(|side| (side / width) as u32);
+        CellGrid::new(self.sides.map(|side| -(0.5 * side)), self.sides, counts, !self.has_walls)
+    }
 }
 
 /// The sort key of a cell, by patches of 16 x 16 cells and by rows within a patch: discs sorted by it are close in memory if

@@ -3,14 +3,14 @@
 //! growing discs heat each other.
 
 use super::collision::CollisionPartner;
-use super::domain::{Domain, ElasticThreshold};
+use super::domain::Domain;
 use super::engine::{Engine, StepOutcome};
 use super::motion::Vector;
 use super::observables::VelocityMoments;
-use super::random_start::{packing_fraction, random_positions, random_velocities};
+use super::random_start::{is_equal, packing_fraction, random_positions, random_velocities};
 use crate::model::SetupError;
 use crate::random::{Seed, Stream};
-use kinetoscope_manifest::model::{Boundary, InitialVelocities, PackingConfig};
+use kinetoscope_manifest::model::{InitialVelocities, PackingConfig};
 
 /// The initial packing fraction, or half of the target if this is less than twice the value.
 const INITIAL_FRACTION: f64 = 0.2;
@@ -47,8 +47,10 @@ pub(super) fn compress(
     seed: Seed,
 ) -> Result<CompressedStart, SetupError> {
     let fraction = packing_fraction(config, radii);
-    let is_equal = config.radius_half_width.get() == 0.0;
-    if is_equal && fraction >= HEXAGONAL_FRACTION && config.target_reduced_pressure.is_none() {
+    if is_equal(config)
+        && fraction >= HEXAGONAL_FRACTION
+        && config.target_reduced_pressure.is_none()
+    {
         return Err(SetupError(format!(
             "packing fraction {fraction:.4}: equal discs reach {HEXAGONAL_FRACTION} at most; use fewer discs, a smaller \
              radius, a larger box, or a target_reduced_pressure"
@@ -63,18 +65,16 @@ pub(super) fn compress(
         PackingConfig { initial_velocities: InitialVelocities::UnitVariance, ..config.clone() };
     let velocities = random_velocities(&unmodified, seed.stream(Stream::Compression));
     let domain = Domain {
-        sides: [config.width.get(), config.height.get()],
-        has_walls: config.boundary == Boundary::Walls,
-        max_radius: config.largest_radius(),
         restitution: 1.0,
-        elastic_threshold: ElasticThreshold::Off,
         wall_noise_rad: 0.0,
+        ..Domain::new(config, config.largest_radius())
     };
     let noise = seed.stream(Stream::WallNoise);
     let radii = radii.to_vec();
     let discs = radii.len() as u64;
     let mut engine = Engine::new(domain, positions, velocities, radii, MEAN_SQUARE_SPEED, noise);
-    let rate = growth_rate(config);
+    // Growth of radius over full radius per unit of time, at a thermal speed of 1.
+    let rate = config.compression_rate.get() / (2.0 * config.radius.get());
     engine.grow(scale, rate);
     let result = grow(&mut engine, config, [scale, rate])?;
     Ok(CompressedStart {
@@ -87,11 +87,6 @@ pub(super) fn compress(
             result.reduced_pressure
         ),
     })
-}
-
-/// Growth of radius over full radius per unit of time, at a thermal speed of 1.
-fn growth_rate(config: &PackingConfig) -> f64 {
-    config.compression_rate.get() / (2.0 * config.radius.get())
 }
 
 /// The end of the growth.
@@ -146,7 +141,7 @@ fn grow(
 
 fn jammed(config: &PackingConfig, scale: f64, reason: &str) -> SetupError {
     SetupError(format!(
-        "compression came to a packing fraction of {:.4} only: {reason}; use fewer discs, a smaller radius, a smaller \
+        "compression reached a packing fraction of only {:.4}: {reason}; use fewer discs, a smaller radius, a smaller \
          compression_rate, a target_reduced_pressure, or placement = \"lattice\"",
         packing_fraction(config, &[config.radius.get()])
             * f64::from(config.discs.get())

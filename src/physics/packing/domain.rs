@@ -1,6 +1,7 @@
 //! The box and the collision parameters of a run.
 
 use super::motion::Vector;
+use kinetoscope_manifest::model::{Boundary, CollapseGuard, PackingConfig};
 use serde::{Deserialize, Serialize};
 
 /// The box and the collision parameters.
@@ -32,6 +33,23 @@ pub(super) enum ElasticThreshold {
 }
 
 impl Domain {
+    /// The box and the collision parameters of a manifest.
+    pub(super) fn new(config: &PackingConfig, max_radius: f64) -> Self {
+        let elastic_threshold = match config.collapse_guard {
+            CollapseGuard::Off => ElasticThreshold::Off,
+            CollapseGuard::ContactTime(time) => ElasticThreshold::ContactTime(time.get()),
+            CollapseGuard::CutoffVelocity(speed) => ElasticThreshold::CutoffVelocity(speed.get()),
+        };
+        Self {
+            sides: [config.width.get(), config.height.get()],
+            has_walls: config.boundary == Boundary::Walls,
+            max_radius,
+            restitution: config.restitution.get(),
+            elastic_threshold,
+            wall_noise_rad: config.wall_noise_variance_rad2.get().sqrt(),
+        }
+    }
+
     /// Sides of the rectangle accessible to the centers; if the radii differ, to the center of the largest disc.
     pub(super) fn accessible_sides(&self) -> Vector {
         let excluded = if self.has_walls { 2.0 * self.max_radius } else { 0.0 };

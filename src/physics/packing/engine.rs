@@ -20,7 +20,6 @@ use super::clock::Clock;
 use super::collision::Collision;
 use super::disc::DiscRecord;
 use super::domain::Domain;
-use super::event_queue::EventQueue;
 use super::events::{EventKind, NEVER};
 use super::inelastic_collapse::CollapseDetector;
 use super::motion::Vector;
@@ -49,7 +48,7 @@ impl Engine {
         mean_square_speed: f64,
         wall_noise: Generator,
     ) -> Self {
-        let grid = State::grid(&domain, positions.len());
+        let grid = domain.cell_grid(positions.len());
         let mut discs = with_large_pages(positions.len());
         discs.extend(positions.into_iter().zip(velocities).map(|(position, velocity)| {
             let (cell, relative) = grid.locate(position);
@@ -70,7 +69,7 @@ impl Engine {
         for disc in 0..engine.state.discs.len() as u32 {
             engine.predict::<false>(disc);
         }
-        engine.event_queue = EventQueue::new(&engine.state.discs, engine.mean_time_to_event());
+        engine.rebuild_event_queue();
         engine
     }
 
@@ -130,6 +129,11 @@ impl Engine {
         if let Some(growth) = &mut self.state.growth {
             growth.scale += growth.rate * shift;
         }
-        self.event_queue.rebuild(&self.state.discs, self.mean_time_to_event());
+        self.rebuild_event_queue();
+    }
+
+    /// Schedules all events again, in buckets that suit the present mean time.
+    fn rebuild_event_queue(&mut self) {
+        self.event_queue.rebuild(&self.state.discs, self.state.mean_time_to_event());
     }
 }

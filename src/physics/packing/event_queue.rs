@@ -34,7 +34,7 @@ impl QueuedEvent {
     /// Times on the engine's clock are not negative; therefore, their bits have the order of the times.
     #[inline(always)]
     fn new(time: f64, event: EventCode, disc: u32) -> Self {
-        Self(u128::from(time.to_bits()) << 64 | u128::from(event.bits()) << 32 | u128::from(disc))
+        Self(u128::from(time.to_bits()) << 64 | u128::from(event.0) << 32 | u128::from(disc))
     }
 
     #[inline(always)]
@@ -44,7 +44,7 @@ impl QueuedEvent {
 
     #[inline(always)]
     fn event(self) -> EventCode {
-        EventCode::from_bits((self.0 >> 32) as u32)
+        EventCode((self.0 >> 32) as u32)
     }
 
     #[inline(always)]

@@ -23,7 +23,7 @@ pub(super) enum EventKind {
 /// simultaneous events: pair, wall, crossing, none; and by id or side within a kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(transparent)]
-pub(super) struct EventCode(u32);
+pub(super) struct EventCode(pub(super) u32);
 
 /// The first codes of wall collisions and of cell crossings; smaller codes are ids of partners.
 const WALLS: u32 = u32::MAX - 8;
@@ -47,17 +47,6 @@ impl EventCode {
     #[inline(always)]
     pub(super) fn cell_crossing(axis: usize, is_upper: bool) -> Self {
         Self(CROSSINGS + 2 * (axis & 1) as u32 + u32::from(is_upper))
-    }
-
-    /// The event of a code's bits.
-    #[inline(always)]
-    pub(super) fn from_bits(bits: u32) -> Self {
-        Self(bits)
-    }
-
-    /// The bits of the code.
-    pub(super) fn bits(self) -> u32 {
-        self.0
     }
 
     /// The kind of the event.
@@ -87,9 +76,9 @@ mod tests {
         codes.push(EventCode::NONE);
         assert!(codes.is_sorted_by(|one, other| one < other));
         assert_eq!(codes[1].kind(), EventKind::Pair(WALLS - 1));
-        for (place, side) in Side::ALL.into_iter().enumerate() {
-            assert_eq!(codes[2 + place].kind(), EventKind::Wall(side));
-            assert_eq!(codes[6 + place].kind(), EventKind::CellCrossing(side));
+        for (index, side) in Side::ALL.into_iter().enumerate() {
+            assert_eq!(codes[2 + index].kind(), EventKind::Wall(side));
+            assert_eq!(codes[6 + index].kind(), EventKind::CellCrossing(side));
             assert_eq!(Side::along(side.axis(), side.is_upper()), side);
         }
         assert_eq!(EventCode::NONE.kind(), EventKind::None);

@@ -37,16 +37,13 @@ mod scan_simd;
 mod start;
 
 use self::collision::Collision;
-use self::domain::{Domain, ElasticThreshold};
+use self::domain::Domain;
 use self::engine::{Engine, StepOutcome};
 use self::observables::{CollisionSeries, CollisionStatistics, VelocityMoments};
-use self::start::PackingStart;
 use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::{Seed, Stream};
-use crate::simd::instruction_set::{self, WideKernel};
-use kinetoscope_manifest::model::{
-    Boundary, CollapseGuard, PackingConfig, PackingPlacement, RunLength,
-};
+use crate::simd::registers::{self, InstructionSet, Kernel, MAX_WIDTH};
+use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, RunLength};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
 };
@@ -66,7 +63,7 @@ pub struct Packing {
     engine: Engine,
     statistics: CollisionStatistics,
     series: Option<CollisionSeries>,
-    length: StoredLength,
+    length: Extent,
     /// Time of the last target, or of the last collision after it.
     time: f64,
     /// Whether the next call of `advance` opens a new window. It does so at first, because the start has a frame.
@@ -74,24 +71,6 @@ pub struct Packing {
     /// How the discs were placed: logged in the first frame, then dropped.
     start_description: Option<String>,
     speed_range_top: f64,
-}
-
-/// The length of the run, as it is stored in checkpoints.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-enum StoredLength {
-    Events(u64),
-    Time(f64),
-}
-
-impl StoredLength {
-    fn new(config: &PackingConfig) -> Self {
-        match config.length {
-            RunLength::EventsPerDisc(events) => {
-                Self::Events(u64::from(events.get()) * u64::from(config.discs.get()))
-            }
-            RunLength::Duration(duration) => Self::Time(duration.get()),
-        }
-    }
 }
 
 const KIND: ModelKind = ModelKind {
@@ -132,10 +111,9 @@ impl Model for Packing {
             series.push(0, 0.0, &moments);
         }
         let rms_speed = initial_rms_speed(config, &moments);
-        let domain = domain(config, &start);
         Ok(Self {
             engine: Engine::new(
-                domain,
+                Domain::new(config, start.max_radius),
                 start.positions,
                 start.velocities,
                 start.radii,
@@ -144,7 +122,12 @@ impl Model for Packing {
             ),
             statistics: CollisionStatistics::new(moments),
             series,
-            length: StoredLength::new(config),
+            length: match config.length {
+                RunLength::EventsPerDisc(events) => {
+                    Extent::Events(u64::from(events.get()) * u64::from(config.discs.get()))
+                }
+                RunLength::Duration(duration) => Extent::Time(duration.get()),
+            },
             time: 0.0,
             is_at_target: true,
             start_description: Some(start.description),
@@ -157,14 +140,11 @@ impl Model for Packing {
     }
 
     fn extent(&self) -> Extent {
-        match self.length {
-            StoredLength::Events(events) => Extent::Events(events),
-            StoredLength::Time(duration) => Extent::Time(duration),
-        }
+        self.length
     }
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
-        instruction_set::run(AdvanceKernel { packing: self, target, at_most })
+        registers::run(AdvanceKernel { packing: self, target, at_most }, MAX_WIDTH)
     }
 
     fn count(&self) -> u64 {
@@ -208,24 +188,6 @@ impl Model for Packing {
             force_range_top: None,
             trail: false,
         }
-    }
-}
-
-/// The box and the collision parameters of a manifest.
-fn domain(config: &PackingConfig, start: &PackingStart) -> Domain {
-    Domain {
-        sides: [config.width.get(), config.height.get()],
-        has_walls: config.boundary == Boundary::Walls,
-        max_radius: start.max_radius,
-        restitution: config.restitution.get(),
-        elastic_threshold: match config.collapse_guard {
-            CollapseGuard::Off => ElasticThreshold::Off,
-            CollapseGuard::ContactTime(time) => ElasticThreshold::ContactTime(time.get()),
-            CollapseGuard::CutoffVelocity(velocity) => {
-                ElasticThreshold::CutoffVelocity(velocity.get())
-            }
-        },
-        wall_noise_rad: config.wall_noise_variance_rad2.get().sqrt(),
     }
 }
 
@@ -277,7 +239,7 @@ impl Packing {
         match target {
             Target::Count(events) => {
                 return Err(SimulationFault(format!(
-                    "event {events} never comes: after {} events at time {} no disc approaches a disc or a wall; \
+                    "event {events} cannot be reached: after {} events at time {} no disc approaches a disc or a wall; \
                      give the discs velocities, or set a duration",
                     self.statistics.collision_count(),
                     self.time
@@ -320,15 +282,20 @@ struct AdvanceKernel<'a> {
     at_most: u64,
 }
 
-impl WideKernel for AdvanceKernel<'_> {
+impl Kernel for AdvanceKernel<'_> {
     type Output = Result<Progress, SimulationFault>;
 
     #[inline(always)]
-    fn run<const HAS_AVX512: bool>(self) -> Self::Output {
+    fn run<const N: usize, I: InstructionSet<N>>(self, _: I) -> Self::Output {
         let Self { packing, target, at_most } = self;
         packing.open_window();
         for _ in 0..at_most.max(1) {
-            if packing.step::<HAS_AVX512>(target)? {
+            let is_reached = if N == 8 {
+                packing.step::<true>(target)?
+            } else {
+                packing.step::<false>(target)?
+            };
+            if is_reached {
                 return Ok(Progress::Reached);
             }
         }

@@ -2,9 +2,7 @@
 
 use super::motion::{self, Vector};
 use crate::model::SetupError;
-use crate::placement::{
-    Rectangle, periodic_random_sequential_addition, random_sequential_addition,
-};
+use crate::placement::{Rectangle, random_sequential_addition};
 use crate::random::{Generator, Seed, Stream};
 use kinetoscope_manifest::model::{Boundary, InitialVelocities, PackingConfig};
 
@@ -27,19 +25,13 @@ pub(super) fn is_equal(config: &PackingConfig) -> bool {
     config.radius_half_width.get() == 0.0
 }
 
-/// The radius of each disc, uniformly distributed about the mean, from a random stream of their own.
+/// The radius of each disc, uniformly distributed about the mean, from a random stream of their own. For a width of zero, all
+/// are exactly the mean.
 pub(super) fn random_radii(config: &PackingConfig, seed: Seed) -> Vec<f64> {
     let (radius, half_width) = (config.radius.get(), config.radius_half_width.get());
+    let (min, max) = (radius * (1.0 - half_width), radius * (1.0 + half_width));
     let mut generator = seed.stream(Stream::Radii);
-    (0..config.discs.get())
-        .map(|_| {
-            if is_equal(config) {
-                radius
-            } else {
-                generator.uniform_in(radius * (1.0 - half_width), radius * (1.0 + half_width))
-            }
-        })
-        .collect()
+    (0..config.discs.get()).map(|_| generator.uniform_in(min, max)).collect()
 }
 
 /// Packing fraction n π `<r²>` / (lx ly).
@@ -85,12 +77,9 @@ pub(super) fn random_positions(
     seed: Seed,
 ) -> Result<Vec<Vector>, SetupError> {
     let mut generator = seed.stream(Stream::Positions);
-    let placed = match config.boundary {
-        Boundary::Walls => random_sequential_addition(rectangle(config), radii, &mut generator),
-        Boundary::Periodic => {
-            periodic_random_sequential_addition(rectangle(config), radii, &mut generator)
-        }
-    };
+    let (rectangle, boundary) = (rectangle(config), config.boundary);
+    let placed =
+        random_sequential_addition(rectangle, boundary, radii, &mut generator, |_, _| true);
     placed.map_err(|jammed| {
         SetupError(format!(
             "random placement found room for {} of {} discs (packing fraction {:.4}, and walls take room); \

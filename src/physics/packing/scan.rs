@@ -328,11 +328,12 @@ impl CandidateStates {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cells::cell_grid;
     use super::*;
     use crate::cell_grid::CellGrid;
+    use crate::packing::domain::Domain;
     use crate::random::{Seed, Stream};
-    use crate::simd::instruction_set::{InstructionSet, WideKernel};
+    use crate::simd::registers::{self, InstructionSet, Kernel};
+    use kinetoscope_manifest::model::{Boundary, PackingConfig};
 
     struct ScanKernel<'a> {
         discs: &'a [DiscRecord],
@@ -342,19 +343,17 @@ mod tests {
         contact_distance: f64,
     }
 
-    impl WideKernel for ScanKernel<'_> {
+    impl Kernel for ScanKernel<'_> {
         type Output = PredictedContact;
 
         #[inline(always)]
-        fn run<const HAS_AVX512: bool>(self) -> PredictedContact {
-            let Self { discs, cells, offsets, moving, contact_distance } = self;
-            first_contact_of_equal_discs::<HAS_AVX512>(
-                discs,
-                cells,
-                offsets,
-                moving,
-                contact_distance,
-            )
+        fn run<const N: usize, I: InstructionSet<N>>(self, _: I) -> PredictedContact {
+            let Self { discs, cells, offsets, moving, contact_distance: distance } = self;
+            if N == 8 {
+                first_contact_of_equal_discs::<true>(discs, cells, offsets, moving, distance)
+            } else {
+                first_contact_of_equal_discs::<false>(discs, cells, offsets, moving, distance)
+            }
         }
     }
 
@@ -391,7 +390,9 @@ mod tests {
     fn every_instruction_set_gives_the_same_bits() {
         let radius = 1.0;
         for (box_side, may_overflow) in [(120.0, false), (75.0, false), (45.0, true)] {
-            let grid = cell_grid([box_side; 2], 2.0 * radius, 1500, false);
+            let config = PackingConfig { boundary: Boundary::Periodic, ..Default::default() };
+            let domain = Domain { sides: [box_side; 2], ..Domain::new(&config, radius) };
+            let grid = domain.cell_grid(1500);
             let count = if may_overflow { 1500 } else { 1300 };
             let (discs, cells) = random_discs(count, grid, box_side, may_overflow);
             assert_eq!(cells.has_overflow(), may_overflow);
@@ -406,14 +407,11 @@ mod tests {
                 let moving = MovingDisc { id, cell, position, velocity, now: 0.0 };
                 let portable = first_contact(input, moving);
                 contacts += u32::from(portable.time_to_contact < NEVER);
-                for instruction_set in InstructionSet::available() {
-                    let contact = instruction_set.run(ScanKernel {
-                        discs: &discs,
-                        cells: &cells,
-                        offsets: &offsets,
-                        moving,
-                        contact_distance: 2.0 * radius,
-                    });
+                for width in [1, 4, 8] {
+                    let (discs, cells, offsets) = (&discs, &cells, &offsets);
+                    let contact_distance = 2.0 * radius;
+                    let kernel = ScanKernel { discs, cells, offsets, moving, contact_distance };
+                    let contact = registers::run(kernel, width);
                     let times = [contact.time_to_contact, portable.time_to_contact];
                     assert_eq!(times[0].to_bits(), times[1].to_bits());
                     assert_eq!(contact.partner, portable.partner);

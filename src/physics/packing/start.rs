@@ -1,15 +1,16 @@
 //! The start of a run: positions, velocities and radii.
 
-use super::cells::{cell_grid, patch_order};
+use super::cells::patch_order;
 use super::compression::compress;
 use super::disc::LARGE_SYSTEM;
+use super::domain::Domain;
 use super::lattice::{hexagonal_lattice, max_in_hexagonal_lattice, periodic_hexagonal_lattice};
 use super::motion::{self, Vector};
 use super::random_start::{
     check_random_placement, is_equal, packing_fraction, random_positions, random_radii,
     random_velocities, rectangle, removes_mean_velocity, velocity_std,
 };
-use crate::cell_grid::{Cell, CellGrid};
+use crate::cell_grid::Cell;
 use crate::cell_lists::CellLists;
 use crate::model::SetupError;
 use crate::placement::square_lattice;
@@ -84,19 +85,12 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<PackingStart, 
     })
 }
 
-/// The cells of the box.
-fn grid(config: &PackingConfig, discs: usize) -> CellGrid {
-    let sides = [config.width.get(), config.height.get()];
-    let has_walls = config.boundary == Boundary::Walls;
-    cell_grid(sides, 2.0 * config.largest_radius(), discs, has_walls)
-}
-
 /// Numbers the discs of a large system by position, so that neighbors are close in memory. Radii stay with their discs.
 fn sort_by_position(config: &PackingConfig, positions: &mut Vec<Vector>, radii: &mut Vec<f64>) {
     if positions.len() < LARGE_SYSTEM {
         return;
     }
-    let grid = grid(config, positions.len());
+    let grid = Domain::new(config, config.largest_radius()).cell_grid(positions.len());
     let key = |position: &Vector| patch_order(grid.cell_at(*position));
     let mut order: Vec<(u64, u32)> = Vec::with_capacity(positions.len());
     order.extend(positions.iter().zip(0..).map(|(position, disc)| (key(position), disc)));
@@ -251,7 +245,7 @@ fn check_overlaps(
     radii: &[f64],
     tolerance: f64,
 ) -> Result<(), SetupError> {
-    let grid = grid(config, positions.len());
+    let grid = Domain::new(config, config.largest_radius()).cell_grid(positions.len());
     let mut cells = CellLists::new(grid);
     let located: Vec<(Cell, Vector)> =
         positions.iter().map(|&position| grid.locate(position)).collect();

@@ -4,10 +4,8 @@
 //! and of the adjacent cells. A collision predicted with a partner that has since changed its path is void; this is detected when the
 //! collision is due (Lubachevsky, J. Comput. Phys. 94 (1991) 255).
 
-mod cell_grid;
 mod tournament_tree;
 
-use self::cell_grid::{Cell, CellGrid};
 use self::tournament_tree::TournamentTree;
 use super::clock::Clock;
 use super::motion::{Particle, dot, drifted, elastic_collision, reflected, time_to_wall};
@@ -15,10 +13,10 @@ use super::propagator::Propagator;
 use super::short_number::short;
 use super::state::GasState;
 use super::tallies::{PairTally, WallTallies};
+use crate::cell_grid::{Cell, CellGrid, Side};
+use crate::cell_lists::{CellLists, NO_DISC};
 use crate::collision_time::time_to_contact;
 use crate::model::{SetupError, Target};
-use crate::random::Seed;
-use kinetoscope_manifest::model::{GasConfig, Propagation};
 use serde::{Deserialize, Serialize};
 
 /// Minimum chord over the radius. A shorter chord departs from the wall by less than rounding (its square over 8), so a disc that slides
@@ -28,8 +26,8 @@ const MIN_CHORD: f64 = 1.5e-8;
 /// Overlap over the diameter that the rounding of given decimals may cause.
 const OVERLAP_TOLERANCE: f64 = 1e-9;
 
-/// Number of no disc.
-const NO_DISC: u32 = u32::MAX;
+/// Minimum width of a cell over the diameter of a disc, so that rounding of a position never hides a neighbor.
+const MIN_CELL_WIDTH: f64 = 1.0 + 1e-6;
 
 /// All discs and their predicted events.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,7 +35,7 @@ const NO_DISC: u32 = u32::MAX;
 pub(super) struct CollidingDiscs {
     states: DiscStates,
     /// Rebuilt from the states, as is the tournament.
-    cells: CellGrid,
+    cells: CellLists,
     tournament: TournamentTree,
 }
 
@@ -81,16 +79,6 @@ enum Event {
 }
 
 impl Propagator for CollidingDiscs {
-    fn prepare(
-        config: &GasConfig,
-        _seed: Seed,
-        state: &GasState,
-    ) -> Option<Result<Self, SetupError>> {
-        let disc_radius =
-            config.disc_radius_m.filter(|_| config.propagation == Propagation::Exact)?;
-        Some(Self::new(config.duration_s.get(), disc_radius.get(), state))
-    }
-
     fn clock(&self) -> Clock {
         Clock::Continuous { time_s: self.states.time_s, duration_s: self.states.duration_s }
     }
@@ -157,9 +145,10 @@ impl Propagator for CollidingDiscs {
 
 impl From<DiscStates> for CollidingDiscs {
     fn from(states: DiscStates) -> Self {
-        let mut cells = CellGrid::new(states.center_limit_m, states.diameter_m, states.discs.len());
+        let count = states.discs.len();
+        let mut cells = CellLists::new(grid(states.center_limit_m, states.diameter_m, count));
         for (id, disc) in states.discs.iter().enumerate() {
-            cells.insert(disc.cell, id as u32);
+            cells.insert(id as u32, disc.cell, count);
         }
         let times = states.discs.iter().map(|disc| disc.event_s);
         let tournament = TournamentTree::new(times.collect());
@@ -175,14 +164,18 @@ impl From<CollidingDiscs> for DiscStates {
 
 impl CollidingDiscs {
     /// Discs at time 0; rejected if two overlap or one intersects the wall.
-    fn new(duration_s: f64, disc_radius_m: f64, state: &GasState) -> Result<Self, SetupError> {
+    pub(super) fn new(
+        duration_s: f64,
+        disc_radius_m: f64,
+        state: &GasState,
+    ) -> Result<Self, SetupError> {
         let center_limit_m = state.container.circle.radius - disc_radius_m;
         let diameter_m = 2.0 * disc_radius_m;
-        let cells = CellGrid::new(center_limit_m, diameter_m, state.particles.len());
+        let grid = grid(center_limit_m, diameter_m, state.particles.len());
         let discs = state.particles.iter().map(|particle| Disc {
             particle,
             time_s: 0.0,
-            cell: cells.cell_of(particle.position),
+            cell: grid.cell_at(particle.position),
             path_changes: 0,
             event: Event::Wall,
             event_s: f64::INFINITY,
@@ -214,7 +207,7 @@ impl CollidingDiscs {
                      its center must be within radius_m - disc_radius_m = {center_limit_m} m"
                 )));
             }
-            for other in self.cells.around(disc.cell).filter(|other| (*other as usize) < id) {
+            for other in self.cells.discs_around(disc.cell).filter(|other| (*other as usize) < id) {
                 let [x, y] = discs[other as usize].particle.position;
                 let separation = [x - position[0], y - position[1]];
                 if dot(separation, separation) < min_distance * min_distance {
@@ -239,10 +232,11 @@ impl CollidingDiscs {
         match self.states.discs[disc as usize].event {
             Event::Wall => self.collide_with_wall(disc, wall),
             Event::Crossing(next) => {
+                let count = self.states.discs.len();
                 let cell = &mut self.states.discs[disc as usize].cell;
-                self.cells.remove(*cell, disc);
+                self.cells.remove(disc, *cell);
                 *cell = next;
-                self.cells.insert(next, disc);
+                self.cells.insert(disc, next, count);
             }
             Event::Pair { partner, path_changes } => {
                 if self.states.discs[partner as usize].path_changes == path_changes {
@@ -296,7 +290,7 @@ impl CollidingDiscs {
         let DiscStates { center_limit_m, diameter_m, time_s: now, discs, .. } = &self.states;
         let Disc { particle, cell, .. } = discs[disc as usize];
         let Particle { position: [px, py], velocity: [ux, uy] } = particle;
-        let (to_crossing, next) = self.cells.crossing(cell, particle.position, particle.velocity);
+        let (to_crossing, next) = first_crossing(&self.cells.grid, cell, particle);
         let (mut delay, mut event) = (to_crossing, Event::Crossing(next));
         let to_wall = delay_to_wall(particle, *center_limit_m);
         if to_wall < delay {
@@ -304,7 +298,7 @@ impl CollidingDiscs {
         }
         // The order of the discs in a cell depends on their history; among equal times, the lower number takes precedence.
         let mut earliest_partner = NO_DISC;
-        for partner in self.cells.around(cell).filter(|partner| *partner != disc) {
+        for partner in self.cells.discs_around(cell).filter(|partner| *partner != disc) {
             let other = &discs[partner as usize];
             let Particle { position: [x, y], velocity: [vx, vy] } = other.particle_at(*now);
             let to_contact = time_to_contact([x - px, y - py], [vx - ux, vy - uy], *diameter_m);
@@ -335,4 +329,31 @@ fn delay_to_wall(particle: Particle, center_limit_m: f64) -> f64 {
     }
     let min_delay = MIN_CHORD * center_limit_m / particle.speed();
     if delay < min_delay { min_delay } else { delay }
+}
+
+/// Square grid over the container, about one cell per disc. Cells are wider than a disc: discs in contact are in the same or adjacent
+/// cells.
+fn grid(center_limit_m: f64, diameter_m: f64, discs: usize) -> CellGrid {
+    let side = 2.0 * center_limit_m;
+    // The cast saturates.
+    let fitting = (side / (diameter_m * MIN_CELL_WIDTH)) as u32;
+    let count = fitting.min((discs as f64).sqrt() as u32 + 1);
+    CellGrid::new([-center_limit_m; 2], [side; 2], [count; 2], false)
+}
+
+/// Time until a disc enters another cell, and that cell; [`f64::MAX`] if it stays.
+fn first_crossing(grid: &CellGrid, cell: Cell, particle: Particle) -> (f64, Cell) {
+    let mut earliest = (f64::MAX, cell);
+    for (axis, &velocity) in particle.velocity.iter().enumerate() {
+        let is_upper = velocity > 0.0;
+        if velocity == 0.0 || grid.is_at_edge(cell, axis, is_upper) {
+            continue;
+        }
+        let delay = (grid.edge(cell, axis, is_upper) - particle.position[axis]) / velocity;
+        let delay = if delay > 0.0 { delay } else { 0.0 };
+        if delay < earliest.0 {
+            earliest = (delay, grid.neighbor(cell, Side::along(axis, is_upper)));
+        }
+    }
+    earliest
 }

@@ -35,7 +35,7 @@ fn prefetch_events(discs: &[DiscRecord], cells: &CellLists, upcoming: UpcomingEv
     if let Some((disc, event)) = upcoming.get(3 * STAGE) {
         prefetch(discs, disc as usize);
         // The partner, if the event is a pair collision.
-        prefetch(discs, event.bits() as usize);
+        prefetch(discs, event.0 as usize);
     }
     if let Some((disc, event)) = upcoming.get(2 * STAGE) {
         for_each_scanned_block(discs, cells, disc, event, |cell| {
@@ -83,9 +83,10 @@ fn for_each_scanned_block(
 
 #[cfg(test)]
 mod tests {
-    use crate::packing::domain::{Domain, ElasticThreshold};
+    use crate::packing::domain::Domain;
     use crate::packing::engine::state::Engine;
     use crate::random::{Seed, Stream};
+    use kinetoscope_manifest::model::PackingConfig;
 
     /// Guarantee: prefetching does not change a single bit.
     /// Setup: 400 discs on a square lattice, within walls with noise and periodic; 40,000 events, including crossings and
@@ -94,20 +95,15 @@ mod tests {
     fn prefetching_does_not_affect_the_trajectory() {
         let seed = Seed { seed: 4, replicate: 0 };
         for has_walls in [true, false] {
-            let wall_noise_rad = if has_walls { 0.1 } else { 0.0 };
-            let (restitution, elastic_threshold) = (1.0, ElasticThreshold::Off);
-            let sides = [60.0; 2];
             let domain = Domain {
-                sides,
+                sides: [60.0; 2],
                 has_walls,
-                max_radius: 1.0,
-                restitution,
-                elastic_threshold,
-                wall_noise_rad,
+                wall_noise_rad: if has_walls { 0.1 } else { 0.0 },
+                ..Domain::new(&PackingConfig::default(), 1.0)
             };
             let run = |prefetches| {
                 let positions = (0..400).map(|disc| {
-                    [disc % 20, disc / 20].map(|place: u32| 3.0 * f64::from(place) - 28.5)
+                    [disc % 20, disc / 20].map(|index: u32| 3.0 * f64::from(index) - 28.5)
                 });
                 let mut generator = seed.stream(Stream::Velocities);
                 let velocities = (0..400).map(|_| generator.normal_pair()).collect();

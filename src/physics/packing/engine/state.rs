@@ -1,8 +1,7 @@
 //! The engine's data: the state, from which all events follow, and what is derived from it.
 
-use crate::cell_grid::{BlockOffsets, CellGrid};
+use crate::cell_grid::BlockOffsets;
 use crate::cell_lists::CellLists;
-use crate::packing::cells::cell_grid;
 use crate::packing::clock::Clock;
 use crate::packing::disc::{DiscRecord, LARGE_SYSTEM};
 use crate::packing::domain::Domain;
@@ -55,22 +54,26 @@ pub(super) struct State {
 }
 
 impl State {
-    /// The cells of the box.
-    pub(super) fn grid(domain: &Domain, discs: usize) -> CellGrid {
-        cell_grid(domain.sides, 2.0 * domain.max_radius, discs, domain.has_walls)
+    /// The mean time until the events of the discs that have one.
+    pub(super) fn mean_time_to_event(&self) -> f64 {
+        let now = self.clock.local();
+        let scheduled = self.discs.iter().filter(|disc| disc.event_time < NEVER);
+        let (sum, count) = scheduled
+            .fold((0.0, 0.0), |(sum, count), disc| (sum + (disc.event_time - now), count + 1.0));
+        if count > 0.0 { sum / count } else { 1.0 }
     }
 }
 
 impl Engine {
     /// The engine of a state: inserts the discs into their cells and the events into the queue.
     pub(super) fn from_state(state: State) -> Self {
-        let grid = State::grid(&state.domain, state.discs.len());
+        let grid = state.domain.cell_grid(state.discs.len());
         let mut cells = CellLists::new(grid);
         for (disc, record) in state.discs.iter().enumerate() {
             cells.insert(disc as u32, record.cell, state.discs.len());
         }
-        let mut engine = Self {
-            event_queue: EventQueue::new(&[], 1.0),
+        Self {
+            event_queue: EventQueue::new(&state.discs, state.mean_time_to_event()),
             offsets: grid.block_offsets(),
             cells,
             are_equal: state.radii.is_empty(),
@@ -78,18 +81,7 @@ impl Engine {
             events_between_shifts: MIN_EVENTS_BETWEEN_SHIFTS
                 .max(EVENTS_PER_DISC_BETWEEN_SHIFTS * state.discs.len() as u64),
             state,
-        };
-        engine.event_queue = EventQueue::new(&engine.state.discs, engine.mean_time_to_event());
-        engine
-    }
-
-    /// The mean time until the events of the discs that have one.
-    pub(super) fn mean_time_to_event(&self) -> f64 {
-        let now = self.state.clock.local();
-        let scheduled = self.state.discs.iter().filter(|disc| disc.event_time < NEVER);
-        let (sum, count) = scheduled
-            .fold((0.0, 0.0), |(sum, count), disc| (sum + (disc.event_time - now), count + 1.0));
-        if count > 0.0 { sum / count } else { 1.0 }
+        }
     }
 
     /// The box and the collision parameters.
