@@ -9,7 +9,7 @@
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use kinetoscope_manifest::model::{GasConfig, Propagation, SpeedScale};
+use kinetoscope_manifest::model::{GasConfig, Propagation, SpeedDistribution, SpeedScale};
 use kinetoscope_manifest::quantity::{NonNegative, Positive};
 use kinetoscope_physics::gas::Gas;
 use kinetoscope_physics::model::{Model, Target};
@@ -27,6 +27,7 @@ const FRAME: f64 = 4.62;
 fn config(particles: u32, propagation: Propagation) -> GasConfig {
     GasConfig {
         particles: NonZeroU32::new(particles).unwrap(),
+        speed_distribution: SpeedDistribution::Uniform,
         speed_scale: SpeedScale::MaxSpeed(NonNegative::new(1.0).unwrap()),
         propagation,
         duration_s: Positive::new(1e8).unwrap(),

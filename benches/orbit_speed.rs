@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitSummation};
+use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitStart, OrbitSummation};
 use kinetoscope_manifest::quantity::Positive;
 use kinetoscope_physics::constants::GM_SUN_AU3_PER_DAY2 as GM;
 use kinetoscope_physics::model::{Model, Progress, Target};
@@ -23,6 +23,7 @@ const STEPS: u64 = 1_461_000;
 /// Runs the model to its end, with the budget of a program run per call.
 fn model(integrator: OrbitIntegrator, summation: OrbitSummation) -> State {
     let config = OrbitConfig {
+        start: OrbitStart::Barycentric,
         integrator,
         summation,
         duration_days: Positive::new(0.25 * STEPS as f64).unwrap(),

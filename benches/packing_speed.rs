@@ -71,7 +71,7 @@ fn periodic(discs: u32, fraction: f64) -> PackingConfig {
         height: BoxSide::new(side).unwrap(),
         radius: Positive::new(radius).unwrap(),
         boundary: Boundary::Periodic,
-        wall_noise_variance_rad2: NonNegative::literal(0.0),
+        remove_mean_velocity: true,
         placement: PackingPlacement::Lattice,
         ..PackingConfig::default()
     }
@@ -118,7 +118,12 @@ fn speeds(criterion: &mut Criterion) {
     }
     let within_walls = PackingConfig { boundary: Boundary::Walls, ..periodic(50, 0.3) };
     measure(criterion, "four walls 0.3", &within_walls, false);
-    measure(criterion, "exercise, four walls with noise", &PackingConfig::default(), false);
+    let exercise = PackingConfig {
+        wall_noise_variance_rad2: NonNegative::literal(std::f64::consts::PI / 1000.0),
+        remove_mean_velocity: true,
+        ..PackingConfig::default()
+    };
+    measure(criterion, "exercise, four walls with noise", &exercise, false);
     let with_all = PackingConfig {
         boundary: Boundary::Walls,
         restitution: Fraction::new(0.999).unwrap(),

@@ -70,8 +70,6 @@ quantities! {
     BoxSide: "a number in [10, 100000]", [minimum: 10.0, maximum: 100_000.0], |x| x >= 10.0 && x <= 100_000.0;
     /// Frames per second of playback: viewers warn above 60.
     PlaybackRate: "a number in (0, 50]", [exclusiveMinimum: 0.0, maximum: 50.0], |x| x > 0.0 && x <= 50.0;
-    /// A time step of the orbit, days: the orbit exercise requires less than one.
-    StepBelowOneDay: "a number in (0, 1)", [exclusiveMinimum: 0.0, exclusiveMaximum: 1.0], |x| x > 0.0 && x < 1.0;
     /// Relative error per step of an adaptive method; below 1e-15, rounding dominates.
     StepTolerance: "a number in [1e-15, 0.01]", [minimum: 1e-15, maximum: 0.01], |x| x >= 1e-15 && x <= 0.01;
 }

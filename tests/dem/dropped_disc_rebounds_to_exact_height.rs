@@ -11,7 +11,7 @@
 //! Control: 1 % less damping is rejected.
 
 use crate::scene::{damping, discs, given, per_contact, positive, prepared, run_to, time_step};
-use kinetoscope_manifest::model::{DemConfig, Dissipation};
+use kinetoscope_manifest::model::{DemConfig, DemIntegrator, Dissipation};
 
 const GAP: f64 = 0.1;
 const RADIUS: f64 = 5e-4;
@@ -23,6 +23,7 @@ const EXACT_CLAMPED: f64 = 0.081_342_303;
 fn next_apex(dissipation: Dissipation, tail: bool, steps_per_wall_contact: f64) -> f64 {
     let config = DemConfig {
         height_m: positive(0.12),
+        integrator: DemIntegrator::SemiImplicitEuler,
         dissipation,
         limit_damping: tail,
         time_step: per_contact(steps_per_wall_contact),

@@ -7,7 +7,7 @@
 //! Tolerance: 1e-14 m for 4000 rounded additions; 1e-12 relative for the energy.
 //! Control: a gravity larger by 1e-9 is rejected.
 
-use crate::scene::{discs, energy, given, prepared, run_to, time_step};
+use crate::scene::{discs, energy, given, gravity, prepared, run_to, time_step};
 use kinetoscope_manifest::model::{DemConfig, DemDashpot, DemIntegrator};
 
 const START: [f64; 2] = [0.01, 0.01];
@@ -45,11 +45,35 @@ fn free_flight_follows_the_parabola_at_constant_energy() {
         (DemIntegrator::SemiImplicitEuler, DemDashpot::Explicit),
         (DemIntegrator::VelocityVerlet, DemDashpot::Explicit),
         (DemIntegrator::SemiImplicitEuler, DemDashpot::Implicit),
+        (DemIntegrator::VelocityVerlet, DemDashpot::Implicit),
     ] {
         let error = max_error(integrator, 9.81);
         println!("{integrator:?}: {error:.1e} m");
         assert!(error < 1e-14, "{integrator:?}: {error:e}");
         // Control.
         assert!(max_error(integrator, 9.81 * (1.0 + 1e-9)) > 1e-12);
+    }
+}
+
+/// Velocity in the first frame of the disc, with gravity along both axes.
+fn first_velocity(config: DemConfig) -> [f64; 2] {
+    let gravity_m_per_s2 = gravity(-3.0, -9.81);
+    discs(&prepared(&given(DemConfig { gravity_m_per_s2, ..config }, &[(START, VELOCITY)])))[0]
+        .velocity
+}
+
+/// Tolerance: 1e-15 m/s, for the half kick that is subtracted and added.
+#[test]
+fn first_recorded_velocity_is_the_requested_one() {
+    let difference = |velocity: [f64; 2]| [0, 1].map(|axis: usize| velocity[axis] - VELOCITY[axis]);
+    for dashpot in [DemDashpot::Explicit, DemDashpot::Implicit] {
+        let first = difference(first_velocity(DemConfig { dashpot, ..DemConfig::default() }));
+        assert!(first.iter().all(|axis| axis.abs() < 1e-15), "{first:?}");
+        // Control: semi-implicit Euler records the requested velocity plus half a step of gravity.
+        let integrator = DemIntegrator::SemiImplicitEuler;
+        let control = DemConfig { integrator, dashpot, ..DemConfig::default() };
+        let half_step = 0.5 * time_step(&prepared(&control));
+        let [x, y] = difference(first_velocity(control));
+        assert!((x + 3.0 * half_step).abs() < 1e-15 && (y + 9.81 * half_step).abs() < 1e-15);
     }
 }

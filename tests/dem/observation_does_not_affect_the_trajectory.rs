@@ -52,6 +52,7 @@ fn budget_observation_and_serialization_change_no_bit() {
         (DemIntegrator::SemiImplicitEuler, DemDashpot::Explicit),
         (DemIntegrator::VelocityVerlet, DemDashpot::Explicit),
         (DemIntegrator::SemiImplicitEuler, DemDashpot::Implicit),
+        (DemIntegrator::VelocityVerlet, DemDashpot::Implicit),
     ] {
         let config = config(integrator);
         let reference = frames(&config, u64::MAX, |model| model);

@@ -49,6 +49,7 @@ fn overlap_carries_the_weight_above() {
             (DemIntegrator::SemiImplicitEuler, DemDashpot::Explicit),
             (DemIntegrator::VelocityVerlet, DemDashpot::Explicit),
             (DemIntegrator::SemiImplicitEuler, DemDashpot::Implicit),
+            (DemIntegrator::VelocityVerlet, DemDashpot::Implicit),
         ] {
             for height in [1, 4] {
                 for (disc, overlap) in column(height, tail, integrator).into_iter().enumerate() {

@@ -10,8 +10,8 @@
 #![allow(clippy::disallowed_methods, clippy::excessive_precision)]
 
 use crate::runs::{
-    advance, channel, count, frame, gas, given, kelvin, max_difference, max_speed, particles,
-    positive,
+    advance, channel, count, exercise, frame, gas, given, kelvin, max_difference, max_speed,
+    particles, positive,
 };
 use kinetoscope_manifest::model::{GasConfig, Propagation, SpeedDistribution};
 use kinetoscope_manifest::quantity::Finite;
@@ -82,7 +82,7 @@ fn defect_2_the_path_after_a_wall_collision_is_v_times_rest() {
     // The gas of the exercise at 300 K: all particles that reach the wall are moved by a meter, outside if their chord
     // is shorter. Half chords have the density (4/pi) C^2 / sqrt(1 - C^2); the fraction 1 - (2/pi) (pi/3 + sqrt(3)/4)
     // is below 1/2 m.
-    let config = GasConfig { particles: count(20_000), ..GasConfig::default() };
+    let config = GasConfig { particles: count(20_000), ..exercise() };
     let kept = outside(&corrected(5e-5, config.clone()), 2000);
     let lost = outside(&printed(5e-5, config), 2000) as f64;
     let fraction = 1.0 - 2.0 / PI * (PI / 3.0 + 3.0_f64.sqrt() / 4.0);
@@ -103,7 +103,7 @@ fn defect_3_the_reflection_refers_to_the_center_not_the_origin() {
         speed_distribution: SpeedDistribution::Equal,
         speed_scale: max_speed(1.0),
         duration_s: positive(1000.0),
-        ..GasConfig::default()
+        ..exercise()
     };
     let far = [30.0, 10.0];
     let lost_at_origin = outside(&printed(1.0, unit(ORIGIN)), 1000);
@@ -178,7 +178,7 @@ fn defect_5_a_step_reflects_at_every_wall_collision() {
         particles: count(400_000),
         speed_distribution: SpeedDistribution::Equal,
         speed_scale: max_speed(1.0),
-        ..GasConfig::default()
+        ..exercise()
     };
     let starts = particles(&gas(&config, 5));
     let is_outside =
@@ -198,7 +198,7 @@ fn defect_5_a_step_reflects_at_every_wall_collision() {
 #[test]
 fn defect_6_formula_12_requires_the_mean_square_speed() {
     // 300 K in the definition of the exercise: the wall pressure is 4/3 of (12), for uniform speeds.
-    let mut hot = gas(&GasConfig { particles: count(20_000), ..GasConfig::default() }, 6);
+    let mut hot = gas(&GasConfig { particles: count(20_000), ..exercise() }, 6);
     advance(&mut hot, Target::Time(0.1));
     let pressure = channel::<GasPressure>(&hot);
     let temperature = channel::<GasTemperature>(&hot);
@@ -209,13 +209,13 @@ fn defect_6_formula_12_requires_the_mean_square_speed() {
     assert!((ratio / (4.0 / 3.0) - 1.0).abs() < 4.0 * (2.0 / 15.0 / 20_000.0_f64).sqrt());
     assert!((temperature.mean_speed_temperature_k - 300.0).abs() < 1e-10);
     assert!((pressure.pressure_over_mean_square_formula - 1.0).abs() < 4.0 * 0.00005);
-    let first = frame(&gas(&GasConfig::default(), 6));
+    let first = frame(&gas(&exercise(), 6));
     assert!(first.log_lines().iter().any(|line| line.text.contains("300 K here is")));
 }
 
 #[test]
 fn defect_7_the_mean_speed_is_not_the_magnitude_of_the_mean_velocity() {
-    let temperature = channel::<GasTemperature>(&gas(&GasConfig::default(), 7));
+    let temperature = channel::<GasTemperature>(&gas(&exercise(), 7));
     // |mean of v| has the mean square <v^2> / N.
     let fluctuation = temperature.rms_speed_m_per_s / 1000.0_f64.sqrt();
     assert!(temperature.mean_velocity_m_per_s < 3.0 * fluctuation);
@@ -227,8 +227,8 @@ fn defect_7_the_mean_speed_is_not_the_magnitude_of_the_mean_velocity() {
 #[test]
 fn defect_8_masses_are_kilograms_and_areas_square_meters() {
     // 1e-23 g = 1e-26 kg; grams together with J/K would reduce speeds by sqrt(1000).
-    assert_eq!(GasConfig::default().mass_kg.get(), 1e-26);
-    let config = GasConfig { speed_scale: kelvin(300.0), ..GasConfig::default() };
+    assert_eq!(exercise().mass_kg.get(), 1e-26);
+    let config = GasConfig { speed_scale: kelvin(300.0), ..exercise() };
     let pressure = channel::<GasPressure>(&gas(&config, 8));
     // N k_B T / A = 1000 * 1.380658e-23 * 300 / pi N/m.
     assert!((pressure.ideal_gas_n_per_m / 1.31843127251622e-18 - 1.0).abs() < 1e-13);
@@ -238,7 +238,7 @@ fn defect_8_masses_are_kilograms_and_areas_square_meters() {
 #[test]
 fn defect_9_without_collisions_speeds_are_constant_and_only_a_uniform_state_is_stationary() {
     // The histogram after thousands of wall collisions equals the initial histogram.
-    let mut unchanged = gas(&GasConfig::default(), 9);
+    let mut unchanged = gas(&exercise(), 9);
     let before = channel::<GasSpeeds>(&unchanged);
     advance(&mut unchanged, Target::Time(0.1));
     assert!(channel::<GasCollisions>(&unchanged).wall_collisions > 10_000);
@@ -253,7 +253,7 @@ fn defect_9_without_collisions_speeds_are_constant_and_only_a_uniform_state_is_s
         particles: count(20_000),
         speed_scale: max_speed(1.0),
         duration_s: positive(1000.0),
-        ..GasConfig::default()
+        ..exercise()
     };
     let mut uniform = gas(&config, 9);
     let starts = particles(&uniform);

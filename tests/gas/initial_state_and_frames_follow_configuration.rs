@@ -8,7 +8,9 @@
 // Values written in a test are in range.
 #![allow(clippy::unwrap_used)]
 
-use crate::runs::{advance, frame, gas, given, kelvin, max_speed, particles, positive, rejection};
+use crate::runs::{
+    advance, exercise, frame, gas, given, kelvin, max_speed, particles, positive, rejection,
+};
 use kinetoscope_manifest::model::{GasConfig, Propagation, SpeedDistribution, SpeedScale};
 use kinetoscope_manifest::quantity::Finite;
 use kinetoscope_physics::gas::Gas;
@@ -51,7 +53,7 @@ fn invalid_configurations_are_rejected() {
     assert!(rejection(&moved).contains("5 m from the center"));
     let fewer = GasConfig { particles: crate::runs::count(3), ..outside };
     assert!(rejection(&fewer).contains("must agree"));
-    let default = GasConfig::default;
+    let default = exercise;
     let cases = [
         (GasConfig { speed_scale: SpeedScale::Given, ..default() }, "must have a scale"),
         (
@@ -98,7 +100,7 @@ fn at_zero_kelvin_all_particles_rest_and_all_numbers_are_finite() {
                 speed_scale: kelvin(0.0),
                 disc_radius_m,
                 propagation,
-                ..GasConfig::default()
+                ..exercise()
             };
             let mut gas = gas(&config, 1);
             let before = particles(&gas);
@@ -125,7 +127,7 @@ fn at_zero_kelvin_all_particles_rest_and_all_numbers_are_finite() {
 fn positions_and_velocities_have_separate_random_streams() {
     // Another speed distribution does not change the positions; another replicate changes both; the same seed gives the
     // same bits.
-    let uniform = GasConfig::default();
+    let uniform = exercise();
     let maxwell = GasConfig { speed_distribution: SpeedDistribution::Maxwell, ..uniform.clone() };
     let positions = |config, seed| -> Vec<[f64; 2]> {
         particles(&gas(config, seed)).iter().map(|particle| particle.position).collect()
@@ -139,7 +141,7 @@ fn positions_and_velocities_have_separate_random_streams() {
 
 #[test]
 fn first_frame_describes_the_run() {
-    let config = GasConfig { propagation: stepped(1e-4), ..GasConfig::default() };
+    let config = GasConfig { propagation: stepped(1e-4), ..exercise() };
     let mut gas = gas(&config, 1);
     assert_eq!(gas.extent(), Extent::Steps { total: 1000, step: 1e-4 });
     let first = frame(&gas);
@@ -161,14 +163,13 @@ fn first_frame_describes_the_run() {
 
 #[test]
 fn scenery_shows_the_container() {
-    let config =
-        centered_at([2.0, -1.0], GasConfig { radius_m: positive(0.5), ..GasConfig::default() });
+    let config = centered_at([2.0, -1.0], GasConfig { radius_m: positive(0.5), ..exercise() });
     let scenery = gas(&config, 1).scenery();
     assert_eq!(scenery.walls, [Wall::Circle { center: [2.0, -1.0], radius: 0.5 }]);
     assert_eq!(scenery.view, [[1.5, -1.5], [2.5, -0.5]]);
     assert_eq!(scenery.drawn_radius, DrawnRadius::Fixed(0.006));
     assert!(scenery.arrows);
-    let many = GasConfig { particles: crate::runs::count(2001), ..GasConfig::default() };
+    let many = GasConfig { particles: crate::runs::count(2001), ..exercise() };
     assert!(!gas(&many, 1).scenery().arrows);
 }
 
@@ -177,7 +178,7 @@ fn resumed_gas_is_bitwise_identical() {
     for propagation in
         [Propagation::Exact, stepped(1e-4), Propagation::AsPrinted { time_step_s: positive(1e-4) }]
     {
-        let mut gas = gas(&GasConfig { propagation, ..GasConfig::default() }, 14);
+        let mut gas = gas(&GasConfig { propagation, ..exercise() }, 14);
         advance(&mut gas, Target::Time(0.03));
         let saved = serde_json::to_value(&gas).unwrap();
         let mut restored: Gas = serde_json::from_value(saved).unwrap();
@@ -191,7 +192,7 @@ fn resumed_gas_is_bitwise_identical() {
 
 #[test]
 fn observation_changes_nothing_and_time_cannot_decrease() {
-    let mut gas = gas(&GasConfig::default(), 1);
+    let mut gas = gas(&exercise(), 1);
     advance(&mut gas, Target::Time(0.05));
     assert_eq!(frame(&gas), frame(&gas));
     assert!(gas.advance(Target::Time(0.04), 1).unwrap_err().0.contains("order of time"));

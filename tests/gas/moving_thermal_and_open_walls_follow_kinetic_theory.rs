@@ -16,7 +16,8 @@
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
 use crate::runs::{
-    advance, channel, count, gas, given, kelvin, max_difference, max_speed, particles, positive,
+    advance, channel, count, exercise, gas, given, kelvin, max_difference, max_speed, particles,
+    positive,
 };
 use kinetoscope_manifest::model::{
     GasConfig, PositionDistribution, Propagation, SpeedDistribution, TemperatureDefinition,
@@ -34,7 +35,7 @@ fn piston(wall_speed: f64, duration: f64) -> GasConfig {
         speed_scale: max_speed(1.0),
         wall_speed_m_per_s: Finite::new(wall_speed).unwrap(),
         duration_s: positive(duration),
-        ..GasConfig::default()
+        ..exercise()
     }
 }
 
@@ -146,7 +147,7 @@ fn thermal(accommodation: f64) -> GasConfig {
             accommodation: Fraction::new(accommodation).unwrap(),
         }),
         duration_s: positive(0.1),
-        ..GasConfig::default()
+        ..exercise()
     }
 }
 
@@ -195,7 +196,7 @@ fn initial_rate_of_escape_follows_kinetic_theory() {
         speed_scale: max_speed(1.0),
         orifice_width_m: Some(positive(0.2)),
         duration_s: positive(1.0),
-        ..GasConfig::default()
+        ..exercise()
     };
     let mut run = gas(&config, 6);
     let speed = channel::<GasTemperature>(&run).mean_speed_m_per_s;
@@ -222,7 +223,7 @@ fn each_mass_has_the_same_temperature_and_contributes_to_the_pressure() {
         speed_scale: kelvin(300.0),
         temperature_definition: TemperatureDefinition::MeanSquare,
         duration_s: positive(0.1),
-        ..GasConfig::default()
+        ..exercise()
     };
     let mut run = gas(&config, 7);
     advance(&mut run, Target::Time(0.1));
@@ -251,7 +252,7 @@ fn schedule_sets_temperatures_at_its_times() {
     let exact = GasConfig {
         temperature_schedule: vec![setting(0.01, 373.15), setting(0.02, 50.0)],
         duration_s: positive(0.03),
-        ..GasConfig::default()
+        ..exercise()
     };
     let stepped = GasConfig {
         propagation: Propagation::TimeStepped { time_step_s: positive(1e-5) },
@@ -283,7 +284,7 @@ fn initial_state_uniform_in_radius_is_not_stationary() {
             position_distribution: distribution,
             speed_scale: max_speed(1.0),
             duration_s: positive(200.0),
-            ..GasConfig::default()
+            ..exercise()
         };
         let mut run = gas(&config, 9);
         advance(&mut run, Target::Time(time));

@@ -3,7 +3,10 @@
 // Not every test file uses every function; values written in a test are in range.
 #![allow(clippy::unwrap_used)]
 
-use kinetoscope_manifest::model::{GasConfig, GasPlacement, GivenState, SpeedScale};
+use kinetoscope_manifest::model::{
+    BoltzmannConstant, GasConfig, GasPlacement, GivenState, SpeedDistribution, SpeedScale,
+    TemperatureDefinition,
+};
 use kinetoscope_manifest::quantity::{Finite, NonNegative, Positive};
 use kinetoscope_physics::gas::Gas;
 use kinetoscope_physics::gas::motion::Particle;
@@ -58,6 +61,16 @@ pub(crate) fn given(particles: &[([f64; 2], [f64; 2])]) -> GasConfig {
         }),
         speed_scale: SpeedScale::Given,
         duration_s: positive(1000.0),
+        ..GasConfig::default()
+    }
+}
+
+/// Returns the configuration of the gas exercise: uniform speeds, the temperature by the mean speed and `k_B` of 1986.
+pub(crate) fn exercise() -> GasConfig {
+    GasConfig {
+        speed_distribution: SpeedDistribution::Uniform,
+        temperature_definition: TemperatureDefinition::MeanSpeed,
+        boltzmann_constant: BoltzmannConstant::Codata1986,
         ..GasConfig::default()
     }
 }

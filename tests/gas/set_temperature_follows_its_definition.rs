@@ -3,7 +3,7 @@
 //!
 //! Source: gas exercise, equation (13) and step (d); moments of the two distributions. Reference values: 50-digit
 //! arithmetic.
-//! Setup: gases in their initial state.
+//! Setup: gases in their initial state; by default, uniform speeds and the gas exercise's definition.
 //! Tolerance: 1e-14 where a rescaled sample has T by construction (one square root, one product); four standard errors
 //! for the ratio of a sample: its logarithm has the variance <(q(x))^2> / N with q = x^2/<x^2> - 2 x/<x> + 1, 2/15 for
 //! uniform, 16/pi - 5 for Maxwell.
@@ -12,10 +12,10 @@
 // Tests compare with the platform's functions and do not affect recorded bits.
 #![allow(clippy::disallowed_methods)]
 
-use crate::runs::{channel, count, frame, gas, given, kelvin, max_speed};
+use crate::runs::{channel, count, exercise, frame, gas, given, kelvin, max_speed};
 use kinetoscope_manifest::model::{GasConfig, SpeedDistribution, TemperatureDefinition};
 use kinetoscope_physics::gas::pressure::speed_at;
-use kinetoscope_recording::channels::{GasSpeeds, GasTemperature};
+use kinetoscope_recording::channels::{GasPressure, GasSpeeds, GasTemperature};
 use std::f64::consts::PI;
 
 const DISTRIBUTIONS: [SpeedDistribution; 3] =
@@ -35,7 +35,7 @@ fn set_temperature_holds_to_rounding() {
                         speed_distribution,
                         temperature_definition,
                         duration_s: crate::runs::positive(1e-3),
-                        ..GasConfig::default()
+                        ..exercise()
                     };
                     let measured = channel::<GasTemperature>(&gas(&config, 14));
                     let found = match temperature_definition {
@@ -49,10 +49,29 @@ fn set_temperature_holds_to_rounding() {
     }
 }
 
+/// Tolerance: 1e-12, for the sum of a thousand squares.
+/// Control: the gas exercise's definition gives another temperature and pressure.
+#[test]
+fn default_gas_has_300_kelvin_by_equipartition() {
+    let of = |config: GasConfig| {
+        let gas = gas(&config, 15);
+        let pressure = channel::<GasPressure>(&gas).mean_square_formula_n_per_m;
+        (channel::<GasTemperature>(&gas).mean_square_temperature_k, pressure)
+    };
+    // N k_B T / A with the exact SI constant: 1000 particles in a circle of radius 1 m.
+    let expected = 1000.0 * 1.380_649e-23 * 300.0 / PI;
+    let (temperature, pressure) = of(GasConfig::default());
+    assert!((temperature / 300.0 - 1.0).abs() < 1e-12, "{temperature}");
+    assert!((pressure / expected - 1.0).abs() < 1e-12, "{pressure:e}");
+    let (temperature, pressure) = of(exercise());
+    assert!(temperature > 350.0 && pressure > 1.1 * expected);
+}
+
 #[test]
 fn given_velocities_are_rescaled() {
     let config = GasConfig {
         speed_scale: kelvin(300.0),
+        temperature_definition: TemperatureDefinition::MeanSpeed,
         ..given(&[([0.0, 0.0], [1.0, 0.0]), ([0.5, 0.0], [0.0, -3.0])])
     };
     let measured = channel::<GasTemperature>(&gas(&config, 1));
@@ -70,8 +89,7 @@ fn ratio_of_the_two_definitions_follows_the_moments() {
         (SpeedDistribution::Maxwell, PI / 4.0, 16.0 / PI - 5.0),
         (SpeedDistribution::Equal, 1.0, 1e-24),
     ] {
-        let config =
-            GasConfig { particles: count(100_000), speed_distribution, ..GasConfig::default() };
+        let config = GasConfig { particles: count(100_000), speed_distribution, ..exercise() };
         let measured = channel::<GasTemperature>(&gas(&config, 3));
         let found = measured.mean_speed_temperature_k / measured.mean_square_temperature_k;
         println!("{speed_distribution:?}: {found}, theory {ratio}");
@@ -83,11 +101,8 @@ fn ratio_of_the_two_definitions_follows_the_moments() {
 fn exercise_temperatures_are_four_thirds_by_equipartition() {
     // "300 K" is 400 K by equipartition and "373.15 K" is 497.53 K, for uniform speeds, in the mean.
     for (set, expected) in [(300.0, 400.0), (373.15, 497.53)] {
-        let config = GasConfig {
-            particles: count(100_000),
-            speed_scale: kelvin(set),
-            ..GasConfig::default()
-        };
+        let config =
+            GasConfig { particles: count(100_000), speed_scale: kelvin(set), ..exercise() };
         let gas = gas(&config, 4);
         let found = channel::<GasTemperature>(&gas).mean_square_temperature_k;
         println!("{set} K by (13) is {found} K");
@@ -109,7 +124,7 @@ fn mean_and_max_speeds_equal_the_reference() {
             particles: count(1_000_000),
             speed_distribution,
             temperature_definition,
-            ..GasConfig::default()
+            ..exercise()
         };
         let gas = gas(&config, 5);
         let speeds = channel::<GasSpeeds>(&gas);
@@ -132,7 +147,7 @@ fn mean_and_max_speeds_equal_the_reference() {
 
 #[test]
 fn max_speed_sets_the_bound_without_rescaling() {
-    let config = GasConfig { speed_scale: max_speed(1820.3), ..GasConfig::default() };
+    let config = GasConfig { speed_scale: max_speed(1820.3), ..exercise() };
     let speeds = channel::<GasSpeeds>(&gas(&config, 6));
     assert!(speeds.initial_distribution.iter().all(|&height| height == 1.0 / 1820.3));
     // Every particle is in a bin, so densities times widths add up to one.

@@ -9,7 +9,9 @@
 // Tests compare with the platform's functions and do not affect recorded bits; reference values keep all their digits.
 #![allow(clippy::disallowed_methods, clippy::excessive_precision)]
 
-use crate::runs::{advance, channel, gas, given, max_difference, max_speed, particles, positive};
+use crate::runs::{
+    advance, channel, exercise, gas, given, max_difference, max_speed, particles, positive,
+};
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 use kinetoscope_physics::gas::motion::{ChordPath, Particle, drifted, time_to_wall};
 use kinetoscope_physics::gas::time_stepped;
@@ -122,11 +124,7 @@ fn one_reflection(particle: Particle, time_step: f64) -> Particle {
 
 #[test]
 fn stepped_gas_equals_the_gas_by_closed_form() {
-    let exact = GasConfig {
-        speed_scale: max_speed(1.0),
-        duration_s: positive(40.0),
-        ..GasConfig::default()
-    };
+    let exact = GasConfig { speed_scale: max_speed(1.0), duration_s: positive(40.0), ..exercise() };
     let mut closed_form = gas(&exact, 5);
     advance(&mut closed_form, Target::Time(40.0));
     for time_step in [0.03125, 0.5, 4.0] {
@@ -150,7 +148,7 @@ fn stepped_gas_equals_the_gas_by_closed_form() {
 
 #[test]
 fn step_budget_changes_no_bit() {
-    let config = stepped_by(1e-5, GasConfig::default());
+    let config = stepped_by(1e-5, exercise());
     let mut at_once = gas(&config, 8);
     advance(&mut at_once, Target::Count(1000));
     advance(&mut at_once, Target::Count(2000));

@@ -7,7 +7,7 @@
 //! in steps.
 //! Control: the scheme as printed in the gas exercise loses particles and changes angular momenta.
 
-use crate::runs::{advance, channel, count, gas, given, max_speed, particles, positive};
+use crate::runs::{advance, channel, count, exercise, gas, given, max_speed, particles, positive};
 use kinetoscope_manifest::model::{GasConfig, Propagation};
 use kinetoscope_physics::model::{Model, Target};
 use kinetoscope_recording::channels::{GasCollisions, GasInvariants};
@@ -17,7 +17,7 @@ fn long_run(propagation: Propagation) -> GasConfig {
         speed_scale: max_speed(1.0),
         duration_s: positive(5000.0),
         propagation,
-        ..GasConfig::default()
+        ..exercise()
     }
 }
 
@@ -97,7 +97,7 @@ fn single_particle_has_the_invariants_of_its_initial_state() {
     // Half chord 0.8: the first collision is at 0.4 s, then one per 0.8 s.
     assert_eq!(gas.count(), 1250);
     assert_eq!(particles(&gas).len(), 1);
-    let mut one = crate::runs::gas(&GasConfig { particles: count(1), ..GasConfig::default() }, 1);
+    let mut one = crate::runs::gas(&GasConfig { particles: count(1), ..exercise() }, 1);
     advance(&mut one, Target::Time(0.1));
     assert_eq!(channel::<GasInvariants>(&one).particles_outside, 0);
 }

@@ -3,7 +3,7 @@
 //!
 //! Source: gas exercise, equations (12) and (13) with the mean square instead of the squared mean; kinetic theory in
 //! two dimensions. Reference values: 50-digit arithmetic.
-//! Setup: gases of several T, r and N, exact and stepped; P is the normal impulse over perimeter and time.
+//! Setup: gases of several T, r and N with k_B of 1986, exact and stepped; P is the normal impulse over perimeter and time.
 //! Tolerance: four relative standard errors R/(v_rms T sqrt(2N)). The wall collisions of a particle are equidistant in
 //! time, so only their phase scatters (variance 1/6); with <C^2> = 3/4 R^2, the variance of the impulse is m^2 <v^2> /
 //! 2 at any time.
@@ -12,7 +12,7 @@
 // Tests compare with the platform's functions and do not affect recorded bits.
 #![allow(clippy::disallowed_methods)]
 
-use crate::runs::{advance, channel, count, gas, given, kelvin, positive};
+use crate::runs::{advance, channel, count, exercise, gas, given, kelvin, positive};
 use kinetoscope_manifest::model::{
     BoltzmannConstant, GasConfig, Propagation, SpeedDistribution, TemperatureDefinition,
 };
@@ -29,7 +29,7 @@ fn at(temperature: f64, radius: f64, particles: u32) -> GasConfig {
         radius_m: positive(radius),
         speed_scale: kelvin(temperature),
         temperature_definition: TemperatureDefinition::MeanSquare,
-        ..GasConfig::default()
+        ..exercise()
     }
 }
 

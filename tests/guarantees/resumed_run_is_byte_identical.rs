@@ -20,7 +20,7 @@ const LONGER: &[(&str, &str)] = &[
     ("gas", "seed = 2\n[model.gas]\nparticles = 1000\nduration_s = 0.05\n[record]\nframes = 150\n"),
     (
         "packing",
-        "seed = 3\n[model.packing]\ndiscs = 300\nwidth = 60.0\nheight = 60.0\nevents_per_disc = 500\n[record]\nframes = 150\n\
+        "seed = 3\n[model.packing]\ndiscs = 300\nwall_noise_variance_rad2 = 0.003\nwidth = 60.0\nheight = 60.0\nevents_per_disc = 500\n[record]\nframes = 150\n\
          channels = [\"state\", \"discs\", \"temperature\", \"collisions\", \"pressure\", \"per_collision\", \"log\"]\n",
     ),
     (

@@ -17,7 +17,7 @@ use std::num::NonZeroU64;
 pub(crate) const MANIFESTS: &[(&str, &str)] = &[
     (
         "dem",
-        "seed = 3\n[model.dem]\ndiscs = 30\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.04\n[record]\nframes = 20\n",
+        "seed = 3\n[model.dem]\nintegrator = \"semi-implicit-euler\"\ndiscs = 30\nwidth_m = 0.01\nheight_m = 0.01\nduration_s = 0.04\n[record]\nframes = 20\n",
     ),
     (
         "dem_verlet_clamped_mixed_radii",
@@ -38,12 +38,18 @@ pub(crate) const MANIFESTS: &[(&str, &str)] = &[
         "seed = 7\n[model.gas]\nparticles = 50\nduration_s = 0.02\npropagation = \"time-stepped\"\ntime_step_s = 3e-5\n\
          [record]\nframes = 20\n",
     ),
-    ("packing", "seed = 8\n[model.packing]\ndiscs = 40\n[record]\nframes = 20\n"),
+    (
+        "packing",
+        "seed = 8\n[model.packing]\ndiscs = 40\nwall_noise_variance_rad2 = 0.003\n[record]\nframes = 20\n",
+    ),
     (
         "packing_inelastic_by_time",
-        "seed = 9\n[model.packing]\ndiscs = 40\nrestitution = 0.9\nduration = 40.0\n[record]\nframes = 20\n",
+        "seed = 9\n[model.packing]\ndiscs = 40\nwall_noise_variance_rad2 = 0.003\nremove_mean_velocity = true\nrestitution = 0.9\nduration = 40.0\n[record]\nframes = 20\n",
     ),
-    ("orbit_euler", "[model.orbit]\nduration_days = 100.0\n[record]\nframes = 20\n"),
+    (
+        "orbit_euler",
+        "[model.orbit]\nstart = \"barycentric\"\nintegrator = \"explicit-euler\"\nduration_days = 100.0\n[record]\nframes = 20\n",
+    ),
     (
         "orbit_rk4",
         "[model.orbit]\nduration_days = 100.0\nintegrator = \"rk4\"\nstart = \"heliocentric\"\n[record]\nframes = 20\n",

@@ -11,8 +11,8 @@
 // Closed forms may use std's functions; reference values keep all their digits.
 #![allow(clippy::disallowed_methods, clippy::excessive_precision)]
 
-use crate::run::{distance, exercise, finished, observe};
-use kinetoscope_manifest::model::OrbitIntegrator;
+use crate::run::{distance, exercise, finished, observe, prepare};
+use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
 use kinetoscope_physics::orbit::elements::Elements;
 use kinetoscope_physics::orbit::kepler::Kepler;
 use kinetoscope_physics::orbit::motion::{State, angular_momentum, cross, energy, length};
@@ -42,6 +42,16 @@ fn elements_of_the_exercise_equal_the_reference() {
     let heliocentric = Elements::of(HELIOCENTRIC_START);
     assert!(is_close(heliocentric.semi_major_axis, 0.999_345_417_141_490_3, 2e-15));
     assert!(is_close(heliocentric.bound.unwrap().period, 364.898_320_698_051_443_9, 2e-15));
+}
+
+/// Tolerance: half of the last digit of 364.898 days. Control: the start of the exercise has 362.073 days.
+#[test]
+fn default_year_is_364_898_days() {
+    let period =
+        |config: &OrbitConfig| Elements::of(observe(&prepare(config)).state).bound.unwrap().period;
+    assert!((period(&OrbitConfig::default()) - 364.898).abs() < 5e-4);
+    let control = exercise(OrbitIntegrator::VelocityVerlet, 0.25, 365.25);
+    assert!((period(&control) - 362.073).abs() < 5e-4);
 }
 
 /// Ascending node, argument of the perihelion and true anomaly in 50-digit arithmetic from r x v and the eccentricity

@@ -127,7 +127,7 @@ fn first_frame_logs_the_configuration_and_later_frames_log_nothing() {
         orbit.observe(&mut frame);
         frame.log_lines().to_vec()
     };
-    let mut run = prepare(&OrbitConfig::default());
+    let mut run = prepare(&exercise(OrbitIntegrator::ExplicitEuler, 0.25, 365.25));
     let text: Vec<String> = lines(&run).into_iter().map(|line| line.text).collect();
     let log = text.join("\n");
     for expected in [

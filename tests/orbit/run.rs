@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator, OrbitStart, OrbitState};
-use kinetoscope_manifest::quantity::{Finite, Positive, StepBelowOneDay};
+use kinetoscope_manifest::quantity::{Finite, Positive};
 use kinetoscope_physics::model::{Extent, Model, Progress, Target};
 use kinetoscope_physics::orbit::Orbit;
 use kinetoscope_physics::orbit::motion::State;
@@ -18,8 +18,9 @@ pub(crate) const JULIAN_YEAR: f64 = 365.25;
 /// Configuration with the initial state of the orbit exercise, an integrator, a step and a duration (days).
 pub(crate) fn exercise(integrator: OrbitIntegrator, step: f64, duration: f64) -> OrbitConfig {
     OrbitConfig {
+        start: OrbitStart::Barycentric,
         integrator,
-        time_step_days: StepBelowOneDay::new(step).unwrap(),
+        time_step_days: Positive::new(step).unwrap(),
         duration_days: Positive::new(duration).unwrap(),
         ..Default::default()
     }

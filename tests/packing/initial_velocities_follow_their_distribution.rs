@@ -1,11 +1,11 @@
-//! Law: initial velocity components are normal with variance 1 (unmodified) or 1/n (modified), and their mean is
-//! removed. The two initial states differ only by the factor n^-1/2, so their trajectories are the same with time
+//! Law: initial velocity components are normal with variance 1 (unmodified) or 1/n (modified); their mean is removed
+//! only on request, so <v^2> is 2, or 2 (1 - 1/n), in units of the variance. The two initial states differ only by the factor n^-1/2, so their trajectories are the same with time
 //! multiplied by n^1/2, bitwise if that is a power of two.
 //!
 //! Source: packing exercise, modification 4 and `initialize_random`; scaling of hard-disc dynamics.
 //! Setup: 1 to 256 discs; 1000 replicates for the initial temperature.
 //! Tolerance: 4.5 standard errors of the initial T, where n T / sigma^2 is chi-square with 2 (n - 1) degrees of
-//! freedom. For other n, trajectories diverge by growing rounding errors: 1e-6 over 3 events per disc, while a true
+//! freedom, or 2 n with the mean velocity. For other n, trajectories diverge by growing rounding errors: 1e-6 over 3 events per disc, while a true
 //! difference is of order 1.
 //! Control: T of the modified distribution is rejected for the unmodified one.
 
@@ -15,6 +15,7 @@ use crate::runs::{
 use kinetoscope_manifest::model::{InitialVelocities, PackingConfig};
 use kinetoscope_physics::model::Model;
 use kinetoscope_recording::channels::{PackingCollisions, PackingTemperature};
+use std::num::NonZeroU32;
 
 fn modified(config: &PackingConfig) -> PackingConfig {
     PackingConfig { initial_velocities: InitialVelocities::VarianceOneOverN, ..config.clone() }
@@ -59,18 +60,24 @@ fn trajectories_agree_to_rounding_for_other_n() {
     }
 }
 
-/// Whether the mean of <v^2> over replicates is 2 (1 - 1/n) variance within 4.5 standard errors, and its scatter is sqrt(4 (n - 1)) / n variance
-/// within 20 %.
-fn has_mean_square_velocity_of(config: &PackingConfig, variance: f64) -> bool {
-    let discs = f64::from(config.discs.get());
+/// Mean of the initial <v^2> over 1000 replicates, and its standard error.
+fn mean_square_velocity(config: &PackingConfig) -> (f64, f64) {
     let mean_squares: Vec<f64> = (0..1000)
         .map(|replicate| {
             message::<PackingTemperature>(&prepare(config, 8, replicate)).mean_square_velocity
         })
         .collect();
-    let (mean, error) = mean_and_standard_error(&mean_squares);
-    let expected = 2.0 * (1.0 - 1.0 / discs) * variance;
-    let scatter = (4.0 * (discs - 1.0)).sqrt() / discs * variance / (1000.0_f64).sqrt();
+    mean_and_standard_error(&mean_squares)
+}
+
+/// Whether the mean of <v^2> over replicates is 2 f / n variance within 4.5 standard errors, and its scatter is sqrt(4 f) / n
+/// variance within 20 %, with f = n - 1 if the mean velocity is removed and n otherwise.
+fn has_mean_square_velocity_of(config: &PackingConfig, variance: f64) -> bool {
+    let discs = f64::from(config.discs.get());
+    let (mean, error) = mean_square_velocity(config);
+    let degrees = if config.remove_mean_velocity { discs - 1.0 } else { discs };
+    let expected = 2.0 * degrees / discs * variance;
+    let scatter = (4.0 * degrees).sqrt() / discs * variance / (1000.0_f64).sqrt();
     println!("n {discs}: <v^2> {mean:.5} +- {error:.5}, expected {expected:.5} +- {scatter:.5}");
     (mean - expected).abs() < 4.5 * scatter && (error / scatter - 1.0).abs() < 0.2
 }
@@ -84,6 +91,22 @@ fn initial_temperature_follows_chi_square() {
         // Control.
         assert!(!has_mean_square_velocity_of(&modified(&config), 1.0));
     }
+}
+
+/// Control: with `remove_mean_velocity`, <v^2> of two discs is 1, which is rejected for the default.
+#[test]
+fn default_packing_velocities_follow_their_distribution() {
+    let two =
+        PackingConfig { discs: NonZeroU32::MIN.saturating_add(1), ..PackingConfig::default() };
+    let removed = PackingConfig { remove_mean_velocity: true, ..two.clone() };
+    let (mean, error) = mean_square_velocity(&two);
+    let (control, control_error) = mean_square_velocity(&removed);
+    println!(
+        "<v^2> of two discs: {mean} +- {error}, without their mean {control} +- {control_error}"
+    );
+    assert!((mean - 2.0).abs() < 4.5 * error);
+    assert!((control - 1.0).abs() < 4.5 * control_error);
+    assert!((control - 2.0).abs() > 4.5 * error);
 }
 
 #[test]

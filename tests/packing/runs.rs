@@ -19,7 +19,17 @@ pub(crate) struct DiscState {
     pub(crate) radius: f64,
 }
 
-/// Square box with a given packing fraction. The radius is 1, or larger if the side would be below the minimum of 10.
+/// Returns the configuration of the packing exercise: walls turn velocities by an angle of variance pi/1000, and the total
+/// momentum at the start is zero.
+pub(crate) fn exercise() -> PackingConfig {
+    PackingConfig {
+        wall_noise_variance_rad2: NonNegative::literal(std::f64::consts::PI / 1000.0),
+        remove_mean_velocity: true,
+        ..PackingConfig::default()
+    }
+}
+
+/// Square box with a given packing fraction and the exercise's walls and velocities. The radius is 1, or larger if the side would be below the minimum of 10.
 pub(crate) fn at_fraction(discs: u32, fraction: f64) -> PackingConfig {
     let side = (f64::from(discs) * std::f64::consts::PI / fraction).sqrt();
     let (side, radius) = if side < 10.0 { (10.0, 10.0 / side) } else { (side, 1.0) };
@@ -28,7 +38,7 @@ pub(crate) fn at_fraction(discs: u32, fraction: f64) -> PackingConfig {
         width: BoxSide::new(side).unwrap(),
         height: BoxSide::new(side).unwrap(),
         radius: Positive::new(radius).unwrap(),
-        ..PackingConfig::default()
+        ..exercise()
     }
 }
 

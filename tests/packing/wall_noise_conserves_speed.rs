@@ -13,7 +13,9 @@
 // Assertions compare within tolerances, so no bit of a run depends on these functions.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
-use crate::runs::{advance_to_count, at_fraction, disc_states, given, prepare, squared_speed};
+use crate::runs::{
+    advance_to_count, at_fraction, disc_states, exercise, given, prepare, squared_speed,
+};
 use kinetoscope_manifest::model::PackingConfig;
 use kinetoscope_manifest::quantity::NonNegative;
 use kinetoscope_physics::model::Model;
@@ -52,7 +54,7 @@ fn is_normal_with_variance(angles: &[f64], variance: f64) -> bool {
 
 #[test]
 fn angle_is_normal_with_the_variance_of_the_exercise() {
-    let angles = angles(PackingConfig::default().wall_noise_variance_rad2.get(), 20_000);
+    let angles = angles(exercise().wall_noise_variance_rad2.get(), 20_000);
     assert!(is_normal_with_variance(&angles, PI / 1000.0));
     // Control.
     assert!(!is_normal_with_variance(&angles, (PI / 1000.0) * (PI / 1000.0)));

@@ -213,6 +213,7 @@ fn split_packing_keeps_its_radii_and_its_energy() {
 fn bed(friction: f64, start: &str, floor: &str, duration_s: f64) -> String {
     format!(
         "[model.dem]\ndiscs = 40\nradius_m = {{ min = 4e-4, max = 6e-4 }}\nwidth_m = 0.01\nheight_m = 0.02\nfriction = {friction}\n\
+         integrator = \"semi-implicit-euler\"\n\
          walls = [{{ from_m = [0.0, 0.001], to_m = [0.01, 0.001]{floor} }}]\nplacement_region_m = [[0.0, 0.001], [0.01, 0.02]]\n\
          {start}\nduration_s = {duration_s}\n[record]\nframes = 10\n"
     )

@@ -20,7 +20,6 @@ seed = 1
 replicates = 3
 [model.gas]
 particles = 2
-temperature_definition = "mean-square"
 duration_s = 2.0
 [record]
 frames = 1
@@ -78,9 +77,9 @@ fn gas_slopes_are_means_over_replicates() {
     metrics.assert_near("pressure_vs_temperature.measured.intercept", 10.0, 1e-12);
     let error = metrics.error("pressure_vs_temperature.measured.intercept").unwrap();
     assert!((error - 10.0 / 3.0_f64.sqrt()).abs() < 1e-11);
-    // N k_B / A with k_B of CODATA 1986, N = 2, r = 1 m.
+    // N k_B / A with the exact SI constant, N = 2, r = 1 m.
     let theory = metrics.theory("pressure_vs_temperature.measured.slope").unwrap();
-    assert!((theory / (2.0 * 1.380_658e-23 / PI) - 1.0).abs() < 1e-12);
+    assert!((theory / (2.0 * 1.380_649e-23 / PI) - 1.0).abs() < 1e-12);
     // <v> = 2 sqrt(T) exactly.
     metrics.assert_near("mean_speed_vs_temperature.exponent", 0.5, 1e-13);
     metrics.assert_near("pressure_vs_temperature.mean_speed_formula.slope", 3.0, 1e-12);
@@ -106,8 +105,8 @@ fn gas_metrics_of_points_and_runs_are_exact() {
     metrics.assert_near("mean_speed", 20.0, 1e-14);
     metrics.assert_near("rms_speed", square.sqrt(), 1e-14);
     metrics.assert_near("mean_velocity", 10.0_f64.hypot(30.0) / 2.0, 1e-14);
-    metrics.assert_near("temperature.mean_square", 1e-26 * square / (2.0 * 1.380_658e-23), 1e-12);
-    metrics.assert_near("temperature.mean_speed", 1e-26 * 400.0 / (2.0 * 1.380_658e-23), 1e-12);
+    metrics.assert_near("temperature.mean_square", 1e-26 * square / (2.0 * 1.380_649e-23), 1e-12);
+    metrics.assert_near("temperature.mean_speed", 1e-26 * 400.0 / (2.0 * 1.380_649e-23), 1e-12);
     metrics.assert_near("wall_collision_rate", 3.5, 1e-14);
     let theory = metrics.theory("wall_collision_rate").unwrap();
     assert!((theory / (2.0 * 2.0 * 20.0 / PI) - 1.0).abs() < 1e-13);

@@ -68,8 +68,7 @@ fn acceleration(state: &[f64; 6]) -> [f64; 3] {
 /// Source: 40-digit arithmetic, explicit Euler at dt = 0.25 d over 365.25 d. Tolerance: f64 against it, 2e-11.
 #[test]
 fn euler_orbit_has_the_reference_errors() {
-    let manifest =
-        "name = \"euler\"\n[model.orbit]\ntime_step_days = 0.25\nduration_days = 365.25\n";
+    let manifest = "name = \"euler\"\n[model.orbit]\nstart = \"barycentric\"\nintegrator = \"explicit-euler\"\ntime_step_days = 0.25\nduration_days = 365.25\n";
     let metrics = Folder::write(manifest, orbit_frames).metrics();
     metrics.assert_near("energy.drift_relative", 0.049_542_352_767_0, 1e-9);
     metrics.assert_near("angular_momentum.drift_relative", 0.025_740_601_586_7, 1e-9);
@@ -89,7 +88,7 @@ fn euler_orbit_has_the_reference_errors() {
 /// Source: largest |dE/E| of velocity Verlet at dt = 0.25 d is 2.481238e-7 over 100 a; a year of 101 frames comes within 1 %.
 #[test]
 fn verlet_orbit_keeps_angular_momentum_and_almost_energy() {
-    let manifest = "name = \"verlet\"\n[model.orbit]\nintegrator = \"velocity-verlet\"\ntime_step_days = 0.25\nduration_days = 365.25\n";
+    let manifest = "name = \"verlet\"\n[model.orbit]\nstart = \"barycentric\"\nintegrator = \"velocity-verlet\"\ntime_step_days = 0.25\nduration_days = 365.25\n";
     let metrics = Folder::write(manifest, orbit_frames).metrics();
     metrics.assert_near("energy.max_error_relative", 2.481_238e-7, 0.01);
     let theory = metrics.theory("energy.max_error_relative").unwrap();
@@ -207,6 +206,20 @@ fn packing_moments_and_rates_are_exact() {
     assert_eq!(metrics.error("compressibility_factor"), Some(0.0));
     metrics.assert_near("pressure.wall", 0.5, 0.0);
     metrics.assert_near("packing_fraction", 2.0 * std::f64::consts::PI / 200.0, 1e-14);
+}
+
+/// In a periodic box, a mean velocity stays for ever, and theory is that of discs without one.
+/// Control: with `remove_mean_velocity`, there is a theoretical value.
+#[test]
+fn drifting_discs_have_no_theory() {
+    for (keys, theory) in [("", None), ("\nremove_mean_velocity = true", Some(-0.5))] {
+        let keys = format!("radius = 0.5\nboundary = \"periodic\"{keys}");
+        let manifest = PACKING.replace("radius = 1.0", &keys);
+        let metrics = Folder::write(&manifest, packing_frames).metrics();
+        assert_eq!(metrics.theory("a2.mean"), theory);
+        let has_rate = metrics.theory("pair_collision_rate_per_disc").is_some();
+        assert_eq!(has_rate, theory.is_some());
+    }
 }
 
 /// Control: with dissipation, the theoretical value is Haff's law, T0 exp(-(1 - alpha^2) C/n); the recorded T does not follow it.

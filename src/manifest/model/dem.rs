@@ -71,11 +71,13 @@ table! {
         /// Standard deviation of each component of normal velocities at the start, with no mean; without it, discs that
         /// are not given are at rest.
         velocity_std_m_per_s: Option<Positive> ["m/s", optional],
-        /// How the equation of motion is discretized.
-        integrator: DemIntegrator [""] = DemIntegrator::SemiImplicitEuler,
+        /// How the equation of motion is discretized. Both are the same map of positions and half-step velocities. velocity-verlet
+        /// begins half a kick before the requested velocity, so that the first recorded velocity is the requested one;
+        /// semi-implicit-euler takes the requested velocity as that of half a step before, as the DEM exercise does.
+        integrator: DemIntegrator [""] = DemIntegrator::VelocityVerlet,
         /// How the dashpots are discretized: explicit, with the velocities before the step; or implicit, with those after it, solved for
-        /// all contacts together (projected Gauss-Seidel) and stable for any damping. Implicit dashpots need
-        /// semi-implicit-euler and support neither friction nor moving walls.
+        /// all contacts together (projected Gauss-Seidel) and stable for any damping. Implicit dashpots support
+        /// neither friction nor moving walls.
         dashpot: DemDashpot [""] = DemDashpot::Explicit,
         /// The time step, per contact or in seconds.
         time_step: TimeStep [group] = TimeStep::PerContact(Positive::literal(20.0)),

@@ -1,6 +1,6 @@
 //! The rules between the keys of a DEM scene: sizes, walls, regions, materials, insertion.
 
-use super::dem::{DemConfig, DemDashpot, DemIntegrator, Dissipation};
+use super::dem::{DemConfig, DemDashpot, Dissipation};
 use super::dem_materials::{DISC, MOST_MATERIALS, WALL};
 use super::dem_radius::MOST_RADIUS_RATIO;
 use super::dem_walls::{DemWall, DemWallShape};
@@ -50,13 +50,10 @@ impl DemConfig {
         let is_implicit = self.dashpot == DemDashpot::Implicit;
         let moves = self.walls.iter().any(|wall| !wall.is_at_rest());
         rules! { table;
-            is_implicit && self.integrator != DemIntegrator::SemiImplicitEuler => ["dashpot", "integrator"]
-                "`dashpot = \"implicit\"` cannot be used with velocity-verlet",
-                "set integrator to \"semi-implicit-euler\"";
             is_implicit && (moves || self.has_friction()) =>
                 ["dashpot", "friction", "rolling_friction", "materials", "contact_pairs", "walls"]
                 "the implicit dashpot supports neither friction nor moving walls",
-                "use \"semi-implicit-euler\" or \"velocity-verlet\"";
+                "set dashpot to \"explicit\"";
         }
     }
 

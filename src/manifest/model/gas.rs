@@ -13,8 +13,7 @@ use crate::value::{count, words};
 use std::num::NonZeroU32;
 
 table! {
-    /// All physics of a gas run. By default, a thousand of the gas exercise's particles at 300 K by its own definition
-    /// of temperature.
+    /// All physics of a gas run. By default, a thousand particles with Maxwell's speeds at 300 K.
     pub struct GasConfig {
         /// Number of particles N; with a given placement it follows from that.
         particles: NonZeroU32 ["1"] = count(1000),
@@ -25,14 +24,14 @@ table! {
         /// Center c of the container, [x, y].
         center_m: [Finite; 2] ["m"] = [Finite::literal(0.0); 2],
         /// The distribution that speeds are drawn from, unless they are listed; directions are uniform.
-        speed_distribution: SpeedDistribution [""] = SpeedDistribution::Uniform,
+        speed_distribution: SpeedDistribution [""] = SpeedDistribution::Maxwell,
         /// The scale of the speeds.
         speed_scale: SpeedScale [group] = SpeedScale::Temperature(NonNegative::literal(300.0)),
-        /// The mean that the temperature is defined by: mean-speed is `N k T = N m <v>^2 / 2`, mean-square is
-        /// `N k T = N m <v^2> / 2`.
-        temperature_definition: TemperatureDefinition [""] = TemperatureDefinition::MeanSpeed,
-        /// codata-1986 is 1.380658e-23 J/K, si-2019 is 1.380649e-23 J/K.
-        boltzmann_constant: BoltzmannConstant [""] = BoltzmannConstant::Codata1986,
+        /// The mean that the temperature is defined by: mean-square is `N k T = N m <v^2> / 2` (equipartition), mean-speed is
+        /// `N k T = N m <v>^2 / 2`, the gas exercise's.
+        temperature_definition: TemperatureDefinition [""] = TemperatureDefinition::MeanSquare,
+        /// si-2019 is 1.380649e-23 J/K, exact in the SI; codata-1986 is 1.380658e-23 J/K, the gas exercise's.
+        boltzmann_constant: BoltzmannConstant [""] = BoltzmannConstant::Si2019,
         /// How particles are moved.
         propagation: Propagation [group] = Propagation::Exact,
         /// How particles are placed at the start, never on a lattice. A given or recorded start keeps its velocities unless

@@ -25,11 +25,15 @@ impl GasConfig {
     }
 
     pub(super) fn check_start(&mut self, table: &mut Reader<'_>) {
-        let is_maxwell = self.speed_distribution == SpeedDistribution::Maxwell;
+        // A given start, listed speeds and a temperature exclude the maximum speed by rules of their own.
+        let is_drawn = self.placement == GasPlacement::Random
+            && self.speeds_m_per_s.is_empty()
+            && !table.has("temperature_k");
+        let is_maxwell = is_drawn && self.speed_distribution == SpeedDistribution::Maxwell;
         rules! { table;
             is_maxwell && matches!(self.speed_scale, SpeedScale::MaxSpeed(_)) => ["speed_distribution", "max_speed_m_per_s"]
                 "`max_speed_m_per_s` cannot be used with Maxwell's distribution, which is unbounded",
-                "use `temperature_k` instead";
+                "set speed_distribution to \"uniform\" or \"equal\", or use `temperature_k` instead";
         }
         self.particles = self.placement.count(table, "particles", self.particles);
         if self.placement == GasPlacement::Random {

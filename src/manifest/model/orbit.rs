@@ -5,29 +5,29 @@ use super::start::starts;
 use super::start_from::{MayBeRecorded as _, StartFrom};
 use crate::inline::inline_table;
 use crate::keys::{Reader, rules};
-use crate::quantity::{Finite, NonNegative, Positive, StepBelowOneDay, StepTolerance};
+use crate::quantity::{Finite, NonNegative, Positive, StepTolerance};
 use crate::table::table;
 use crate::value::words;
 
 table! {
     /// All physics of an orbit run. The Sun is fixed at the origin, unless several bodies attract each other. By default,
-    /// the orbit exercise's start and method, a quarter of a day per step, one Julian year.
+    /// the Earth relative to the Sun on 2013-01-01, a quarter of a day per step, one Julian year.
     pub struct OrbitConfig {
-        /// State at the start: document is the barycentric one as printed, heliocentric the same day relative to the Sun,
-        /// or { position_au, velocity_au_per_day }.
-        start: OrbitStart [start unless bodies] = OrbitStart::Barycentric,
+        /// State at the start, 2013-01-01: heliocentric is relative to the Sun, barycentric relative to the solar system's
+        /// barycenter as printed in the orbit exercise; or { position_au, velocity_au_per_day }.
+        start: OrbitStart [start unless bodies] = OrbitStart::Heliocentric,
         /// In place of start: two bodies or more that attract each other, each
         /// { gm_au3_per_day2, position_au, velocity_au_per_day }. Their center of mass is put at rest in the origin.
         bodies: Option<Vec<OrbitBody>> ["", optional],
         /// How the equation of motion is discretized; dop853 chooses its own steps, kepler is the exact solution.
-        integrator: OrbitIntegrator [""] = OrbitIntegrator::ExplicitEuler,
+        integrator: OrbitIntegrator [""] = OrbitIntegrator::VelocityVerlet,
         /// Whether each addition to positions and velocities is rounded (plain), or what it rounds off is kept and added
         /// with the next one (compensated).
         summation: OrbitSummation [""] = OrbitSummation::Plain,
         /// Largest error of a step of dop853, of position and velocity relative to their lengths.
         tolerance: StepTolerance ["1"] = StepTolerance::literal(1e-13),
-        /// Time step, below one day by the orbit exercise. For dop853, the first step to try.
-        time_step_days: StepBelowOneDay ["d"] = StepBelowOneDay::literal(0.25),
+        /// Time step. For dop853, the first step to try.
+        time_step_days: Positive ["d"] = Positive::literal(0.25),
         /// Simulated time.
         duration_days: Positive ["d"] = Positive::literal(365.25),
     }

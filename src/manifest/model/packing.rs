@@ -11,7 +11,7 @@ use std::num::NonZeroU32;
 
 table! {
     /// All physics of a packing run. The box is centered on the origin. By default, fifty elastic discs in a box of 40 x 40
-    /// with the packing exercise's wall noise.
+    /// with specular walls.
     pub struct PackingConfig {
         /// Number of discs n; with a given placement it follows from that.
         discs: NonZeroU32 ["1"] = count(50),
@@ -29,10 +29,13 @@ table! {
         restitution: Fraction ["1"] = Fraction::literal(1.0),
         /// Which pair collisions are elastic all the same.
         collapse_guard: CollapseGuard [group] = CollapseGuard::Off,
-        /// Variance of the angle by which a wall turns the outgoing direction.
-        wall_noise_variance_rad2: NonNegative ["rad^2"] = NonNegative::literal(std::f64::consts::PI / 1000.0),
+        /// Variance of the angle by which a wall turns the outgoing direction; 0 for specular walls, pi/1000 in the packing
+        /// exercise.
+        wall_noise_variance_rad2: NonNegative ["rad^2"] = NonNegative::literal(0.0),
         /// Velocity components are normal with variance 1 (unit-variance) or 1/n (variance-1-over-n).
         initial_velocities: InitialVelocities [""] = InitialVelocities::UnitVariance,
+        /// Whether the mean of the drawn velocities is subtracted, so that the total momentum is zero.
+        remove_mean_velocity: bool [""] = false,
         /// When the run ends.
         length: RunLength [group] = RunLength::EventsPerDisc(count(100)),
         /// How discs are placed at the start; random needs a packing fraction below 0.5, compressed reaches any.

@@ -12,8 +12,8 @@
 //! Invariant: the trajectory depends on the manifest and the seed only, not on observation, checkpoints, the step budget or
 //! the instruction set.
 //!
-//! The mean velocity of a random start is subtracted, unless there is only one disc; therefore, the initial `<v²>` is
-//! 2 (1 − 1/n) times the variance of a component. Walls do not conserve momentum: it fluctuates about zero later on.
+//! The velocities of a random start follow their distribution: the expectation of the initial `<v²>` is twice the variance of a
+//! component. With `remove_mean_velocity`, it is 2 (1 − 1/n) times the variance. Walls do not conserve momentum.
 
 mod cells;
 mod clock;

@@ -99,14 +99,19 @@ pub(super) fn velocity_std(config: &PackingConfig) -> f64 {
     }
 }
 
-/// Normally distributed velocity components with the variance of the manifest. Their mean is subtracted, unless there is
-/// only one disc. Both variances use the same random numbers, so the velocities differ by the factor n^(-1/2) only.
+/// Whether the mean velocity is subtracted: never from a single disc, which would stop.
+pub(super) fn removes_mean_velocity(config: &PackingConfig) -> bool {
+    config.remove_mean_velocity && config.discs.get() > 1
+}
+
+/// Normally distributed velocity components with the variance of the manifest. Their mean is subtracted if the manifest asks
+/// for it and there are several discs. Both variances use the same random numbers, so the velocities differ by the factor n^(-1/2) only.
 pub(super) fn random_velocities(config: &PackingConfig, mut generator: Generator) -> Vec<Vector> {
     let std = velocity_std(config);
     let mut velocities: Vec<Vector> = (0..config.discs.get())
         .map(|_| generator.normal_pair().map(|normal| normal * std))
         .collect();
-    if velocities.len() > 1 {
+    if removes_mean_velocity(config) {
         let count = velocities.len() as f64;
         let sum = velocities.iter().fold([0.0; 2], |sum, v| [sum[0] + v[0], sum[1] + v[1]]);
         for velocity in &mut velocities {

@@ -8,7 +8,7 @@ use super::lattice::{hexagonal_lattice, max_in_hexagonal_lattice, periodic_hexag
 use super::motion::{self, Vector};
 use super::random_start::{
     check_random_placement, is_equal, packing_fraction, random_positions, random_radii,
-    random_velocities, rectangle, velocity_std,
+    random_velocities, rectangle, removes_mean_velocity, velocity_std,
 };
 use crate::cell_grid::Cell;
 use crate::cell_lists::CellLists;
@@ -69,7 +69,7 @@ pub(super) fn start(config: &PackingConfig, seed: Seed) -> Result<PackingStart, 
     // another allocation.
     let velocities = random_velocities(config, seed.stream(Stream::Velocities));
     sort_by_position(config, &mut positions, &mut radii);
-    let momentum = if velocities.len() > 1 { ", mean velocity removed" } else { "" };
+    let momentum = if removes_mean_velocity(config) { ", mean velocity removed" } else { "" };
     let radii: Vec<f64> = radii.into_iter().map(|radius| radius * scale).collect();
     let description = format!(
         "start by {placement}, packing fraction {:.4}, velocity components normal with standard deviation {}{momentum}",

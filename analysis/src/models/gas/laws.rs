@@ -166,7 +166,9 @@ mod tests {
     #[test]
     fn moments_and_pressure_at_300_k() {
         let mut config = GasConfig {
+            speed_distribution: SpeedDistribution::Uniform,
             temperature_definition: TemperatureDefinition::MeanSquare,
+            boltzmann_constant: BoltzmannConstant::Codata1986,
             ..GasConfig::default()
         };
         let uniform = speed_moments(&config).unwrap();

@@ -11,7 +11,7 @@ use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
 use crate::plot::drawing;
 use crate::statistics::{Blocking, Estimate, Sum, mean};
-use kinetoscope_manifest::model::{Boundary, PackingConfig};
+use kinetoscope_manifest::model::{Boundary, PackingConfig, PackingPlacement};
 use kinetoscope_recording::channels::{
     PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
 };
@@ -166,6 +166,16 @@ impl PackingRun {
         self.config.boundary == Boundary::Walls
     }
 
+    /// Whether the discs drift through a periodic box: their drawn velocities have a mean, and no wall takes it up. Theory
+    /// is that of discs whose total momentum is zero.
+    fn has_drift(&self) -> bool {
+        let is_drawn = !matches!(
+            self.config.placement,
+            PackingPlacement::Given(_) | PackingPlacement::Recorded(_)
+        );
+        !self.has_walls() && is_drawn && !self.config.remove_mean_velocity
+    }
+
     /// The radius of equal discs; `None` if radii differ or result from a compression.
     pub(crate) fn equal_radius(&self) -> Option<f64> {
         let is_given = self.config.radius_half_width.get() == 0.0
@@ -184,6 +194,9 @@ impl PackingRun {
         let sizes = self.known_sizes().filter(is_fluid)?;
         if self.has_walls() {
             return Some(law::equilibrium(&self.config, sizes));
+        }
+        if self.has_drift() {
+            return None;
         }
         law::periodic_equilibrium(&self.config, sizes)
     }
@@ -223,6 +236,8 @@ impl PackingRun {
         let restitution = self.config.restitution.get();
         let cooled = if self.is_elastic() {
             Some(1.0)
+        } else if self.has_drift() {
+            None
         } else {
             let pairs = self.counts.as_ref().map(|counts| counts.pair_collisions as f64);
             pairs.map(|pairs| law::cooling(restitution, pairs, self.config.discs.get()))
@@ -246,6 +261,7 @@ impl PackingRun {
                 (law::A2_FIXED_MOMENTUM, (self.discs() > 1.0).then(|| -1.0 / self.discs()))
             }
         };
+        let theory = theory.filter(|_| !self.has_drift());
         found.compare_with(metric::A2_MEAN, self.mean_a2(), law, theory);
     }
 

@@ -11,7 +11,7 @@ fn equal_runs_have_no_differing_key() {
     // A manifest with explicit default values describes the same run.
     let one = canonical("[model.orbit]\n");
     let other =
-        canonical("seed = 0\nname = \"other\"\n[model.orbit]\nintegrator = \"explicit-euler\"\n");
+        canonical("seed = 0\nname = \"other\"\n[model.orbit]\nintegrator = \"velocity-verlet\"\n");
     assert_eq!(differing_keys(&one, &other), []);
 }
 

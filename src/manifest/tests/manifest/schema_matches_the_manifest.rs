@@ -183,7 +183,7 @@ fn canonical_form_contains_every_key_of_the_schema() {
         "[model.dem]\nmaterials = [{ name = \"a\" }]\ncontact_pairs = [{ between = [\"a\", \"wall\"] }]\n\
          velocity_std_m_per_s = 1\ninsertion = { discs = 1, discs_per_s = 1, from_m = [0.01, 0.01], to_m = [0.02, 0.01], \
          velocity_m_per_s = [0, -1] }",
-        "[model.gas]\nmax_speed_m_per_s = 1\npropagation = \"time-stepped\"\ntime_step_s = 1e-6\n[record]\nevery_steps = 1",
+        "[model.gas]\nspeed_distribution = \"uniform\"\nmax_speed_m_per_s = 1\npropagation = \"time-stepped\"\ntime_step_s = 1e-6\n[record]\nevery_steps = 1",
         "[model.packing]\nduration = 1\n[record]\nevery_time = 1\nchannels = []",
         "[model.packing]\ncontact_time = 1\ntarget_reduced_pressure = 1\n[record]\nevery_collisions = 1",
         "[model.packing]\ncutoff_velocity = 1\n[record]\nframes_per_decade = 1",

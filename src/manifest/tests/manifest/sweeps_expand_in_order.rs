@@ -133,7 +133,7 @@ fn zipped_axes_vary_together() {
 #[test]
 fn variants_form_one_axis() {
     let experiment = experiment(
-        "[model.orbit]\ntime_step_days = 0.5\n[sweep]\nmodel.orbit.duration_days = [10, 20]\n\
+        "[model.orbit]\nintegrator = \"explicit-euler\"\ntime_step_days = 0.5\n[sweep]\nmodel.orbit.duration_days = [10, 20]\n\
          [[sweep.variants]]\nname = \"explicit Euler\"\n[[sweep.variants]]\nname = \"RK4\"\n\
          \"model.orbit.integrator\" = \"rk4\"\nmodel.orbit.time_step_days = 0.25\n",
     );
