@@ -1,8 +1,8 @@
-//! One side of a comparison with another program: writes the state that is timed, moves it on, and says how fast and with
-//! what kinetic energy. `benches/peers/dem_lammps.py` calls it in turn with its peer.
+//! Kinetoscope's side of a comparison with another program: writes the initial state, advances it, and prints the speed in
+//! particle-steps per second and the kinetic energy. `benches/peers/dem_lammps.py` runs it in turn with its peer.
 //!
 //! dem_peer SCENE DISCS STEPS THREADS STATE_FILE; SCENE is settled, rubbing, gas, collapse or equal.
-//! The first call writes STATE_FILE (a line `x y vx vy vx_step vy_step radius mass` a disc).
+//! STATE_FILE receives one line `x y vx vy vx_step vy_step radius mass` per disc.
 
 mod dem_beds;
 
@@ -42,7 +42,7 @@ fn observed(model: &Dem) -> Frame {
     frame
 }
 
-/// The box, k, dt, then a disc a line.
+/// Width and height of the box and the time step, then one line per disc.
 fn text_of(model: &Dem, scene: Scene, discs: u32) -> String {
     let config = scene.config(discs);
     let Extent::Steps { step, .. } = model.extent() else { unreachable!("steps") };
@@ -57,7 +57,7 @@ fn text_of(model: &Dem, scene: Scene, discs: u32) -> String {
     text
 }
 
-/// Kinetic energy by the velocities at the positions' time, J.
+/// Kinetic energy at the positions' time, J.
 fn kinetic_of_steps(model: &Dem) -> f64 {
     observed(model).get::<DemEnergy>().expect("energy").kinetic_j
 }

@@ -1,31 +1,33 @@
 //! Metrics with standard errors, plots and checks, derived from recordings only.
 //!
 //! Reading order: [`cli`] parses the command line, [`input`] finds the recordings that belong together, [`run`] reads one
-//! recording through the observer of its model in [`models`], [`sweep`] combines runs, [`checks`] compares metrics with
-//! bounds and baselines, and [`report`] writes the results.
+//! recording through the observer of its model in `models`, `sweep` combines runs, `checks` compares metrics with
+//! bounds and baselines, and `report` writes the results.
 //!
 //! [`analyze`] is the way from one recording to its metrics. The modules are internal to the program `analyze-recordings`: they
 //! may change in every version.
 // The numbers here are derived and never recorded: they need no fixed bits across platforms, so std's maths suffices.
 #![allow(clippy::disallowed_methods)]
 
-pub mod checks;
+mod checks;
 pub mod cli;
-pub mod export;
+mod export;
 pub mod input;
-pub mod metric;
-pub mod models;
-pub mod plot;
-pub mod report;
+mod metric;
+mod models;
+mod plot;
+mod report;
 pub mod run;
-pub mod statistics;
-pub mod sweep;
-pub mod thumbnail;
-pub mod write_file;
+mod statistics;
+mod sweep;
+mod thumbnail;
+mod write_file;
 
 pub use input::UnreadableRecording;
-pub use metric::Measurement;
+pub use metric::{Definition, Law, Measurement};
+pub use report::metrics_reference;
 pub use run::{RunAnalysis, RunStatus};
+pub use statistics::Estimate;
 
 use kinetoscope_recording::reader::Recording;
 use std::thread::available_parallelism;

@@ -10,29 +10,37 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// A value with its standard error, if that is known.
+    pub(crate) fn new(value: f64, standard_error: impl Into<Option<f64>>) -> Self {
+        Self { value, standard_error: standard_error.into() }
+    }
+
     /// A value with an unknown standard error.
-    #[must_use]
-    pub const fn bare(value: f64) -> Self {
+    pub(crate) const fn bare(value: f64) -> Self {
         Self { value, standard_error: None }
     }
-}
 
-impl From<f64> for Estimate {
-    fn from(value: f64) -> Self {
-        Self::bare(value)
+    /// The estimate of a multiple of the value.
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self::new(factor * self.value, self.standard_error.map(|error| factor * error))
+    }
+
+    /// The estimate of the value plus a constant.
+    pub(crate) fn plus(self, constant: f64) -> Self {
+        Self { value: constant + self.value, ..self }
     }
 }
 
 /// A compensated sum: the error does not grow with the number of terms (Neumaier 1974).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sum {
+pub(crate) struct Sum {
     sum: f64,
     compensation: f64,
 }
 
 impl Sum {
     /// Adds a term.
-    pub fn add(&mut self, term: f64) {
+    pub(crate) fn add(&mut self, term: f64) {
         let next = self.sum + term;
         self.compensation += if self.sum.abs() >= term.abs() {
             (self.sum - next) + term
@@ -43,8 +51,7 @@ impl Sum {
     }
 
     /// The sum so far.
-    #[must_use]
-    pub fn value(self) -> f64 {
+    pub(crate) fn value(self) -> f64 {
         // The compensation of an infinite sum is meaningless.
         if self.sum.is_finite() { self.sum + self.compensation } else { self.sum }
     }
@@ -59,8 +66,7 @@ impl FromIterator<f64> for Sum {
 }
 
 /// The arithmetic mean; `None` for no values.
-#[must_use]
-pub fn mean(values: &[f64]) -> Option<f64> {
+pub(crate) fn mean(values: &[f64]) -> Option<f64> {
     if values.is_empty() {
         return None;
     }
@@ -68,8 +74,7 @@ pub fn mean(values: &[f64]) -> Option<f64> {
 }
 
 /// Sample standard deviation, with n - 1; `None` for fewer than two values.
-#[must_use]
-pub fn standard_deviation(values: &[f64]) -> Option<f64> {
+pub(crate) fn standard_deviation(values: &[f64]) -> Option<f64> {
     if values.len() < 2 {
         return None;
     }
@@ -79,8 +84,7 @@ pub fn standard_deviation(values: &[f64]) -> Option<f64> {
 }
 
 /// Mean of independent values with the standard error s / sqrt(n), which is `None` for one value.
-#[must_use]
-pub fn mean_of_independent(values: &[f64]) -> Option<Estimate> {
+pub(crate) fn mean_of_independent(values: &[f64]) -> Option<Estimate> {
     let value = mean(values)?;
     let standard_error =
         standard_deviation(values).map(|deviation| deviation / (values.len() as f64).sqrt());
@@ -103,7 +107,7 @@ struct Level {
 /// The block length is the smallest power of two B with B^3 > 2 n (error at B / error at 1)^4 (Lee et al. 2011, Phys.
 /// Rev. E 83, 066706). If no length below a quarter of the series satisfies this, the error is unknown.
 #[derive(Clone, Debug, Default)]
-pub struct Blocking {
+pub(crate) struct Blocking {
     origin: Option<f64>,
     entries: u64,
     total: Sum,
@@ -112,16 +116,16 @@ pub struct Blocking {
 }
 
 /// Minimum number of blocks for an error estimate.
-const FEWEST_BLOCKS: u64 = 8;
+const MIN_BLOCKS: u64 = 8;
 
 impl Blocking {
     /// Adds the next value with weight 1.
-    pub fn add(&mut self, value: f64) {
+    pub(crate) fn add(&mut self, value: f64) {
         self.add_weighted(value, 1.0);
     }
 
     /// Adds an amount accumulated over a window of this length; the estimate is amount per length.
-    pub fn add_amount(&mut self, amount: f64, length: f64) {
+    pub(crate) fn add_amount(&mut self, amount: f64, length: f64) {
         // Entries are stored relative to the first value, so that a nearly constant series keeps its digits.
         let first = if length > 0.0 { amount / length } else { 0.0 };
         let origin = *self.origin.get_or_insert(first);
@@ -154,19 +158,17 @@ impl Blocking {
     }
 
     /// Adds the next value with a non-negative weight, such as its duration.
-    pub fn add_weighted(&mut self, value: f64, weight: f64) {
+    pub(crate) fn add_weighted(&mut self, value: f64, weight: f64) {
         self.add_amount(value * weight, weight);
     }
 
     /// Number of entries.
-    #[must_use]
-    pub const fn entries(&self) -> u64 {
+    pub(crate) const fn entries(&self) -> u64 {
         self.entries
     }
 
     /// Weighted mean and its error; `None` while all weights are zero.
-    #[must_use]
-    pub fn estimate(&self) -> Option<Estimate> {
+    pub(crate) fn estimate(&self) -> Option<Estimate> {
         let weight = self.weight.value();
         if weight.is_nan() || weight <= 0.0 {
             return None;
@@ -190,12 +192,12 @@ impl Blocking {
 
     /// Mean weight per block of this level.
     fn block_weight(&self, level: &Level) -> f64 {
-        let entries_a_block = self.levels[0].blocks as f64 / level.blocks as f64;
-        self.weight.value() / self.entries as f64 * entries_a_block
+        let entries_per_block = self.levels[0].blocks as f64 / level.blocks as f64;
+        self.weight.value() / self.entries as f64 * entries_per_block
     }
 
     fn standard_error(&self, excess: f64) -> Option<f64> {
-        if self.entries < FEWEST_BLOCKS {
+        if self.entries < MIN_BLOCKS {
             return None;
         }
         let plain = self.error_at(self.levels.first()?, excess);
@@ -203,7 +205,7 @@ impl Blocking {
             return Some(0.0);
         }
         let mut block_length = 1.0;
-        for level in self.levels.iter().take_while(|level| level.blocks >= FEWEST_BLOCKS) {
+        for level in self.levels.iter().take_while(|level| level.blocks >= MIN_BLOCKS) {
             let error = self.error_at(level, excess);
             let growth = error / plain;
             if block_length * block_length * block_length
@@ -227,17 +229,16 @@ impl FromIterator<f64> for Blocking {
 
 /// A straight line y = slope x + intercept.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub(crate) struct Line {
     /// The slope.
-    pub slope: f64,
+    pub(crate) slope: f64,
     /// The value y at x = 0.
-    pub intercept: f64,
+    pub(crate) intercept: f64,
 }
 
 /// The least-squares line through points of equal weight; `None` for fewer than two different x, or for a number that
 /// is not finite.
-#[must_use]
-pub fn least_squares_line(points: &[(f64, f64)]) -> Option<Line> {
+pub(crate) fn least_squares_line(points: &[(f64, f64)]) -> Option<Line> {
     let count = points.len() as f64;
     let x_mean = points.iter().map(|point| point.0).collect::<Sum>().value() / count;
     let y_mean = points.iter().map(|point| point.1).collect::<Sum>().value() / count;
@@ -250,8 +251,7 @@ pub fn least_squares_line(points: &[(f64, f64)]) -> Option<Line> {
 
 /// The exponent p of y = c x^p from a least-squares line through the logarithms; `None` for fewer than two different x,
 /// or for a value that is not positive.
-#[must_use]
-pub fn power_law_exponent(points: &[(f64, f64)]) -> Option<f64> {
+pub(crate) fn power_law_exponent(points: &[(f64, f64)]) -> Option<f64> {
     if points.iter().any(|&(x, y)| !(x > 0.0 && y > 0.0)) {
         return None;
     }
@@ -261,8 +261,7 @@ pub fn power_law_exponent(points: &[(f64, f64)]) -> Option<f64> {
 
 /// The scale s of y = s (1 - exp(-x/s)) through points with x > 0, by least squares of the relative deviations, and
 /// their root mean square. `None` if the points are on or above y = x: the scale would exceed ten times the largest x.
-#[must_use]
-pub fn saturation(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+pub(crate) fn saturation(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     let largest = points.iter().map(|point| point.0).fold(0.0, f64::max);
     if points.len() < 2 || points.iter().any(|&(x, y)| x <= 0.0 || y <= 0.0) {
         return None;

@@ -1,15 +1,15 @@
 //! Writes whole files: next to their place first, then moved there, so that no reader sees half of one.
 
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 /// A file or folder that cannot be written, with the user's next step.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "{} can't be written: {reason}. Make room or make it writable, or name another folder with --output DIR",
+    "{} cannot be written: {reason}. Make room or make it writable, or name another folder with --output DIR",
     path.display()
 )]
-pub struct WriteError {
+pub(crate) struct WriteError {
     path: PathBuf,
     reason: String,
 }
@@ -24,7 +24,7 @@ impl WriteError {
 ///
 /// # Errors
 /// A folder that cannot be created.
-pub fn create_folder(folder: &Path) -> Result<(), WriteError> {
+pub(crate) fn create_folder(folder: &Path) -> Result<(), WriteError> {
     std::fs::create_dir_all(folder).map_err(|error| WriteError::new(folder, error))
 }
 
@@ -32,7 +32,7 @@ pub fn create_folder(folder: &Path) -> Result<(), WriteError> {
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
+pub(crate) fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
     let mut name = path.file_name().unwrap_or_default().to_os_string();
     name.push(".new");
     let temporary = path.with_file_name(name);
@@ -41,4 +41,14 @@ pub fn replace(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError>
         std::fs::rename(&temporary, path)
     };
     write().map_err(|error| WriteError::new(path, error))
+}
+
+/// Adds text to the end of a file, which is created if it does not exist.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn append(path: &Path, text: &str) -> Result<(), WriteError> {
+    let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
+    file.and_then(|mut file| file.write_all(text.as_bytes()))
+        .map_err(|error| WriteError::new(path, error))
 }

@@ -1,4 +1,4 @@
-//! States that the DEM is timed on.
+//! Scenes of the DEM benchmarks.
 #![allow(dead_code, reason = "each benchmark uses a part of it")]
 
 use kinetoscope_manifest::model::{
@@ -17,23 +17,23 @@ fn positive(value: f64) -> Positive {
     Positive::new(value).expect("above zero")
 }
 
-/// Which state.
+/// A scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Scene {
-    /// Discs at rest on each other, radii +-10 %, packing fraction about 0.8.
+    /// A bed of discs at rest, radii +-10 %, packing fraction about 0.8.
     Settled,
     /// The same with friction 0.5.
     Rubbing,
     /// Packing fraction 0.3, periodic, without gravity, e = 1.
     Gas,
-    /// A loose bed that falls together.
+    /// A loose bed that collapses.
     Collapse,
-    /// Equal discs at rest on each other: two programs must agree on their energy.
+    /// A bed of equal discs at rest, on whose energy two programs must agree.
     Equal,
 }
 
 impl Scene {
-    /// The scene of a name.
+    /// The scene with a name.
     pub(crate) fn named(name: &str) -> Option<Self> {
         match name {
             "settled" => Some(Self::Settled),
@@ -45,10 +45,10 @@ impl Scene {
         }
     }
 
-    /// A run of the scene from its raw start.
+    /// The manifest of the scene, from its initial placement.
     pub(crate) fn config(self, discs: u32) -> DemConfig {
         let count = f64::from(discs);
-        // Beds begin at random, 40 rows of discs high, packing fraction 0.46: they settle soon at any number.
+        // Beds are placed at random, 40 rows of discs high, packing fraction 0.46: they settle in a time that does not depend on the number.
         let rows = 40.0;
         let bed = [(count / rows).ceil() * 2.6 * RADIUS, rows * 2.6 * RADIUS];
         let gas_side = RADIUS * (std::f64::consts::PI * count / 0.3).sqrt();
@@ -66,7 +66,7 @@ impl Scene {
                 .map(|g| Finite::new(g).expect("finite")),
             stiffness_n_per_m: positive(5e4),
             dissipation: Dissipation::Restitution(
-                Fraction::new(if is_gas { 1.0 } else { 0.5 }).expect("a share"),
+                Fraction::new(if is_gas { 1.0 } else { 0.5 }).expect("a fraction"),
             ),
             friction: NonNegative::new(if self == Self::Rubbing { 0.5 } else { 0.0 })
                 .expect("not negative"),
@@ -78,14 +78,14 @@ impl Scene {
         }
     }
 
-    /// The model in the state that is timed.
+    /// The model in the state at which timing begins.
     pub(crate) fn model(self, discs: u32) -> Dem {
         let config = self.config(discs);
         let config = if self == Self::Gas { with_speeds(config) } else { config };
         let mut model = Dem::prepare(&config, SEED, false).expect("a start");
         let steps = match self {
             Self::Settled | Self::Rubbing => 20_000,
-            // Until nothing slides any more: while a bed still settles, rounding grows to the size of the motion.
+            // Until no disc moves: while a bed settles, its motion is chaotic, and rounding errors grow.
             Self::Equal => 200_000,
             Self::Gas => 2000,
             Self::Collapse => 200,

@@ -24,8 +24,13 @@ const EDITS: &[(&str, &str, &str)] = &[
     (
         "src/manifest/model/mod.rs",
         "\n        state discs walls legend velocity trail energy orbit conserved log\n    ],",
-        "\n    /// A body on a spring.\n    oscillator: Oscillator(OscillatorConfig) every every_s [\
+        "\n    /// A body on a spring.\n    oscillator: Oscillator(OscillatorConfig) every every_s metrics OSCILLATOR [\
          \n        state discs walls legend velocity trail energy log\n    ],",
+    ),
+    (
+        "src/manifest/model/metric_names.rs",
+        "before the run. A test of the analysis compares\n//! them with the definitions of the metrics.\n",
+        "\n/// Metrics of oscillator runs.\npub(super) const OSCILLATOR: &[&str] = &[\"energy.max_error_relative\"];\n",
     ),
     ("src/physics/lib.rs", "\npub mod orbit;", "\npub mod oscillator;"),
     (
@@ -39,8 +44,8 @@ const EDITS: &[(&str, &str, &str)] = &[
         "\n    /// Oscillator: energy per unit mass.\n    OscillatorEnergy on \"/energy\" {\
          \n        /// v^2/2 + omega^2 x^2/2, J/kg.\n        specific_energy_j_per_kg: f64 [double] = \"1\",\n    }\n",
     ),
-    ("analysis/src/models/mod.rs", "\npub mod orbit;", "\npub mod oscillator;"),
-    ("analysis/src/models/mod.rs", "&orbit::ANALYSIS", ", &oscillator::ANALYSIS"),
+    ("analysis/src/models/mod.rs", "\nmod orbit;", "\nmod oscillator;"),
+    ("analysis/src/models/mod.rs", "\n    Orbit => orbit,", "\n    Oscillator => oscillator,"),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -2,7 +2,7 @@
 
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
-use kinetoscope::cli::analysis::{Analysis, MetricLookup};
+use kinetoscope::cli::analysis::Analysis;
 use kinetoscope::cli::benchmark::BenchmarkArguments;
 use kinetoscope::cli::check::CheckArguments;
 use kinetoscope::cli::doctor::DoctorArguments;
@@ -14,7 +14,6 @@ use kinetoscope::cli::starter::{NewArguments, print_schema};
 use kinetoscope::cli::why::WhyArguments;
 use kinetoscope::cli::{Program, messages};
 use kinetoscope_analysis::cli::{self as analysis, AnalyzeArguments, ExportArguments};
-use kinetoscope_analysis::models;
 use kinetoscope_usage::Ended;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -66,13 +65,6 @@ impl Analysis for LinkedAnalysis {
     fn cache(&self, recordings: &[PathBuf]) -> Result<(), String> {
         analysis::cache(recordings)
     }
-
-    fn lookup(&self, model: &str, metric: &str) -> MetricLookup {
-        if models::is_metric(model, metric) {
-            return MetricLookup::Known;
-        }
-        MetricLookup::Unknown(models::nearest_metric(model, metric).map(str::to_owned))
-    }
 }
 
 /// The optional features, and whether this program was built with them.
@@ -95,7 +87,7 @@ fn main() -> ExitCode {
     match &arguments.command {
         Command::Run(arguments) => arguments.execute(&program).into(),
         Command::New(arguments) => arguments.execute().into(),
-        Command::Check(arguments) => arguments.execute(&program).into(),
+        Command::Check(arguments) => arguments.execute().into(),
         Command::Verify(arguments) => arguments.execute().into(),
         Command::Compare(arguments) => arguments.execute().into(),
         Command::Why(arguments) => arguments.execute().into(),

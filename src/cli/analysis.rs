@@ -10,20 +10,6 @@ pub trait Analysis {
     /// # Errors
     /// Why not all recordings were analyzed.
     fn cache(&self, recordings: &[PathBuf]) -> Result<(), String>;
-
-    /// Whether runs of a model, or a sweep over them, can have a metric of this name.
-    fn lookup(&self, model: &str, metric: &str) -> MetricLookup;
-}
-
-/// Result of a search for a metric.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum MetricLookup {
-    /// The metric exists.
-    Known,
-    /// No metric has this name; the nearest name, if one is near.
-    Unknown(Option<String>),
-    /// The program does not know the list of metrics.
-    NotLinked,
 }
 
 /// The program `analyze-recordings` next to this one: `run-experiment` does not link the analysis.
@@ -33,9 +19,5 @@ pub struct AnalysisProgram;
 impl Analysis for AnalysisProgram {
     fn cache(&self, recordings: &[PathBuf]) -> Result<(), String> {
         analyze::cache(recordings)
-    }
-
-    fn lookup(&self, _: &str, _: &str) -> MetricLookup {
-        MetricLookup::NotLinked
     }
 }

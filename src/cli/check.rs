@@ -1,15 +1,14 @@
 //! `check`: reads manifests and reports the plan with its steps, memory and expected time, without executing a run.
 
-use crate::cli::analysis::MetricLookup;
 use crate::cli::executor::at_least_one;
 use crate::cli::exit::Exit;
 use crate::cli::experiment::{Planned, Planner};
 use crate::cli::manifests::{ManifestArguments, ManifestReader, expand};
-use crate::cli::messages::{Failure, complain, counted, describe, plural, print_json};
+use crate::cli::messages::{Failure, counted, describe, plural, print_json};
 use crate::cli::output::OutputArguments;
 use crate::cli::pipeline::{self, Step};
 use crate::cli::run::bad;
-use crate::cli::{Program, ResultArguments, expected_time};
+use crate::cli::{ResultArguments, expected_time};
 use crate::executor::progress::size;
 use crate::run::estimate::Estimate;
 use clap::Args;
@@ -39,18 +38,18 @@ pub struct CheckArguments {
 impl CheckArguments {
     /// Checks every manifest; an error in one does not hide those of the others.
     #[must_use]
-    pub fn execute(&self, program: &Program<'_>) -> Exit {
-        self.check_all(program).unwrap_or_else(|failure| failure.report())
+    pub fn execute(&self) -> Exit {
+        self.check_all().unwrap_or_else(|failure| failure.report())
     }
 
-    fn check_all(&self, program: &Program<'_>) -> Result<Exit, Failure> {
+    fn check_all(&self) -> Result<Exit, Failure> {
         let overrides = self.manifest.overrides()?;
         let output = self.output.folder().map_err(|error| bad(&error.to_string()))?;
         let reader = ManifestReader { output, start_from_dir: None };
         let steps = pipeline::order(&expand(&self.manifests)?, &overrides, &reader)?;
         let (mut exit, mut checked) = (Exit::Done, Vec::new());
         for step in &steps {
-            match self.check(step, &overrides, &reader, program) {
+            match self.check(step, &overrides, &reader) {
                 Ok(json) => checked.push(json),
                 Err(failure) => exit = exit.worst(failure.report()),
             }
@@ -66,7 +65,6 @@ impl CheckArguments {
         step: &Step,
         overrides: &[Override],
         reader: &ManifestReader<'_>,
-        program: &Program<'_>,
     ) -> Result<Json, Failure> {
         if step.starts_from.iter().any(|manifest| reader.recording_of(manifest).is_err()) {
             self.say(&pending(step));
@@ -76,11 +74,8 @@ impl CheckArguments {
         let planner = Planner { output: &self.output, keys: None, force: false, jobs: self.jobs };
         let planned = planner.plan(&experiment)?;
         planned.reject_invalid_starts(&experiment)?;
-        let checked = Checked::new(&step.manifest, &experiment, &planned, program);
+        let checked = Checked::new(&step.manifest, &experiment, &planned);
         self.say(&checked.text());
-        if !self.result.json {
-            checked.report_warnings();
-        }
         Ok(checked.json())
     }
 
@@ -108,8 +103,6 @@ pub(crate) struct Checked<'a> {
     experiment: &'a Experiment,
     planned: &'a Planned,
     seconds: Option<f64>,
-    /// Checks that name no metric: the metric, and the nearest name.
-    unknown: Vec<(String, Option<String>)>,
 }
 
 impl<'a> Checked<'a> {
@@ -118,20 +111,12 @@ impl<'a> Checked<'a> {
         manifest: &'a Path,
         experiment: &'a Experiment,
         planned: &'a Planned,
-        program: &Program<'_>,
     ) -> Self {
-        let unknown = experiment.checks.iter().filter_map(|check| {
-            match program.analysis.lookup(experiment.model(), &check.metric) {
-                MetricLookup::Unknown(nearest) => Some((check.metric.clone(), nearest)),
-                MetricLookup::Known | MetricLookup::NotLinked => None,
-            }
-        });
         Self {
             manifest,
             experiment,
             planned,
             seconds: expected_time::expected_seconds(&planned.plan, planned.jobs),
-            unknown: unknown.collect(),
         }
     }
 
@@ -173,21 +158,6 @@ impl<'a> Checked<'a> {
         text
     }
 
-    /// Prints a warning for each check that names no metric.
-    pub(crate) fn report_warnings(&self) {
-        for (metric, nearest) in &self.unknown {
-            let model = self.experiment.model();
-            let help = match nearest {
-                Some(nearest) => format!("did you mean `{nearest}`?"),
-                None => "`kinetoscope analyze --list-metrics` lists all metrics".to_owned(),
-            };
-            let manifest = self.manifest.display();
-            complain(&format!(
-                "warning: {manifest}: a check names `{metric}`, which is not a metric of {model}\nhelp: {help}"
-            ));
-        }
-    }
-
     /// The plan as JSON.
     pub(crate) fn json(&self) -> Json {
         let Planned { plan, jobs, .. } = self.planned;
@@ -199,11 +169,6 @@ impl<'a> Checked<'a> {
         let counts = |count: &dyn Fn(&Estimate) -> Option<u64>| {
             range(estimates.iter().filter_map(|estimate| count(estimate)).collect())
         };
-        let unknown: Vec<Json> = self
-            .unknown
-            .iter()
-            .map(|(metric, nearest)| json!({ "metric": metric, "nearest": nearest }))
-            .collect();
         json!({
             "manifest": self.manifest,
             "experiment": self.experiment.name,
@@ -221,7 +186,6 @@ impl<'a> Checked<'a> {
             "memory_bytes": self.memory(),
             "expected_s": self.seconds,
             "checks": self.experiment.checks.len(),
-            "unknown_metrics": unknown,
         })
     }
 }

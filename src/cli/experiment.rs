@@ -189,11 +189,8 @@ impl Execution<'_> {
     }
 
     fn dry_run(&self, planned: &Planned) -> Executed {
-        let checked = check::Checked::new(self.manifest, self.experiment, planned, self.program);
+        let checked = check::Checked::new(self.manifest, self.experiment, planned);
         self.say(&checked.text());
-        if !self.arguments.messages.json {
-            checked.report_warnings();
-        }
         let listed = self.arguments.execution.prune.then(|| self.prune(&planned.plan));
         let exit = match listed {
             Some(Err(failure)) => failure.report(),

@@ -2,13 +2,14 @@
 
 use crate::diagnostics::{Diagnostic, Diagnostics, nearest};
 use crate::keys::{HasKeys as _, Reader, Writer, rules};
+use crate::model::METRICS;
 use crate::quantity::{Finite, NonNegative};
 use crate::renamed;
 use crate::sweep::{Axis, Coordinate, text};
 use crate::syntax::parse_toml;
 use crate::table::table;
 use crate::tree::{Entry, Node, Table};
-use crate::value::{quoted, refuse, tables};
+use crate::value::{quoted, refuse, tables, words};
 
 /// A condition on a metric.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +20,20 @@ pub struct Check {
     pub at: Vec<(String, String)>,
     /// What the metric is compared with.
     pub bound: Bound,
+    /// The result if the metric cannot be compared, because it has no standard error or no theoretical value.
+    pub if_undecided: IfUndecided,
+    /// The check's line in the manifest, from 1; 0 if it is not known.
+    pub line: u32,
+}
+
+words! {
+    /// The result of a check that cannot be evaluated.
+    pub enum IfUndecided {
+        /// The check fails.
+        Fail = "fail",
+        /// The check passes.
+        Pass = "pass",
+    }
 }
 
 /// What a metric is compared with. Without an expected value, this is the metric's theoretical value.
@@ -44,6 +59,11 @@ pub enum Bound {
         expected: Option<f64>,
         /// Largest deviation allowed, in standard errors.
         standard_errors: f64,
+    },
+    /// |value - theory| <= this many times the combined error of the metric and the theory's accuracy.
+    MaxDeviation {
+        /// Largest deviation allowed.
+        sigma: f64,
     },
     /// minimum <= value <= maximum; at least one of the two is given.
     Range {
@@ -77,8 +97,10 @@ pub fn parse_checks(source: &str, origin: &str) -> Result<Vec<Check>, Diagnostic
     let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
     let mut errors = syntax.errors;
     let checks = root.take("checks");
+    let metrics: Vec<&str> = METRICS.iter().flat_map(|(_, names)| *names).copied().collect();
+    let file = CheckedManifest { source, axes: None, metrics: Some(&metrics) };
     let read =
-        checks.as_ref().map_or_else(Vec::new, |checks| read(&checks.node, None, &mut errors));
+        checks.as_ref().map_or_else(Vec::new, |checks| read(&checks.node, Some(file), &mut errors));
     let mut reader = Reader::new("", &root, &mut errors);
     reader.also_known(&["checks"]);
     reader.finish();
@@ -90,7 +112,7 @@ pub fn parse_checks(source: &str, origin: &str) -> Result<Vec<Check>, Diagnostic
 
 table! {
     /// The keys of a check except the table `where`.
-    pub(crate) struct CheckKeys at most one of [tolerance, relative_tolerance, standard_errors] {
+    pub(crate) struct CheckKeys at most one of [tolerance, relative_tolerance, standard_errors, max_deviation_sigma] {
         /// Name of the metric, as in metrics.json.
         metric: String [""] = String::new(),
         /// The value expected; by default the theory's.
@@ -101,21 +123,43 @@ table! {
         relative_tolerance: Option<NonNegative> ["1", optional],
         /// Largest deviation allowed, in standard errors of the metric.
         standard_errors: Option<NonNegative> ["1", optional],
+        /// Largest deviation from the theory allowed, in combined errors of metric and theory.
+        max_deviation_sigma: Option<NonNegative> ["1", optional],
         /// Smallest value allowed.
         minimum: Option<Finite> ["of the metric", optional],
         /// Largest value allowed.
         maximum: Option<Finite> ["of the metric", optional],
+        /// Result where the metric has no standard error or no theoretical value to compare with: fail (default) or pass.
+        if_undecided: Option<IfUndecided> ["", optional],
     }
 }
 
 /// The keys that bound a metric. A check has exactly one, or both `minimum` and `maximum`.
-const BOUNDS: &[&str] =
-    &["tolerance", "relative_tolerance", "standard_errors", "minimum", "maximum"];
+const BOUNDS: &[&str] = &[
+    "tolerance",
+    "relative_tolerance",
+    "standard_errors",
+    "max_deviation_sigma",
+    "minimum",
+    "maximum",
+];
+
+/// The manifest that contains checks.
+#[derive(Clone, Copy)]
+pub(crate) struct CheckedManifest<'a> {
+    /// The text.
+    pub(crate) source: &'a str,
+    /// The sweep's axes, which `where` must name; `None` if they are not known.
+    pub(crate) axes: Option<&'a [Axis]>,
+    /// The metrics of the model, or of all models; `None` if the model is not known.
+    pub(crate) metrics: Option<&'a [&'static str]>,
+}
 
 impl CheckKeys {
     fn of(check: &Check) -> Self {
         let metric = check.metric.clone();
-        let keys = Self { metric, ..Self::default() };
+        let pass = (check.if_undecided == IfUndecided::Pass).then_some(IfUndecided::Pass);
+        let keys = Self { metric, if_undecided: pass, ..Self::default() };
         let finite = |x: Option<f64>| x.and_then(Finite::new);
         match check.bound {
             Bound::Near { expected, tolerance } => {
@@ -131,6 +175,9 @@ impl CheckKeys {
                 standard_errors: NonNegative::new(standard_errors),
                 ..keys
             },
+            Bound::MaxDeviation { sigma } => {
+                Self { max_deviation_sigma: NonNegative::new(sigma), ..keys }
+            }
             Bound::Range { minimum, maximum } => {
                 Self { minimum: finite(minimum), maximum: finite(maximum), ..keys }
             }
@@ -148,23 +195,31 @@ impl CheckKeys {
         if let Some(errors) = self.standard_errors {
             return Some(Bound::WithinStandardErrors { expected, standard_errors: errors.get() });
         }
+        if let Some(sigma) = self.max_deviation_sigma {
+            return Some(Bound::MaxDeviation { sigma: sigma.get() });
+        }
         let (minimum, maximum) = (self.minimum.map(Finite::get), self.maximum.map(Finite::get));
         (minimum.is_some() || maximum.is_some()).then_some(Bound::Range { minimum, maximum })
     }
 }
 
-/// Reads all checks. If the sweep's axes are given, `where` must name them.
-pub(crate) fn read(node: &Node, axes: Option<&[Axis]>, errors: &mut Vec<Diagnostic>) -> Vec<Check> {
+/// Reads all checks, and compares them with their manifest if they are part of one.
+pub(crate) fn read(
+    node: &Node,
+    manifest: Option<CheckedManifest<'_>>,
+    errors: &mut Vec<Diagnostic>,
+) -> Vec<Check> {
     let tables = tables(node, "checks", ["tables [[checks]]", "a table"], errors);
-    tables.into_iter().filter_map(|(node, table)| read_one(node, table, axes, errors)).collect()
+    tables.into_iter().filter_map(|(node, table)| read_one(node, table, manifest, errors)).collect()
 }
 
 fn read_one(
     element: &Node,
     table: &Table,
-    axes: Option<&[Axis]>,
+    manifest: Option<CheckedManifest<'_>>,
     errors: &mut Vec<Diagnostic>,
 ) -> Option<Check> {
+    let axes = manifest.and_then(|manifest| manifest.axes);
     let at = table.get("where").map_or_else(Vec::new, |place| read_where(place, axes, errors));
     let mut reader = Reader::new("checks", table, errors);
     reader.also_known(&["where"]);
@@ -177,10 +232,19 @@ fn read_one(
     } else if let Some(new) = renamed::metric(&keys.metric) {
         let title = format!("`{}` was renamed; use `{new}`", keys.metric);
         reader.refuse(&["metric"], &title, "old name");
+    } else if let Some(known) = manifest.and_then(|manifest| manifest.metrics)
+        && !known.contains(&keys.metric.as_str())
+    {
+        let title = format!("`{}` is not a metric", keys.metric);
+        let label = match nearest(&keys.metric, known.iter().copied()) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => "`kinetoscope analyze --list-metrics` lists all metrics".to_owned(),
+        };
+        reader.refuse(&["metric"], &title, &label);
     }
     if !BOUNDS.iter().any(|key| reader.has(key)) {
-        let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, or `minimum` and \
-            `maximum`";
+        let label = "needs `tolerance`, `relative_tolerance`, `standard_errors`, \
+            `max_deviation_sigma`, or `minimum` and `maximum`";
         reader
             .report(Diagnostic::new("a check has nothing to compare with").at(element.span, label));
     }
@@ -189,14 +253,22 @@ fn read_one(
     let is_empty =
         keys.minimum.zip(keys.maximum).is_some_and(|(minimum, maximum)| minimum > maximum);
     rules! { reader;
-        is_range && has_any(&["expected", "tolerance", "relative_tolerance", "standard_errors"]) =>
-            ["expected", "tolerance", "relative_tolerance", "standard_errors", "minimum", "maximum"]
+        has_any(&["expected"]) && has_any(&["max_deviation_sigma"]) =>
+            ["expected", "max_deviation_sigma"]
+            "`expected` cannot be used with `max_deviation_sigma`",
+            "the deviation is that from theory; use `standard_errors` for an expected value";
+        is_range && (has_any(&["expected"]) || has_any(&BOUNDS[..4])) =>
+            ["expected", "tolerance", "relative_tolerance", "standard_errors", "max_deviation_sigma", "minimum", "maximum"]
             "`minimum` and `maximum` cannot be used together with `expected` or a tolerance", "write two checks";
         is_empty => ["minimum", "maximum"] "`minimum` is above `maximum`", "must be minimum <= maximum";
     }
     reader.finish();
-    let bound = keys.bound()?;
-    Some(Check { metric: keys.metric, at, bound })
+    let line = manifest.map_or(0, |manifest| {
+        let before = manifest.source.get(..element.span.start).unwrap_or_default();
+        u32::try_from(1 + before.matches('\n').count()).unwrap_or(u32::MAX)
+    });
+    let if_undecided = keys.if_undecided.unwrap_or(IfUndecided::Fail);
+    Some(Check { bound: keys.bound()?, metric: keys.metric, at, if_undecided, line })
 }
 
 fn read_where(

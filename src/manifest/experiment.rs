@@ -1,9 +1,9 @@
 //! Reads the text of a manifest into an experiment with all its runs.
 
 use crate::canonical::{RunKey, RunManifest};
-use crate::checks::{self, Check};
+use crate::checks::{self, Check, CheckedManifest};
 use crate::diagnostics::{Diagnostic, Diagnostics};
-use crate::head::{Head, is_name};
+use crate::head::{ExpectedOutcome, Head, is_name};
 use crate::keys::{HasKeys as _, Reader};
 use crate::model::{ModelConfig, Recordings, no_model};
 use crate::record::RecordConfig;
@@ -30,6 +30,10 @@ pub struct Experiment {
     pub runs: Vec<Run>,
     /// Conditions on the metrics.
     pub checks: Vec<Check>,
+    /// How the runs are expected to end.
+    pub expected_outcome: ExpectedOutcome,
+    /// The manifest's file as it was named.
+    pub manifest: String,
 }
 
 /// One run of an experiment.
@@ -126,6 +130,8 @@ fn experiment(
         axes: document.axes,
         runs: document.runs,
         checks: document.checks,
+        expected_outcome: document.head.expected_outcome.unwrap_or(ExpectedOutcome::Complete),
+        manifest: origin.to_owned(),
     })
 }
 
@@ -192,7 +198,7 @@ pub(crate) fn read_document(
     let (mut root, syntax) = parse_toml(source, origin, &mut diagnostics);
     let mut errors = Vec::new();
     let set = read_overrides(overrides, &mut diagnostics, &mut errors);
-    let document = read_root(&mut root, set, recordings, &mut errors);
+    let document = read_root(source, &mut root, set, recordings, &mut errors);
     if !syntax.hides_tables {
         errors.retain(|error| !syntax.explains(source, error));
         errors.extend(syntax.errors);
@@ -234,6 +240,7 @@ fn read_overrides(
 }
 
 fn read_root(
+    source: &str,
     root: &mut Table,
     sets: Vec<Setting>,
     recordings: Option<Recordings<'_>>,
@@ -272,8 +279,10 @@ fn read_root(
     let base = Table { entries: [model, record].into_iter().flatten().collect() };
     let runs = expand(&head, &base, &axes, recordings, errors);
     let axes: Vec<Axis> = axes.into_iter().map(|points| points.axis).collect();
+    let metrics = runs.first().map(|run| run.manifest.model.metrics());
+    let manifest = CheckedManifest { source, axes: Some(&axes), metrics };
     let checks =
-        checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(&axes), errors));
+        checks.map_or_else(Vec::new, |checks| checks::read(&checks.node, Some(manifest), errors));
     Document { head, axes, runs, checks }
 }
 

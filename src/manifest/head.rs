@@ -2,7 +2,17 @@
 
 use crate::keys::Reader;
 use crate::table::table;
-use crate::value::ReplicateCount;
+use crate::value::{ReplicateCount, words};
+
+words! {
+    /// How the runs of an experiment are expected to end.
+    pub enum ExpectedOutcome {
+        /// They reach their end.
+        Complete = "complete",
+        /// They fail, as a numerical blow-up does.
+        Fault = "fault",
+    }
+}
 
 table! {
     /// The keys before the first table.
@@ -15,6 +25,8 @@ table! {
         seed: u64 ["1"] = 0,
         /// Number of runs at each point of the sweep, each with its own random streams; by default 1.
         replicates: Option<ReplicateCount> ["1", optional],
+        /// How the runs are expected to end; by default complete. fault: a run that completes is a failure.
+        expected_outcome: Option<ExpectedOutcome> ["", optional],
         /// In place of `replicates`: only this one, counted from 0.
         replicate: Option<u32> ["1", optional],
     }

@@ -29,10 +29,11 @@ mod sweep;
 mod timing;
 
 pub use canonical::{RunKey, RunManifest, run_key};
-pub use checks::{Bound, Check, parse_checks};
+pub use checks::{Bound, Check, IfUndecided, parse_checks};
 pub use comparison::{KeyDifference, differing_keys};
 pub use diagnostics::Diagnostics;
 pub use experiment::{Experiment, Override, Run, parse, parse_run, parse_with_recordings};
+pub use head::ExpectedOutcome;
 pub use model::starter;
 pub use schema::json_schema;
 pub use sidecar::{ExperimentRecord, RunRecord};

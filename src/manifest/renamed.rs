@@ -193,7 +193,7 @@ mod tests {
     fn old_names_of_swept_keys_are_reported() {
         names_every_new_name(
             "[model.gas]\n[sweep]\nmodel.gas.container_m = [1, 2] # <- radius_m\n\
-             [[checks]]\nmetric = \"a\"\nminimum = 1\nwhere = { container_m = 1 } # <- radius_m\n",
+             [[checks]]\nmetric = \"a2\"\nminimum = 1\nwhere = { container_m = 1 } # <- radius_m\n",
         );
     }
 }

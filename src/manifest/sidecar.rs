@@ -4,6 +4,7 @@ use crate::canonical::RunKey;
 use crate::checks::{self, Check};
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::experiment::Experiment;
+use crate::head::ExpectedOutcome;
 use crate::keys::{HasKeys as _, Reader, Writer};
 use crate::model::ModelConfig;
 use crate::sweep::{Axis, Coordinate};
@@ -23,6 +24,12 @@ table! {
         model: String [""] = String::new(),
         /// Number of replicates at each point.
         replicates: u32 ["1"] = 1,
+        /// How the runs are expected to end.
+        expected_outcome: ExpectedOutcome [""] = ExpectedOutcome::Complete,
+        /// The manifest's file as it was named.
+        manifest: String [""] = String::new(),
+        /// The line of each check in the manifest.
+        check_lines: Vec<u32> [""] = Vec::new(),
         /// The sweep's axes.
         axes: Vec<Axis> [apart] = Vec::new(),
         /// All runs; any other recording in the folder is stale.
@@ -71,6 +78,9 @@ impl ExperimentRecord {
             axes: experiment.axes.clone(),
             runs: runs.collect(),
             checks: experiment.checks.clone(),
+            expected_outcome: experiment.expected_outcome,
+            manifest: experiment.manifest.clone(),
+            check_lines: experiment.checks.iter().map(|check| check.line).collect(),
         }
     }
 
@@ -132,6 +142,9 @@ impl ExperimentRecord {
         });
         if let Some(entry) = root.get("checks") {
             record.checks = checks::read(&entry.node, None, &mut errors);
+            for (check, line) in record.checks.iter_mut().zip(&record.check_lines) {
+                check.line = *line;
+            }
         }
         diagnostics.ok_or(record, errors)
     }

@@ -3,7 +3,7 @@
 //! Symbols: r separation of the two centers (second minus first), v relative velocity (second minus first), s contact
 //! distance (sum of the radii), t time. Any consistent units.
 
-use crate::simd::real::Real;
+use crate::simd::registers::Register;
 
 /// Returns the time until two discs touch, |r + v t| = s, or [`f64::MAX`] if they never do.
 ///
@@ -18,13 +18,14 @@ use crate::simd::real::Real;
 /// so it also runs on a register of eight pairs.
 #[inline(always)]
 #[must_use]
-pub fn time_to_contact<N: Real>(r: [N; 2], v: [N; 2], contact_distance: N) -> N {
+pub fn time_to_contact<N: Register>(r: [N; 2], v: [N; 2], contact_distance: N) -> N {
     let r_dot_v = r[0] * v[0] + r[1] * v[1];
     let square = contact_distance * contact_distance;
     let gap = r[0] * r[0] + r[1] * r[1] - square;
     let cross = r[0] * v[1] - r[1] * v[0];
     let discriminant = (v[0] * v[0] + v[1] * v[1]) * square - cross * cross;
-    let time = gap.positive_part() / (discriminant.positive_part().sqrt() - r_dot_v);
-    let touches = r_dot_v.is_negative() & (discriminant.is_non_negative() | gap.is_non_positive());
-    N::select(touches, time, N::splat(f64::MAX))
+    let zero = gap.splat(0.0);
+    let time = gap.larger(zero) / (discriminant.larger(zero).sqrt() - r_dot_v);
+    let touches = r_dot_v.is_less(zero) & (zero.is_at_most(discriminant) | gap.is_at_most(zero));
+    time.or_else(touches, gap.splat(f64::MAX))
 }

@@ -160,7 +160,9 @@ impl StateTable {
         self.values.chunks_exact(self.columns.len()).nth(row).map(|values| values[column])
     }
 
-    fn index(&self, name: &str) -> Option<usize> {
+    /// Index of a column; `None` if the state has no such column.
+    #[must_use]
+    pub fn index(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column == name)
     }
 }

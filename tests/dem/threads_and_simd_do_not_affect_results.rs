@@ -1,4 +1,4 @@
-//! Guarantee: in every scene, the number of threads, SIMD or scalar evaluation of pairs, observation, and serialization
+//! Guarantee: in every scene, the number of threads, the width of SIMD registers, observation, and serialization
 //! of the model change no bit of the results.
 //!
 //! Source: a run must not depend on the machine; see the invariants in ARCHITECTURE.md.
@@ -22,19 +22,19 @@ fn bits(
     steps: u64,
     config: &DemConfig,
     threads: usize,
-    lanes: bool,
+    max_width: usize,
     between: fn(Dem) -> Dem,
 ) -> Vec<u64> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
-        let mut model = prepared(config).with_lanes(lanes);
+        let mut model = prepared(config).with_max_width(max_width);
         for target in [steps / 2, steps] {
             while let Progress::Working =
                 model.advance(Target::Count(target), 75).unwrap_or_else(|fault| panic!("{fault}"))
             {
-                model = between(model).with_lanes(lanes);
+                model = between(model).with_max_width(max_width);
             }
-            model = between(model).with_lanes(lanes);
+            model = between(model).with_max_width(max_width);
         }
         let frame = frame(&model);
         let messages = frame.messages().iter().flat_map(|message| message.payload.iter());
@@ -60,11 +60,12 @@ fn serialized(model: Dem) -> Dem {
 #[test]
 fn results_are_independent_of_threads_simd_observation_and_serialization() {
     for (name, config) in scenes() {
-        let reference = bits(300, &config, 1, true, unchanged);
-        assert!(reference == bits(300, &config, 2, true, unchanged), "{name}: two threads");
-        assert!(reference == bits(300, &config, 1, false, unchanged), "{name}: scalar");
-        assert!(reference == bits(300, &config, 1, true, observed), "{name}: observed");
-        assert!(reference == bits(300, &config, 2, false, serialized), "{name}: serialized");
+        let reference = bits(300, &config, 1, 8, unchanged);
+        assert!(reference == bits(300, &config, 2, 8, unchanged), "{name}: two threads");
+        assert!(reference == bits(300, &config, 1, 4, unchanged), "{name}: registers of four");
+        assert!(reference == bits(300, &config, 1, 1, unchanged), "{name}: scalar");
+        assert!(reference == bits(300, &config, 1, 8, observed), "{name}: observed");
+        assert!(reference == bits(300, &config, 2, 1, serialized), "{name}: serialized");
     }
 }
 
@@ -88,8 +89,8 @@ fn gas_results_are_independent_of_simd() {
             velocity_std_m_per_s: Some(positive(3.0)),
             ..DemConfig::default()
         };
-        let reference = bits(steps, &gas, 2, true, unchanged);
-        assert!(reference == bits(steps, &gas, 2, false, unchanged), "{discs} discs");
+        let reference = bits(steps, &gas, 2, 8, unchanged);
+        assert!(reference == bits(steps, &gas, 2, 1, unchanged), "{discs} discs");
     }
 }
 
@@ -97,7 +98,7 @@ fn gas_results_are_independent_of_simd() {
 fn control_tiny_parameter_change_alters_bits() {
     let (_, config) = scenes().swap_remove(1);
     let other = DemConfig { friction: non_negative(0.5 * (1.0 + 1e-15)), ..config.clone() };
-    assert!(bits(300, &config, 1, true, unchanged) != bits(300, &other, 1, true, unchanged));
+    assert!(bits(300, &config, 1, 8, unchanged) != bits(300, &other, 1, 8, unchanged));
     let tilted = DemConfig { gravity_m_per_s2: gravity(1e-12, -9.81), ..config.clone() };
-    assert!(bits(300, &config, 1, true, unchanged) != bits(300, &tilted, 1, true, unchanged));
+    assert!(bits(300, &config, 1, 8, unchanged) != bits(300, &tilted, 1, 8, unchanged));
 }

@@ -169,6 +169,26 @@ fn recordings_are_analyzed_and_exported() {
         bench.call(&["export", "--format", "csv,xyz", "recordings/gas", "--output", "tables"]);
     assert_eq!(exported.code, Some(0), "{}", exported.err);
     assert_eq!(fs::read_dir(bench.path("tables")).unwrap().count(), 1, "one folder per recording");
+    let json = bench.call(&["export", "--json", "--format", "csv,xyz", "recordings/gas"]).json();
+    assert_eq!(json["exit_code"], 0);
+    let exports = json["exports"].as_array().unwrap();
+    assert_eq!(exports.iter().map(|export| &export["format"]).collect::<Vec<_>>(), ["csv", "xyz"]);
+    for export in exports {
+        assert!(bench.path(export["recording"].as_str().unwrap()).exists());
+        let files = export["files"].as_array().unwrap();
+        assert!(!files.is_empty());
+        for file in files {
+            let text = fs::read_to_string(bench.path(file["path"].as_str().unwrap())).unwrap();
+            assert_eq!(file["bytes"], text.len());
+            // A table has a header; extended XYZ has two lines per frame before the particles.
+            let frames = text.lines().filter(|line| line.contains("Properties=")).count();
+            let others = if export["format"] == "csv" { 1 } else { 2 * frames };
+            assert_eq!(file["rows"], text.lines().count() - others, "{file}");
+        }
+    }
+    let drawn = bench.call(&["export", "--json", "--thumbnail", "t.svg", "recordings/gas"]).json();
+    let file = &drawn["exports"][0]["files"][0];
+    assert_eq!(file["bytes"], fs::metadata(bench.path("t.svg")).unwrap().len());
     let drawn = bench.call(&["export", "--thumbnail", "gas.png", "recordings/gas"]);
     assert_eq!(drawn.code, Some(0), "{}", drawn.err);
     assert!(fs::read(bench.path("gas.png")).unwrap().starts_with(b"\x89PNG"));

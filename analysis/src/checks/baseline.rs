@@ -8,14 +8,14 @@ use std::collections::BTreeMap;
 /// Maximum difference in combined standard errors. Chance exceeds it for one in 16,000 unchanged metrics.
 const MAX_STANDARD_ERRORS: f64 = 4.0;
 /// Differences below this fraction of the value are rounding errors.
-const ROUNDING_SHARE: f64 = 1e-9;
+const ROUNDING_FRACTION: f64 = 1e-9;
 
 /// The metrics of an earlier analysis.
 #[derive(Debug, Deserialize)]
-pub struct Baseline {
+pub(crate) struct Baseline {
     schema: u32,
     /// The name of the experiment.
-    pub experiment: String,
+    pub(crate) experiment: String,
     metrics: Vec<BaselineMetric>,
 }
 
@@ -54,7 +54,7 @@ impl Baseline {
     ///
     /// # Errors
     /// A text that is not a `metrics.json`, or one of another schema, with the user's next step.
-    pub fn read(text: &str) -> Result<Self, String> {
+    pub(crate) fn read(text: &str) -> Result<Self, String> {
         let again = "write it again with this version of analyze-recordings";
         let read: Self = serde_json::from_str(text)
             .map_err(|error| format!("is no metrics.json ({error}): {again}"))?;
@@ -67,8 +67,7 @@ impl Baseline {
 
     /// Compares all metrics: one result per metric with a standard error or that is missing now, and one note per
     /// changed metric without a standard error.
-    #[must_use]
-    pub fn compare_all(&self, metrics: &[Metric]) -> (Vec<CheckResult>, Vec<String>) {
+    pub(crate) fn compare_all(&self, metrics: &[Metric]) -> (Vec<CheckResult>, Vec<String>) {
         let now: BTreeMap<MetricId, &Metric> =
             metrics.iter().map(|metric| (subject_of(metric), metric)).collect();
         let (mut check_results, mut notes) = (Vec::new(), Vec::new());
@@ -76,11 +75,11 @@ impl Baseline {
             let of = earlier.subject();
             match now.get(&of) {
                 Some(metric) => match compare(earlier, metric) {
-                    BaselineComparison::Judged(result) => check_results.push(result),
+                    BaselineComparison::Checked(result) => check_results.push(result),
                     BaselineComparison::Changed(note) => notes.push(note),
                     BaselineComparison::Same => {}
                 },
-                None => check_results.push(gone(&of)),
+                None => check_results.push(missing(&of)),
             }
         }
         (check_results, notes)
@@ -118,23 +117,25 @@ fn subject_of(metric: &Metric) -> MetricId {
     let places = metric.coordinates().iter();
     MetricId {
         name: metric.name().to_owned(),
-        coordinates: places.map(|place| (place.key.clone(), place.value.clone())).collect(),
+        coordinates: places
+            .map(|coordinate| (coordinate.key.clone(), coordinate.value.clone()))
+            .collect(),
         replicate,
         along,
     }
 }
 
 enum BaselineComparison {
-    Judged(CheckResult),
+    Checked(CheckResult),
     Changed(String),
     Same,
 }
 
 fn compare(earlier: &BaselineMetric, metric: &Metric) -> BaselineComparison {
     let before = earlier.value.unwrap_or(f64::NAN);
-    let apart = metric.value - before;
-    let rounding = metric.rounding + ROUNDING_SHARE * before.abs();
-    let same = apart.abs() <= rounding || (before.is_nan() && !metric.value.is_finite());
+    let difference = metric.value - before;
+    let rounding = metric.rounding + ROUNDING_FRACTION * before.abs();
+    let same = difference.abs() <= rounding || (before.is_nan() && !metric.value.is_finite());
     let errors = [earlier.standard_error, metric.standard_error];
     let numbers = format!("{}, before {}", in_unit(metric.value, metric), in_unit(before, metric));
     if errors == [None, None] {
@@ -143,26 +144,29 @@ fn compare(earlier: &BaselineMetric, metric: &Metric) -> BaselineComparison {
         } else {
             let subject = subject(metric);
             BaselineComparison::Changed(format!(
-                "{subject} has changed and is not judged, as it has no standard error: {numbers}"
+                "{subject} has changed and is not checked, because it has no standard error: {numbers}"
             ))
         };
     }
     let error = errors.map(|error| error.unwrap_or(0.0));
-    let common = error[0].hypot(error[1]);
-    let passed = same || apart.abs() <= MAX_STANDARD_ERRORS * common;
+    let combined = error[0].hypot(error[1]);
+    let passed = same || difference.abs() <= MAX_STANDARD_ERRORS * combined;
     let finding = format!(
-        "{numbers}: {:.1} of {MAX_STANDARD_ERRORS} standard errors apart",
-        if same { 0.0 } else { apart.abs() / common }
+        "{numbers}: {:.1} of {MAX_STANDARD_ERRORS} combined standard errors",
+        if same { 0.0 } else { difference.abs() / combined }
     );
-    BaselineComparison::Judged(CheckResult {
+    BaselineComparison::Checked(CheckResult {
         passed,
         kind: CheckKind::Baseline,
         subject: subject(metric),
+        requirement: "equal to the baseline".to_owned(),
         finding,
+        line: 0,
+        seconds: 0.0,
     })
 }
 
-fn gone(of: &MetricId) -> CheckResult {
+fn missing(of: &MetricId) -> CheckResult {
     let places = of.coordinates.iter().map(|(key, value)| format!("{key} = {value}"));
     let replicate = of.replicate.filter(|replicate| *replicate > 0);
     let replicate = replicate.map(|replicate| format!("replicate = {replicate}"));
@@ -172,6 +176,9 @@ fn gone(of: &MetricId) -> CheckResult {
         passed: false,
         kind: CheckKind::Baseline,
         subject: format!("{}{at}", of.name),
-        finding: "the baseline has it, and it is not there any more".to_owned(),
+        requirement: "in the baseline".to_owned(),
+        line: 0,
+        seconds: 0.0,
+        finding: "the baseline contains it, and this analysis does not".to_owned(),
     }
 }

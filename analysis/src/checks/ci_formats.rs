@@ -1,48 +1,48 @@
-//! Check results in the formats of CI systems.
+//! Outcomes and check results in the formats of CI systems.
 
-use crate::checks::CheckResult;
+use crate::checks::{CheckKind, CheckResult};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// The checks of one experiment.
+/// The outcomes and checks of one experiment.
 #[derive(Clone, Copy, Debug)]
-pub struct ExperimentChecks<'a> {
+pub(crate) struct ExperimentChecks<'a> {
     /// The experiment's name.
-    pub name: &'a str,
-    /// The results of its checks.
-    pub check_results: &'a [CheckResult],
+    pub(crate) name: &'a str,
+    /// The manifest as it was named, if it is known.
+    pub(crate) manifest: Option<&'a str>,
+    /// The outcomes of its runs and the results of its checks.
+    pub(crate) check_results: &'a [CheckResult],
     /// What could not be read, with reasons.
-    pub unreadable: &'a [String],
+    pub(crate) unreadable: &'a [String],
 }
 
-/// Formats check results as JUnit XML: one suite per experiment, one case per result, one error per unreadable file.
-#[must_use]
-pub fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
+/// Formats results as JUnit XML: one suite per experiment, one case per run and per check, one error per failed run and per
+/// unreadable file.
+pub(crate) fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n".to_owned();
     for experiment in experiments {
-        let failed = experiment.check_results.iter().filter(|result| !result.passed).count();
-        let errors = experiment.unreadable.len();
+        let is_error = |result: &&CheckResult| result.kind == CheckKind::Outcome;
+        let failed = || experiment.check_results.iter().filter(|result| !result.passed);
+        let errors = experiment.unreadable.len() + failed().filter(is_error).count();
+        let failures = failed().count() - failed().filter(is_error).count();
         let name = escaped(experiment.name);
-        let tests = experiment.check_results.len() + errors;
+        let tests = experiment.check_results.len() + experiment.unreadable.len();
+        let time: f64 = experiment.check_results.iter().map(|result| result.seconds).sum();
         // Writing to a String cannot fail.
         let _ = writeln!(
             text,
-            "  <testsuite name=\"{name}\" tests=\"{tests}\" failures=\"{failed}\" errors=\"{errors}\">"
+            "  <testsuite name=\"{name}\" tests=\"{tests}\" failures=\"{failures}\" errors=\"{errors}\" time=\"{time:.3}\">"
         );
+        let mut uses: BTreeMap<String, usize> = BTreeMap::new();
         for result in experiment.check_results {
-            let subject = escaped(&result.subject);
-            let finding = escaped(&result.finding);
-            let _ = write!(text, "    <testcase classname=\"{name}\" name=\"{subject}\"");
-            let _ = if result.passed {
-                writeln!(text, "><system-out>{finding}</system-out></testcase>")
-            } else {
-                writeln!(text, "><failure message=\"{finding}\"/></testcase>")
-            };
+            text += &test_case(&name, result, &mut uses);
         }
-        for why in experiment.unreadable {
-            let why = escaped(why);
+        for (index, why) in experiment.unreadable.iter().enumerate() {
+            let (number, why) = (index + 1, escaped(why));
             let _ = writeln!(
                 text,
-                "    <testcase classname=\"{name}\" name=\"input\"><error message=\"{why}\"/></testcase>"
+                "    <testcase classname=\"{name}\" name=\"input {number}\" time=\"0.000\"><error message=\"{why}\"/></testcase>"
             );
         }
         text += "  </testsuite>\n";
@@ -50,26 +50,82 @@ pub fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
     text + "</testsuites>\n"
 }
 
-/// Formats failed checks and unreadable files as annotations of a GitHub workflow.
-#[must_use]
-pub fn github(experiments: &[ExperimentChecks<'_>]) -> String {
+/// One result as a test case. `uses` counts the names, so that each is unique.
+fn test_case(suite: &str, result: &CheckResult, uses: &mut BTreeMap<String, usize>) -> String {
+    let mut name = format!("{}: {}", result.subject, result.requirement);
+    let count = uses.entry(name.clone()).or_default();
+    *count += 1;
+    if *count > 1 {
+        name = format!("{name} ({count})");
+    }
+    let (name, finding) = (escaped(&name), escaped(&result.finding));
+    let body = match (result.passed, result.kind) {
+        (true, _) => format!("<system-out>{finding}</system-out>"),
+        (false, CheckKind::Outcome) => format!("<error message=\"{finding}\"/>"),
+        (false, _) => format!("<failure message=\"{finding}\"/>"),
+    };
+    let seconds = result.seconds;
+    format!(
+        "    <testcase classname=\"{suite}\" name=\"{name}\" time=\"{seconds:.3}\">{body}</testcase>\n"
+    )
+}
+
+/// Formats failures and unreadable files as annotations of a GitHub workflow, at the line of the check in the manifest.
+pub(crate) fn github(experiments: &[ExperimentChecks<'_>]) -> String {
     let mut text = String::new();
     for experiment in experiments {
+        let place = |line: u32| match experiment.manifest {
+            Some(manifest) => format!("file={},line={},", property(manifest), line.max(1)),
+            None => String::new(),
+        };
         for result in experiment.check_results.iter().filter(|result| !result.passed) {
             let title = property(&format!("{}: {}", experiment.name, result.subject));
-            let _ = writeln!(text, "::error title={title}::{}", data(&result.finding));
+            let (place, finding) = (place(result.line), data(&result.finding));
+            let _ = writeln!(text, "::error {place}title={title}::{finding}");
         }
         for why in experiment.unreadable {
             let title = property(&format!("{}: unreadable", experiment.name));
-            let _ = writeln!(text, "::error title={title}::{}", data(why));
+            let _ = writeln!(text, "::error {}title={title}::{}", place(1), data(why));
         }
     }
     text
 }
 
+/// Formats all results as Markdown tables, for the summary of a workflow's step.
+pub(crate) fn markdown(experiments: &[ExperimentChecks<'_>]) -> String {
+    let mut text = String::new();
+    for experiment in experiments {
+        let _ = writeln!(text, "### {}\n", cell(experiment.name));
+        text += "| result | subject | requirement | finding |\n|---|---|---|---|\n";
+        for result in experiment.check_results {
+            let word = if result.passed { "passed" } else { "**failed**" };
+            let [subject, requirement, finding] =
+                [&result.subject, &result.requirement, &result.finding].map(|text| cell(text));
+            let _ = writeln!(text, "| {word} | {subject} | {requirement} | {finding} |");
+        }
+        for why in experiment.unreadable {
+            let _ = writeln!(text, "| **unreadable** | | | {} |", cell(why));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Escapes the text of a cell of a Markdown table.
+fn cell(text: &str) -> String {
+    let one_line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let mut escaped = String::with_capacity(one_line.len());
+    for character in one_line.chars() {
+        if matches!(character, '|' | '\\' | '`' | '*' | '_' | '<' | '[') {
+            escaped.push('\\');
+        }
+        escaped.push(character);
+    }
+    escaped
+}
+
 /// Escapes text for XML. Characters that XML 1.0 does not allow become spaces.
-#[must_use]
-pub fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {

@@ -8,8 +8,9 @@ use std::path::PathBuf;
 pub const EXIT_CODES: &str = "Exit codes:
   0    done, and all checks pass
   2    bad arguments or checks file
-  3    a check failed or its metric is missing, or a metric
-       has changed from the baseline
+  3    a run failed, or completed where its manifest expects a
+       fault; a check failed or its metric is missing, or a
+       metric has changed from the baseline
   5    some input is unreadable; the rest was analyzed
   75   the results cannot be written: the same command may
        succeed later";

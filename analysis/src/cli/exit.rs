@@ -12,7 +12,7 @@ pub enum AnalysisExit {
     Done = 0,
     /// Invalid arguments or checks file.
     Usage = 2,
-    /// A check failed or its metric is missing, or a metric differs from the baseline.
+    /// A run ended otherwise than expected, a check failed or its metric is missing, or a metric differs from the baseline.
     CheckFailed = 3,
     /// Some input is unreadable; the rest was analyzed.
     Unreadable = 5,

@@ -1,11 +1,13 @@
 //! The command `kinetoscope export`: recordings in the formats of other programs, or as a small picture.
 
 use super::exit::CommandError;
-use super::{AnalysisExit, concluded, export_all, print, terminal};
+use super::{AnalysisExit, concluded, export_all, print};
 use crate::export::{self, ExportFormat};
 use crate::input::{self, RecordingFolder};
 use crate::thumbnail::{ThumbnailFormat, ThumbnailOptions, thumbnail};
 use crate::write_file;
+use clap::ValueEnum as _;
+use serde_json::{Value, json};
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
@@ -45,6 +47,9 @@ pub struct ExportArguments {
     /// Print errors only
     #[arg(long, short, help_heading = "Messages")]
     quiet: bool,
+    /// Print the written files with their rows and bytes as JSON
+    #[arg(long, help_heading = "Messages")]
+    json: bool,
 }
 
 impl ExportArguments {
@@ -58,8 +63,16 @@ impl ExportArguments {
     }
 
     fn say(&self, text: &str) {
-        if !self.quiet {
+        if !self.quiet && !self.json {
             print(text);
+        }
+    }
+
+    fn print_json(&self, exports: impl IntoIterator<Item = Value>) {
+        if self.json {
+            let exports: Vec<Value> = exports.into_iter().collect();
+            let document = json!({ "exit_code": AnalysisExit::Done as u8, "exports": exports });
+            print(&format!("{document:#}\n"));
         }
     }
 
@@ -69,6 +82,7 @@ impl ExportArguments {
         }
         let sources = input::sources(&self.paths)?;
         let several = sources.len() > 1;
+        let mut exports = Vec::new();
         for source in &sources {
             let folder = match &self.output {
                 Some(output) if several => output.join(&source.name),
@@ -81,10 +95,17 @@ impl ExportArguments {
                 }
                 None => source.folder.join("export"),
             };
-            for line in export_all(source, &self.format, &folder, terminal())? {
-                self.say(&line);
-            }
+            exports.extend(export_all(source, &self.format, &folder, |line| self.say(line))?);
         }
+        self.print_json(exports.iter().map(|export| {
+            let format = export.format.to_possible_value();
+            let files = export.files.iter().map(|file| written(&file.path, Some(file.rows)));
+            json!({
+                "recording": export.recording,
+                "format": format.map(|format| format.get_name().to_owned()),
+                "files": files.collect::<Vec<_>>(),
+            })
+        }));
         Ok(AnalysisExit::Done)
     }
 
@@ -106,8 +127,16 @@ impl ExportArguments {
         let size = drawn.len().div_ceil(1000);
         write_file::replace(file, drawn)?;
         self.say(&format!("written: {} ({size} kB)\n", file.display()));
+        let files = [written(file, None)];
+        self.print_json([json!({ "recording": path, "format": "thumbnail", "files": files })]);
         Ok(AnalysisExit::Done)
     }
+}
+
+/// A written file, with its number of rows if it is a table.
+fn written(path: &Path, rows: Option<u64>) -> Value {
+    let bytes = std::fs::metadata(path).map(|file| file.len()).ok();
+    json!({ "path": path, "rows": rows, "bytes": bytes })
 }
 
 /// Parses the width of a picture.

@@ -7,9 +7,10 @@ mod export_arguments;
 pub use arguments::{AnalyzeArguments, EXIT_CODES};
 pub use export_arguments::ExportArguments;
 
+use crate::checks::CheckKind;
 use crate::checks::baseline::Baseline;
-use crate::checks::ci_formats;
-use crate::export::{self, ExportFormat};
+use crate::checks::ci_formats::{self, ExperimentChecks};
+use crate::export::{self, Export, ExportFormat};
 use crate::input::{self, RecordingFolder};
 use crate::report::table::{Style, Terminal};
 use crate::report::{self, AnalysisOptions, AnalysisReport, analyze};
@@ -59,7 +60,9 @@ impl AnalyzeArguments {
 /// Prints the error of a command, and returns its exit code.
 fn concluded(result: Result<AnalysisExit, CommandError>) -> AnalysisExit {
     result.unwrap_or_else(|CommandError { exit, message }| {
-        complain(&format!("error: {}", message.trim_end()));
+        // The errors of a checks file begin with the word already.
+        let message = message.trim_end();
+        complain(&format!("error: {}", message.strip_prefix("error: ").unwrap_or(message)));
         exit
     })
 }
@@ -89,15 +92,7 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
     let baselines: Result<Vec<Baseline>, String> =
         arguments.baseline.iter().map(|path| read_baseline(path)).collect();
     let mut baselines = baselines.map_err(CommandError::usage)?;
-    let sources = input::sources(&arguments.paths)?;
-    if arguments.output.is_none()
-        && let Some(remote) = sources.iter().find(|source| source.is_remote())
-    {
-        let folder = remote.folder.display();
-        return Err(CommandError::usage(format!(
-            "{folder} is not on this machine: name a folder for the results with --output DIR"
-        )));
-    }
+    let sources = sources(arguments)?;
     if arguments.cache_only {
         let errors = fill_caches(sources, &arguments.snapshots_at, arguments.no_cache);
         errors.iter().for_each(|error| complain(&format!("error: {error}")));
@@ -124,9 +119,8 @@ fn run(arguments: &AnalyzeArguments) -> Result<AnalysisExit, CommandError> {
             report.compare(&baselines.remove(at));
         }
         arguments.say(&report.text(terminal));
-        for line in export_all(&source, &arguments.export, &folder.join("export"), terminal)? {
-            arguments.say(&line);
-        }
+        let exports = folder.join("export");
+        export_all(&source, &arguments.export, &exports, |line| arguments.say(line))?;
         #[cfg(feature = "parquet")]
         if arguments.metrics_table {
             arguments.say(&write_table(&report, &folder, terminal)?);
@@ -182,21 +176,23 @@ fn fill_caches(sources: Vec<RecordingFolder>, snapshots_at: &[f64], no_cache: bo
     errors
 }
 
-/// Exports the recordings in all requested formats to a folder; returns one line per format for the user.
+/// Exports the recordings in all requested formats to a folder, and passes one line per format to `say`.
 fn export_all(
     source: &RecordingFolder,
     formats: &[ExportFormat],
     folder: &Path,
-    terminal: Terminal,
-) -> Result<Vec<String>, CommandError> {
-    let mut lines = Vec::new();
+    say: impl Fn(&str),
+) -> Result<Vec<Export>, CommandError> {
+    let mut all = Vec::new();
     for format in formats {
-        let count = export::export(source, *format, folder)?;
+        let mut exports = export::export(source, *format, folder)?;
+        let count = exports.len();
         let plural = if count == 1 { "recording" } else { "recordings" };
         let line = format!("exported: {count} {plural} to {}", folder.display());
-        lines.push(format!("{}\n", terminal.wrapped(&line, 2)));
+        say(&format!("{}\n", terminal().wrapped(&line, 2)));
+        all.append(&mut exports);
     }
-    Ok(lines)
+    Ok(all)
 }
 
 /// Writes all files and prints which.
@@ -215,11 +211,54 @@ fn write(
         arguments.say(&format!("{}\n", terminal.wrapped(&line, 2)));
     }
     let all: Vec<_> = reports.iter().map(|(_, report)| report.checks()).collect();
+    write_for_ci(arguments, &all)
+}
+
+/// The folders of the recordings. If there are none, the JUnit file states that.
+fn sources(arguments: &AnalyzeArguments) -> Result<Vec<RecordingFolder>, CommandError> {
+    let sources = match input::sources(&arguments.paths) {
+        Ok(sources) => sources,
+        Err(error) => {
+            write_unread(arguments, &error.reason)?;
+            return Err(error.into());
+        }
+    };
+    if arguments.output.is_none()
+        && let Some(remote) = sources.iter().find(|source| source.is_remote())
+    {
+        let folder = remote.folder.display();
+        return Err(CommandError::usage(format!(
+            "{folder} is not on this machine: name a folder for the results with --output DIR"
+        )));
+    }
+    Ok(sources)
+}
+
+/// Writes that nothing could be analyzed, where a CI system expects the results.
+fn write_unread(arguments: &AnalyzeArguments, reason: &str) -> Result<(), WriteError> {
+    let unreadable = [reason.to_owned()];
+    let nothing = ExperimentChecks {
+        name: "recordings",
+        manifest: None,
+        check_results: &[],
+        unreadable: &unreadable,
+    };
+    write_for_ci(arguments, &[nothing])
+}
+
+/// Writes the results in the formats of CI systems: a JUnit file, annotations, and the summary of a workflow's step.
+fn write_for_ci(
+    arguments: &AnalyzeArguments,
+    all: &[ExperimentChecks<'_>],
+) -> Result<(), WriteError> {
     if let Some(path) = &arguments.junit {
-        write_file::replace(path, ci_formats::junit(&all))?;
+        write_file::replace(path, ci_formats::junit(all))?;
     }
     if arguments.github_annotations {
-        print(&ci_formats::github(&all));
+        print(&ci_formats::github(all));
+        if let Some(path) = std::env::var_os("GITHUB_STEP_SUMMARY") {
+            write_file::append(Path::new(&path), &ci_formats::markdown(all))?;
+        }
     }
     Ok(())
 }
@@ -239,16 +278,27 @@ fn write_table(
 
 /// Prints a summary of failures and returns the worst exit code.
 fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> AnalysisExit {
-    let check_results = || reports.iter().flat_map(|(_, report)| &report.check_results);
-    let failed = check_results().filter(|result| !result.passed).count();
+    let results = |of_outcomes: bool| {
+        let all = reports.iter().flat_map(|(_, report)| &report.check_results);
+        all.filter(move |result| (result.kind == CheckKind::Outcome) == of_outcomes)
+    };
     let unreadable: usize = reports.iter().map(|(_, report)| report.unreadable.len()).sum();
     if unreadable > 0 {
         let line = format!("{unreadable} unreadable: see above");
         complain(&terminal.paint(Style::Bad, &line));
     }
-    if failed > 0 {
-        let line = format!("{failed} of {} checks failed", check_results().count());
-        complain(&terminal.paint(Style::Bad, &line));
+    let mut has_failed = false;
+    for (of_outcomes, what) in
+        [(true, "runs ended otherwise than expected"), (false, "checks failed")]
+    {
+        let failed = results(of_outcomes).filter(|result| !result.passed).count();
+        if failed > 0 {
+            let line = format!("{failed} of {} {what}", results(of_outcomes).count());
+            complain(&terminal.paint(Style::Bad, &line));
+            has_failed = true;
+        }
+    }
+    if has_failed {
         return AnalysisExit::CheckFailed;
     }
     if unreadable > 0 { AnalysisExit::Unreadable } else { AnalysisExit::Done }
@@ -256,13 +306,13 @@ fn conclude(reports: &[(PathBuf, AnalysisReport)], terminal: Terminal) -> Analys
 
 fn read_checks(path: &Path) -> Result<Vec<Check>, String> {
     let text = std::fs::read_to_string(path)
-        .map_err(|error| format!("the checks file {} can't be read: {error}", path.display()))?;
+        .map_err(|error| format!("the checks file {} cannot be read: {error}", path.display()))?;
     parse_checks(&text, &path.display().to_string()).map_err(|diagnostics| diagnostics.to_string())
 }
 
 fn read_baseline(path: &Path) -> Result<Baseline, String> {
     let text = std::fs::read_to_string(path)
-        .map_err(|error| format!("the baseline {} can't be read: {error}", path.display()))?;
+        .map_err(|error| format!("the baseline {} cannot be read: {error}", path.display()))?;
     Baseline::read(&text).map_err(|why| format!("{} {why}", path.display()))
 }
 

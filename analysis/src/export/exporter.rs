@@ -3,14 +3,22 @@
 use crate::models::contract::Extent;
 use crate::write_file::WriteError;
 use kinetoscope_recording::reader::RecordedFrame;
+use std::path::PathBuf;
 
 /// Writes the frames of one recording in one format.
 pub(super) trait Exporter {
     /// Writes the next frame.
     fn write_frame(&mut self, frame: &RecordedFrame) -> Result<(), WriteError>;
 
-    /// Writes buffered data and closes the files.
-    fn finish(&mut self) -> Result<(), WriteError>;
+    /// Writes buffered data, closes the files, and lists them.
+    fn finish(&mut self) -> Result<Vec<WrittenFile>, WriteError>;
+}
+
+/// A file of an export.
+pub(crate) struct WrittenFile {
+    pub(crate) path: PathBuf,
+    /// Number of rows: one per particle and frame, or one per entry of a message; 0 for a script.
+    pub(crate) rows: u64,
 }
 
 /// The exported run.

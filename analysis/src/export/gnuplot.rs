@@ -1,6 +1,6 @@
 //! Text files for gnuplot, as in the exercises: `x y r` per line, one file per frame, and a script that plays them.
 
-use super::exporter::{ExportedRun, Exporter};
+use super::exporter::{ExportedRun, Exporter, WrittenFile};
 use crate::write_file::WriteError;
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fmt::Write as _;
@@ -9,6 +9,7 @@ use std::path::PathBuf;
 pub(super) struct Gnuplot {
     run: ExportedRun,
     folder: PathBuf,
+    written: Vec<WrittenFile>,
     frames: u64,
     /// Lower left and upper right corner of the positions, for models without walls.
     seen: [[f64; 2]; 2],
@@ -16,12 +17,15 @@ pub(super) struct Gnuplot {
 
 impl Gnuplot {
     pub(super) fn new(run: ExportedRun, folder: PathBuf) -> Self {
-        Self { run, folder, frames: 0, seen: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]] }
+        let seen = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        Self { run, folder, written: Vec::new(), frames: 0, seen }
     }
 
-    fn write(&self, name: &str, text: &str) -> Result<(), WriteError> {
+    fn write(&mut self, name: &str, text: &str, rows: usize) -> Result<(), WriteError> {
         let path = self.folder.join(name);
-        std::fs::write(&path, text).map_err(|error| WriteError::new(&path, error))
+        std::fs::write(&path, text).map_err(|error| WriteError::new(&path, error))?;
+        self.written.push(WrittenFile { path, rows: rows as u64 });
+        Ok(())
     }
 
     fn script(&self) -> String {
@@ -64,10 +68,11 @@ impl Exporter for Gnuplot {
             }
         }
         self.frames = frame.clock.frame + 1;
-        self.write(&format!("frame_{:06}.txt", frame.clock.frame), &text)
+        self.write(&format!("frame_{:06}.txt", frame.clock.frame), &text, state.rows())
     }
 
-    fn finish(&mut self) -> Result<(), WriteError> {
-        self.write("play.gp", &self.script())
+    fn finish(&mut self) -> Result<Vec<WrittenFile>, WriteError> {
+        self.write("play.gp", &self.script(), 0)?;
+        Ok(std::mem::take(&mut self.written))
     }
 }

@@ -5,7 +5,7 @@ mod gnuplot;
 #[cfg(feature = "parquet")]
 mod parquet;
 #[cfg(feature = "parquet")]
-pub mod sweep_table;
+pub(crate) mod sweep_table;
 mod tables;
 mod xyz;
 
@@ -13,12 +13,12 @@ use crate::input::RecordingFolder;
 use crate::input::recording;
 use crate::models;
 use crate::write_file::{WriteError, create_folder};
-use exporter::{ExportedRun, Exporter};
+use exporter::{ExportedRun, Exporter, WrittenFile};
 use std::path::{Path, PathBuf};
 
 /// A format of exported recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum ExportFormat {
+pub(crate) enum ExportFormat {
     /// One CSV table per topic: one line per particle and frame, or per frame
     Csv,
     /// The same tables as Parquet (requires a program built with `--features parquet`)
@@ -40,12 +40,12 @@ impl ExportFormat {
 }
 
 /// The error message for Parquet in a program without it.
-pub const NEEDS_PARQUET: &str = "this program was built without Parquet. Build one with it, \
+pub(crate) const NEEDS_PARQUET: &str = "this program was built without Parquet. Build one with it, \
     `cargo build --release --package kinetoscope-analysis --features parquet`, or write CSV";
 
 /// Why a recording was not exported as a whole.
 #[derive(Debug, thiserror::Error)]
-pub enum ExportError {
+pub(crate) enum ExportError {
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -54,17 +54,21 @@ pub enum ExportError {
     NotBuiltIn,
 }
 
-/// Exports the recordings of a folder to one subfolder of `folder` per recording; returns their number.
-///
-/// # Errors
-/// A file that cannot be written, or Parquet in a program without it. Unreadable recordings are skipped, because the
-/// analysis reports them.
-pub fn export(
+/// One recording in one format.
+pub(crate) struct Export {
+    pub(crate) recording: PathBuf,
+    pub(crate) format: ExportFormat,
+    pub(crate) files: Vec<WrittenFile>,
+}
+
+/// Exports the recordings of a folder to one subfolder of `folder` per recording. Unreadable recordings are skipped,
+/// because the analysis reports them.
+pub(crate) fn export(
     source: &RecordingFolder,
     format: ExportFormat,
     folder: &Path,
-) -> Result<usize, ExportError> {
-    let mut exported = 0;
+) -> Result<Vec<Export>, ExportError> {
+    let mut exports = Vec::new();
     for path in &source.files {
         let Ok(recording) = source.recording(path) else { continue };
         let Ok(run) = recording::opened(recording) else { continue };
@@ -82,10 +86,9 @@ pub fn export(
         for frame in frames.map_while(Result::ok) {
             exporter.write_frame(&frame)?;
         }
-        exporter.finish()?;
-        exported += 1;
+        exports.push(Export { recording: path.clone(), format, files: exporter.finish()? });
     }
-    Ok(exported)
+    Ok(exports)
 }
 
 fn exporter(

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Rows per row group, which bound the memory.
-const ROWS_A_GROUP: usize = 1 << 16;
+const ROWS_PER_GROUP: usize = 1 << 16;
 
 struct ParquetFile {
     path: PathBuf,
@@ -77,18 +77,19 @@ impl TableFile for ParquetFile {
         for (column, value) in self.columns.iter_mut().zip([time].iter().chain(values)) {
             column.push(*value);
         }
-        if self.frames.len() == ROWS_A_GROUP {
+        if self.frames.len() == ROWS_PER_GROUP {
             self.write_group().map_err(|error| WriteError::new(&self.path, error))?;
         }
         Ok(())
     }
 
-    fn finish(&mut self) -> Result<(), WriteError> {
+    fn finish(&mut self) -> Result<PathBuf, WriteError> {
         let written = self.write_group();
         let closed = written.and_then(|()| match self.writer.take() {
             Some(writer) => writer.close().map(drop),
             None => Ok(()),
         });
-        closed.map_err(|error| WriteError::new(&self.path, error))
+        closed.map_err(|error| WriteError::new(&self.path, error))?;
+        Ok(self.path.clone())
     }
 }

@@ -35,7 +35,7 @@ enum Column {
 ///
 /// # Errors
 /// A file or folder that cannot be written.
-pub fn write(metrics: &[Metric], folder: &Path) -> Result<usize, WriteError> {
+pub(crate) fn write(metrics: &[Metric], folder: &Path) -> Result<usize, WriteError> {
     let table = folder.join("metrics");
     let fresh = folder.join("metrics.new");
     let rows: Vec<Row<'_>> = metrics.iter().filter_map(row).collect();
@@ -89,17 +89,21 @@ fn partition_keys(rows: &[Row<'_>]) -> Vec<String> {
 /// The swept keys in the order of the sweep.
 fn all_keys(rows: &[Row<'_>]) -> Vec<String> {
     let mut keys: Vec<String> = Vec::new();
-    for place in rows.iter().flat_map(|(_, run)| &run.coordinates) {
-        if !keys.contains(&place.key) {
-            keys.push(place.key.clone());
+    for coordinate in rows.iter().flat_map(|(_, run)| &run.coordinates) {
+        if !keys.contains(&coordinate.key) {
+            keys.push(coordinate.key.clone());
         }
     }
     keys
 }
 
 fn folders(run: &RunScope, keys: &[String]) -> PathBuf {
-    let places = run.coordinates.iter().filter(|place| keys.contains(&place.key));
-    places.map(|place| format!("{}={}", column_name(&place.key), escaped(&place.value))).collect()
+    let places = run.coordinates.iter().filter(|coordinate| keys.contains(&coordinate.key));
+    places
+        .map(|coordinate| {
+            format!("{}={}", column_name(&coordinate.key), escaped(&coordinate.value))
+        })
+        .collect()
 }
 
 /// The last part of a key, as in the names of recordings.
@@ -128,8 +132,8 @@ fn columns<'a>(rows: &[Row<'a>], folders: &[String]) -> Vec<(String, Column)> {
     let mut columns = Vec::new();
     for key in all_keys(rows).into_iter().filter(|key| !folders.contains(key)) {
         let value = |(_, run): &Row<'a>| {
-            let place = run.coordinates.iter().find(|place| place.key == key);
-            place.map(|place| place.value.clone()).unwrap_or_default()
+            let coordinate = run.coordinates.iter().find(|coordinate| coordinate.key == key);
+            coordinate.map(|coordinate| coordinate.value.clone()).unwrap_or_default()
         };
         let values: Vec<String> = rows.iter().map(value).collect();
         let numbers: Result<Vec<f64>, _> = values.iter().map(|value| value.parse()).collect();

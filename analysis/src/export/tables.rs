@@ -1,11 +1,12 @@
 //! One table per topic, with the frame and its time in the first columns.
 
-use super::exporter::{ExportedRun, Exporter};
+use super::exporter::{ExportedRun, Exporter, WrittenFile};
 use crate::write_file::WriteError;
 use kinetoscope_recording::channels;
 use kinetoscope_recording::fields::{FieldValue, read_fields};
 use kinetoscope_recording::reader::RecordedFrame;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -15,8 +16,8 @@ pub(super) trait TableFile {
     /// Adds a row: the frame, its time, and one value per column.
     fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), WriteError>;
 
-    /// Closes the file.
-    fn finish(&mut self) -> Result<(), WriteError>;
+    /// Closes the file and returns its path.
+    fn finish(&mut self) -> Result<PathBuf, WriteError>;
 }
 
 /// Creates a table with these columns, without frame and time, in a file with this name without its extension.
@@ -27,7 +28,12 @@ pub(super) struct Tables {
     run: ExportedRun,
     folder: PathBuf,
     begin: Begin,
-    open: BTreeMap<String, Box<dyn TableFile>>,
+    open: BTreeMap<String, OpenTable>,
+}
+
+struct OpenTable {
+    file: Box<dyn TableFile>,
+    rows: u64,
 }
 
 impl Tables {
@@ -35,17 +41,14 @@ impl Tables {
         Self { run, folder, begin, open: BTreeMap::new() }
     }
 
-    fn table(
-        &mut self,
-        topic: &str,
-        columns: &[String],
-    ) -> Result<&mut Box<dyn TableFile>, WriteError> {
-        if !self.open.contains_key(topic) {
-            let path = self.folder.join(topic.trim_start_matches('/'));
-            self.open.insert(topic.to_owned(), (self.begin)(&path, columns)?);
-        }
-        // Inserted above if it was missing.
-        self.open.get_mut(topic).ok_or_else(|| WriteError::new(&self.folder, "a table is lost"))
+    fn table(&mut self, topic: &str, columns: &[String]) -> Result<&mut OpenTable, WriteError> {
+        Ok(match self.open.entry(topic.to_owned()) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => {
+                let path = self.folder.join(topic.trim_start_matches('/'));
+                entry.insert(OpenTable { file: (self.begin)(&path, columns)?, rows: 0 })
+            }
+        })
     }
 }
 
@@ -88,8 +91,18 @@ impl Exporter for Tables {
         Ok(())
     }
 
-    fn finish(&mut self) -> Result<(), WriteError> {
-        self.open.values_mut().try_for_each(|table| table.finish())
+    fn finish(&mut self) -> Result<Vec<WrittenFile>, WriteError> {
+        let tables = self.open.values_mut();
+        tables
+            .map(|table| Ok(WrittenFile { path: table.file.finish()?, rows: table.rows }))
+            .collect()
+    }
+}
+
+impl OpenTable {
+    fn row(&mut self, frame: u64, time: f64, values: &[f64]) -> Result<(), WriteError> {
+        self.rows += 1;
+        self.file.row(frame, time, values)
     }
 }
 
@@ -123,7 +136,8 @@ impl TableFile for CsvFile {
         self.writer.write_record(record).map_err(|error| WriteError::new(&self.path, error))
     }
 
-    fn finish(&mut self) -> Result<(), WriteError> {
-        self.writer.flush().map_err(|error| WriteError::new(&self.path, error))
+    fn finish(&mut self) -> Result<PathBuf, WriteError> {
+        self.writer.flush().map_err(|error| WriteError::new(&self.path, error))?;
+        Ok(self.path.clone())
     }
 }

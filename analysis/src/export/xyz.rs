@@ -1,6 +1,6 @@
 //! Extended XYZ for OVITO and ASE: every column of the state, the box, and the time.
 
-use super::exporter::{ExportedRun, Exporter};
+use super::exporter::{ExportedRun, Exporter, WrittenFile};
 use crate::write_file::WriteError;
 use kinetoscope_recording::reader::RecordedFrame;
 use std::fs::File;
@@ -11,11 +11,12 @@ pub(super) struct Xyz {
     run: ExportedRun,
     path: PathBuf,
     file: Option<BufWriter<File>>,
+    rows: u64,
 }
 
 impl Xyz {
     pub(super) fn new(run: ExportedRun, folder: PathBuf) -> Self {
-        Self { run, path: folder.join("state.xyz"), file: None }
+        Self { run, path: folder.join("state.xyz"), file: None, rows: 0 }
     }
 
     /// The second line of a frame: box, columns, time.
@@ -76,11 +77,13 @@ impl Exporter for Xyz {
         };
         self.frame(&mut file, frame).map_err(failed)?;
         self.file = Some(file);
+        self.rows += frame.state().map_or(0, |state| state.rows() as u64);
         Ok(())
     }
 
-    fn finish(&mut self) -> Result<(), WriteError> {
-        let flushed = self.file.as_mut().map_or(Ok(()), BufWriter::flush);
-        flushed.map_err(|error| WriteError::new(&self.path, error))
+    fn finish(&mut self) -> Result<Vec<WrittenFile>, WriteError> {
+        let Some(file) = &mut self.file else { return Ok(Vec::new()) };
+        file.flush().map_err(|error| WriteError::new(&self.path, error))?;
+        Ok(vec![WrittenFile { path: self.path.clone(), rows: self.rows }])
     }
 }

@@ -4,26 +4,24 @@ use kinetoscope_manifest::Coordinate;
 use std::collections::BTreeMap;
 
 /// Formats coordinates, such as "temperature_k = 300, variant = Verlet"; empty for a single run.
-#[must_use]
-pub fn text(coordinates: &[Coordinate]) -> String {
-    let parts =
-        coordinates.iter().map(|place| format!("{} = {}", last_part(&place.key), place.value));
+pub(crate) fn text(coordinates: &[Coordinate]) -> String {
+    let parts = coordinates
+        .iter()
+        .map(|coordinate| format!("{} = {}", last_part(&coordinate.key), coordinate.value));
     parts.collect::<Vec<_>>().join(", ")
 }
 
 /// Formats coordinates for a curve's name: a variant by its name only.
-#[must_use]
-pub fn label(coordinates: &[Coordinate]) -> String {
-    let parts = coordinates.iter().map(|place| match place.key.as_str() {
-        "variant" => place.value.clone(),
-        key => format!("{} = {}", last_part(key), place.value),
+pub(crate) fn label(coordinates: &[Coordinate]) -> String {
+    let parts = coordinates.iter().map(|coordinate| match coordinate.key.as_str() {
+        "variant" => coordinate.value.clone(),
+        key => format!("{} = {}", last_part(key), coordinate.value),
     });
     parts.collect::<Vec<_>>().join(", ")
 }
 
 /// Formats coordinates for a file name.
-#[must_use]
-pub fn file_part(coordinates: &[Coordinate]) -> String {
+pub(crate) fn file_part(coordinates: &[Coordinate]) -> String {
     let safe = |character: char| {
         if character.is_ascii_alphanumeric() || "._-=".contains(character) {
             character
@@ -33,7 +31,7 @@ pub fn file_part(coordinates: &[Coordinate]) -> String {
     };
     coordinates
         .iter()
-        .map(|place| format!("__{}={}", last_part(&place.key), place.value))
+        .map(|coordinate| format!("__{}={}", last_part(&coordinate.key), coordinate.value))
         .collect::<String>()
         .chars()
         .map(safe)
@@ -41,26 +39,26 @@ pub fn file_part(coordinates: &[Coordinate]) -> String {
 }
 
 /// The last part of a dotted key.
-#[must_use]
-pub fn last_part(key: &str) -> &str {
+pub(crate) fn last_part(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
 
 /// All coordinates except that of a key.
-#[must_use]
-pub fn without(coordinates: &[Coordinate], key: &str) -> Vec<Coordinate> {
-    coordinates.iter().filter(|place| place.key != key).cloned().collect()
+pub(crate) fn without(coordinates: &[Coordinate], key: &str) -> Vec<Coordinate> {
+    coordinates.iter().filter(|coordinate| coordinate.key != key).cloned().collect()
 }
 
 /// Groups items by coordinates, in order of first appearance.
-pub fn grouped<T>(
+pub(crate) fn grouped<T>(
     items: impl IntoIterator<Item = (Vec<Coordinate>, T)>,
 ) -> Vec<(Vec<Coordinate>, Vec<T>)> {
     let mut groups: Vec<(Vec<Coordinate>, Vec<T>)> = Vec::new();
     let mut index: BTreeMap<Vec<(String, String)>, usize> = BTreeMap::new();
     for (coordinates, item) in items {
-        let pairs: Vec<(String, String)> =
-            coordinates.iter().map(|place| (place.key.clone(), place.value.clone())).collect();
+        let pairs: Vec<(String, String)> = coordinates
+            .iter()
+            .map(|coordinate| (coordinate.key.clone(), coordinate.value.clone()))
+            .collect();
         let at = *index.entry(pairs).or_insert_with(|| {
             groups.push((coordinates, Vec::new()));
             groups.len() - 1
@@ -72,8 +70,7 @@ pub fn grouped<T>(
 
 /// Derives coordinates from canonical manifests: the keys in which they differ, except the replicate and what is
 /// recorded.
-#[must_use]
-pub fn of_manifests(canonical: &[&str]) -> Vec<Vec<Coordinate>> {
+pub(crate) fn of_manifests(canonical: &[&str]) -> Vec<Vec<Coordinate>> {
     let tables: Vec<BTreeMap<String, String>> = canonical.iter().map(|text| keys(text)).collect();
     let mut differing: Vec<&String> = tables
         .iter()

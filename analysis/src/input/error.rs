@@ -6,11 +6,11 @@ use std::path::Path;
 /// A path that names nothing to analyze, with the user's next step.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{reason}")]
-pub struct InvalidPath {
+pub(crate) struct InvalidPath {
     /// What is wrong.
-    pub reason: String,
+    pub(crate) reason: String,
     /// Whether the same command may succeed later.
-    pub is_retryable: bool,
+    pub(crate) is_retryable: bool,
 }
 
 impl InvalidPath {

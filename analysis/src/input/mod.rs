@@ -1,11 +1,12 @@
 //! Finds the recordings behind paths and groups them by folder and experiment.
 
-pub mod coordinates;
+pub(crate) mod coordinates;
 mod error;
 mod object_storage;
 pub mod recording;
 
-pub use error::{InvalidPath, UnreadableRecording};
+pub(crate) use error::InvalidPath;
+pub use error::UnreadableRecording;
 
 use crate::input::recording::{OpenRun, is_partial};
 use kinetoscope_manifest::{Coordinate, ExperimentRecord};
@@ -19,29 +20,29 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Name of the file next to the recordings that describes the experiment.
-pub const SIDE_CAR: &str = "experiment.toml";
+pub(crate) const SIDE_CAR: &str = "experiment.toml";
 
 /// Recordings that are analyzed together: those of one folder.
 #[derive(Debug)]
-pub struct RecordingFolder {
+pub(crate) struct RecordingFolder {
     /// The storage that contains the folder.
     storage: Arc<dyn Storage>,
     /// The folder or its address.
-    pub folder: PathBuf,
+    pub(crate) folder: PathBuf,
     /// Name of the experiment, from `experiment.toml` or else from the folder.
-    pub name: String,
+    pub(crate) name: String,
     /// The record of the experiment, if the folder contains one for these recordings.
-    pub record: Option<ExperimentRecord>,
+    pub(crate) record: Option<ExperimentRecord>,
     /// Index of the record's run per file name.
     index: BTreeMap<String, usize>,
     /// The recordings, sorted.
-    pub files: Vec<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
     /// Whether the whole folder was given rather than some of its files.
-    pub whole: bool,
+    pub(crate) whole: bool,
     /// Notes for the user.
-    pub notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub unreadable: Vec<String>,
+    pub(crate) unreadable: Vec<String>,
 }
 
 /// Finds the recordings behind paths and addresses (`s3://BUCKET/PREFIX`): one entry per folder, in the order of the
@@ -49,7 +50,7 @@ pub struct RecordingFolder {
 ///
 /// # Errors
 /// The first path without recordings.
-pub fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, InvalidPath> {
+pub(crate) fn sources(paths: &[PathBuf]) -> Result<Vec<RecordingFolder>, InvalidPath> {
     let mut found: Vec<RecordingFolder> = Vec::new();
     let mut named: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
     for path in paths {
@@ -102,7 +103,7 @@ fn search_remote(address: &Path, found: &mut Vec<RecordingFolder>) -> Result<(),
 /// Adds the recordings of a folder and its subfolders.
 fn search(folder: &Path, found: &mut Vec<RecordingFolder>) -> Result<(), InvalidPath> {
     let unlisted =
-        |error| InvalidPath::new(format!("{} can't be listed: {error}", folder.display()));
+        |error| InvalidPath::new(format!("{} cannot be listed: {error}", folder.display()));
     let entries = std::fs::read_dir(folder).map_err(unlisted)?;
     let mut paths: Vec<PathBuf> = entries
         .map(|entry| entry.map(|entry| entry.path()))
@@ -149,8 +150,7 @@ fn source(
 
 impl RecordingFolder {
     /// Whether the folder is on object storage.
-    #[must_use]
-    pub fn is_remote(&self) -> bool {
+    pub(crate) fn is_remote(&self) -> bool {
         Address::is_one(&self.folder)
     }
 
@@ -158,7 +158,7 @@ impl RecordingFolder {
     ///
     /// # Errors
     /// As [`Recording::open`].
-    pub fn recording(&self, path: &Path) -> Result<Recording, ReadError> {
+    pub(crate) fn recording(&self, path: &Path) -> Result<Recording, ReadError> {
         Recording::open_in(Arc::clone(&self.storage), path)
     }
 
@@ -230,7 +230,7 @@ impl RecordingFolder {
     }
 
     /// Opens the recordings, with their coordinates in the sweep, in the order of the experiment.
-    pub fn open(&mut self) -> Vec<(OpenRun, Vec<Coordinate>)> {
+    pub(crate) fn open(&mut self) -> Vec<(OpenRun, Vec<Coordinate>)> {
         let mut opened = Vec::new();
         for path in &self.files {
             match self.recording(path).map_err(UnreadableRecording::new).and_then(recording::opened)

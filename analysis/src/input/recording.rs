@@ -9,19 +9,18 @@ use std::path::Path;
 pub struct OpenRun {
     recording: Recording,
     /// The file name without its folder.
-    pub file: String,
+    pub(crate) file: String,
     /// The canonical text of the run's manifest.
-    pub canonical: String,
+    pub(crate) canonical: String,
     /// The run's manifest.
-    pub manifest: RunManifest,
+    pub(crate) manifest: RunManifest,
     /// The run's run key.
-    pub run_key: String,
+    pub(crate) run_key: String,
 }
 
 impl OpenRun {
     /// The recording.
-    #[must_use]
-    pub fn recording(&self) -> &Recording {
+    pub(crate) fn recording(&self) -> &Recording {
         &self.recording
     }
 }
@@ -38,7 +37,7 @@ pub fn open(path: &Path) -> Result<OpenRun, UnreadableRecording> {
 ///
 /// # Errors
 /// An invalid manifest.
-pub fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
+pub(crate) fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
     let canonical = recording.manifest().to_owned();
     let path = recording.path();
     let manifest = parse_run(&canonical).map_err(|diagnostics| {
@@ -53,7 +52,6 @@ pub fn opened(recording: Recording) -> Result<OpenRun, UnreadableRecording> {
 }
 
 /// Whether a file name is that of a recording in progress.
-#[must_use]
-pub fn is_partial(file: &str) -> bool {
+pub(crate) fn is_partial(file: &str) -> bool {
     file.ends_with(".partial.mcap")
 }

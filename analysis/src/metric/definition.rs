@@ -23,7 +23,7 @@ macro_rules! definitions {
     ($($constant:ident: $name:literal, $unit:literal, $how:literal, [$($law:expr),*], $rounding:literal;)+) => {
         $(
             #[doc = concat!("`", $name, "`: `", $how, "`.")]
-            pub const $constant: &$crate::metric::definition::Definition = &$crate::metric::definition::Definition {
+            pub(crate) const $constant: &$crate::metric::definition::Definition = &$crate::metric::definition::Definition {
                 name: $name,
                 unit: $unit,
                 how: $how,
@@ -33,7 +33,7 @@ macro_rules! definitions {
         )+
 
         /// All definitions of this file, in its order.
-        pub const ALL: &[&$crate::metric::definition::Definition] = &[$($constant),+];
+        pub(crate) const ALL: &[&$crate::metric::definition::Definition] = &[$($constant),+];
     };
 }
 pub(crate) use definitions;

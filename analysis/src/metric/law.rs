@@ -14,3 +14,15 @@ impl std::fmt::Display for Law {
         write!(formatter, "{} ({})", self.statement, self.source)
     }
 }
+
+/// Defines one constant per law: `CONSTANT: "statement", "source";`
+macro_rules! laws {
+    ($($constant:ident: $statement:literal, $source:literal;)+) => {
+        $(
+            #[doc = concat!("`", $statement, "` (", $source, ").")]
+            pub(crate) const $constant: $crate::metric::Law =
+                $crate::metric::Law { statement: $statement, source: $source };
+        )+
+    };
+}
+pub(crate) use laws;

@@ -1,4 +1,4 @@
-//! A metric of one recording.
+//! The metrics of one recording.
 
 use crate::metric::definition::Definition;
 use crate::metric::law::Law;
@@ -18,32 +18,6 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// A value without a theoretical value.
-    #[must_use]
-    pub fn new(definition: &'static Definition, estimate: impl Into<Estimate>) -> Self {
-        Self { definition, estimate: estimate.into(), theory: None, law: None }
-    }
-
-    /// Adds the theoretical value of the definition's first law, if there is one for this run.
-    #[must_use]
-    pub fn against(self, theory: impl Into<Option<f64>>) -> Self {
-        let law = self.definition.laws.first().copied();
-        self.against_law(theory, law)
-    }
-
-    /// Adds the theoretical value of one of the definition's laws.
-    #[must_use]
-    pub fn against_law(
-        mut self,
-        theory: impl Into<Option<f64>>,
-        law: impl Into<Option<Law>>,
-    ) -> Self {
-        self.theory = theory.into();
-        self.law = law.into().filter(|_| self.theory.is_some());
-        debug_assert!(self.law.is_none_or(|law| self.definition.laws.contains(&law)));
-        self
-    }
-
     /// The metric's name.
     #[must_use]
     pub const fn name(&self) -> &'static str {
@@ -51,11 +25,70 @@ impl Measurement {
     }
 
     /// How the value is derived, and the law of the theoretical value.
-    #[must_use]
-    pub fn source(&self) -> String {
+    pub(crate) fn source(&self) -> String {
         match self.law {
             Some(law) => format!("{}; theory: {law}", self.definition.how),
             None => self.definition.how.to_owned(),
         }
+    }
+}
+
+/// The metrics of a run, in the order in which they are derived. A value that is `None` adds no metric.
+#[derive(Debug, Default)]
+pub(crate) struct Measurements(pub(crate) Vec<Measurement>);
+
+impl Measurements {
+    /// Adds a value without a theoretical value.
+    pub(crate) fn add(&mut self, definition: &'static Definition, value: impl Measured) {
+        self.compare(definition, value, None);
+    }
+
+    /// Adds a value with the theoretical value of the definition's first law, if there is one for this run.
+    pub(crate) fn compare(
+        &mut self,
+        definition: &'static Definition,
+        value: impl Measured,
+        theory: impl Into<Option<f64>>,
+    ) {
+        self.compare_with(definition, value, definition.laws.first().copied(), theory);
+    }
+
+    /// Adds a value with the theoretical value of one of the definition's laws.
+    pub(crate) fn compare_with(
+        &mut self,
+        definition: &'static Definition,
+        value: impl Measured,
+        law: impl Into<Option<Law>>,
+        theory: impl Into<Option<f64>>,
+    ) {
+        let Some(estimate) = value.estimate() else { return };
+        let theory = theory.into();
+        let law = law.into().filter(|_| theory.is_some());
+        debug_assert!(law.is_none_or(|law| definition.laws.contains(&law)));
+        self.0.push(Measurement { definition, estimate, theory, law });
+    }
+}
+
+/// A value that may be missing and may have a standard error.
+pub(crate) trait Measured {
+    /// The value with its error.
+    fn estimate(self) -> Option<Estimate>;
+}
+
+impl Measured for f64 {
+    fn estimate(self) -> Option<Estimate> {
+        Some(Estimate::bare(self))
+    }
+}
+
+impl Measured for Estimate {
+    fn estimate(self) -> Option<Estimate> {
+        Some(self)
+    }
+}
+
+impl<M: Measured> Measured for Option<M> {
+    fn estimate(self) -> Option<Estimate> {
+        self.and_then(M::estimate)
     }
 }

@@ -1,85 +1,70 @@
 //! Plots of a run, and what the models' plots share.
 
-use crate::models::snapshots::{NamedSnapshot, Snapshots};
-use crate::plot::{Axis, Chart, Curve, CurveStyle, Picture, Plot, Point, short_number, thinned};
+use crate::models::snapshots::Snapshots;
+use crate::plot::{Axis, Picture, Plot, PlotContent, Point, short_number, thinned};
 use serde::{Deserialize, Serialize};
 
 /// The plots of one run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Figures {
+pub(crate) struct Figures {
     /// Plots of this run only.
-    pub plots: Vec<Plot>,
+    pub(crate) plots: Vec<Plot>,
     /// Curves that are drawn in one chart for several runs.
-    pub comparisons: Vec<SharedCurve>,
+    pub(crate) comparisons: Vec<SharedCurve>,
 }
 
 /// A run's curve in a chart that it shares with other runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SharedCurve {
+pub(crate) struct SharedCurve {
     /// The chart's file name without its extension.
-    pub stem: String,
+    pub(crate) stem: String,
     /// The chart's title.
-    pub title: String,
-    /// The horizontal axis.
-    pub x: Axis,
-    /// The vertical axis.
-    pub y: Axis,
+    pub(crate) title: String,
+    /// The horizontal and the vertical axis.
+    pub(crate) axes: [Axis; 2],
     /// The run's curve.
-    pub points: Vec<Point>,
+    pub(crate) points: Vec<Point>,
 }
 
-/// Maximum number of points of a curve; more would not be visible.
-pub(crate) const MAX_POINTS: usize = 1500;
-
-/// A curve without error bars, thinned to the visible points.
-pub(crate) fn curve(
-    name: impl Into<String>,
-    style: CurveStyle,
-    color: usize,
-    points: impl IntoIterator<Item = (f64, f64)>,
-) -> Curve {
-    let points = points.into_iter().map(|(x, y)| Point::bare(x, y)).collect();
-    Curve { name: name.into(), style, color, points: thinned(points, MAX_POINTS) }
-}
-
-/// A chart with unequal axes.
-pub(crate) fn chart(stem: &str, title: &str, x: Axis, y: Axis, curves: Vec<Curve>) -> Plot {
-    let (stem, title) = (stem.to_owned(), title.to_owned());
-    Plot::Chart(Chart { stem, title, x, y, equal_aspect: false, curves })
+impl SharedCurve {
+    pub(crate) fn new(
+        stem: &str,
+        title: &str,
+        axes: [Axis; 2],
+        points: impl Iterator<Item = (f64, f64)>,
+    ) -> Self {
+        let points = thinned(points.map(|(x, y)| Point::bare(x, y)).collect());
+        Self { stem: stem.to_owned(), title: title.to_owned(), axes, points }
+    }
 }
 
 /// Pictures of the snapshots of a run; `caption` takes the number of particles and the time as text, and `size` is that of
 /// the container.
-pub(crate) fn pictures(
-    snapshots: &Snapshots,
-    particles: &str,
-    caption: impl Fn(&str, &str) -> String,
-    size: &str,
-) -> Vec<Plot> {
-    let picture = |NamedSnapshot { stem, words, snapshot }: NamedSnapshot| {
-        let count = count_text(snapshot.particles, snapshot.drawing.discs.len());
-        Plot::Picture(Picture {
+pub(crate) fn pictures<'a>(
+    snapshots: &'a Snapshots,
+    particles: &'a str,
+    caption: impl Fn(&str, &str) -> String + 'a,
+    size: &'a str,
+) -> impl Iterator<Item = Plot> + 'a {
+    snapshots.named().map(move |(stem, when, snapshot)| {
+        let count = match (snapshot.particles, snapshot.drawing.discs.len()) {
+            (all, drawn) if drawn < all => format!("N = {all} ({drawn} drawn)"),
+            (all, _) => format!("N = {all}"),
+        };
+        Plot {
             stem: format!("state_at_{stem}"),
-            title: format!("{particles} {words}"),
-            caption: caption(&count, &short_number(snapshot.time)),
-            size: size.to_owned(),
-            drawing: snapshot.drawing,
-        })
-    };
-    snapshots.named().into_iter().map(picture).collect()
+            title: format!("{particles} {when}"),
+            content: PlotContent::Picture(Picture {
+                caption: caption(&count, &short_number(snapshot.time)),
+                size: size.to_owned(),
+                drawing: snapshot.drawing,
+            }),
+        }
+    })
 }
 
 /// Formats the size of a box.
 pub(crate) fn box_text(sides: [f64; 2], unit: &str) -> String {
     let [width, height] = sides.map(|side| format!("{} {unit}", short_number(side)));
     format!("box of {} × {}", width.trim_end(), height.trim_end())
-}
-
-/// Formats the number of particles and, if fewer are drawn, their number.
-fn count_text(particles: usize, drawn: usize) -> String {
-    if drawn < particles {
-        format!("N = {particles} ({drawn} drawn)")
-    } else {
-        format!("N = {particles}")
-    }
 }

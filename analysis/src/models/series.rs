@@ -3,7 +3,7 @@
 /// Entries over time with bounded length. When the series is full, every second entry is removed and the sampling
 /// interval doubles. The last entry is always kept.
 #[derive(Clone, Debug)]
-pub struct Series<T> {
+pub(crate) struct Series<T> {
     entries: Vec<T>,
     last: Option<T>,
     stride: u64,
@@ -20,7 +20,7 @@ impl<T> Series<T> {
     const MAX_LENGTH: usize = 4096;
 
     /// Adds the next entry.
-    pub fn add(&mut self, entry: T) {
+    pub(crate) fn add(&mut self, entry: T) {
         if self.seen.is_multiple_of(self.stride) && self.entries.len() == Self::MAX_LENGTH {
             let mut index = 0;
             self.entries.retain(|_| {
@@ -39,31 +39,32 @@ impl<T> Series<T> {
     }
 
     /// The kept entries, in order.
-    pub fn iter(&self) -> impl Iterator<Item = &T> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
         self.entries.iter().chain(&self.last)
     }
 
     /// The first entry.
-    #[must_use]
-    pub fn first(&self) -> Option<&T> {
+    pub(crate) fn first(&self) -> Option<&T> {
         self.entries.first()
     }
 
     /// The last entry.
-    #[must_use]
-    pub fn last(&self) -> Option<&T> {
+    pub(crate) fn last(&self) -> Option<&T> {
         self.last.as_ref().or(self.entries.last())
     }
 
+    /// The first and the last entry.
+    pub(crate) fn ends(&self) -> impl Iterator<Item = &T> {
+        self.first().into_iter().chain(self.last())
+    }
+
     /// Whether there are no entries.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
     /// Number of kept entries.
-    #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.entries.len() + usize::from(self.last.is_some())
     }
 }

@@ -6,27 +6,27 @@ use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 
 /// The particles of a frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot {
+pub(crate) struct Snapshot {
     /// Simulated time in the model's unit.
-    pub time: f64,
+    pub(crate) time: f64,
     /// Number of particles.
-    pub particles: usize,
+    pub(crate) particles: usize,
     /// The drawing; without discs if the state has no positions.
-    pub drawing: Drawing,
+    pub(crate) drawing: Drawing,
 }
 
 /// How a state is drawn that was recorded without scenes.
 #[derive(Clone, Debug, Default)]
-pub struct StateStyle {
+pub(crate) struct StateStyle {
     /// The container and the walls at rest.
-    pub walls: Vec<Shape>,
+    pub(crate) walls: Vec<Shape>,
     /// Radius of particles without a radius in the state.
-    pub radius: f64,
+    pub(crate) radius: f64,
 }
 
 /// The snapshots of a run: at its start, at chosen times, and at its end.
 #[derive(Clone, Debug, Default)]
-pub struct Snapshots {
+pub(crate) struct Snapshots {
     style: StateStyle,
     /// Times that have not been reached, the latest first.
     waiting: Vec<f64>,
@@ -39,20 +39,9 @@ pub struct Snapshots {
     last_frame: Option<RecordedFrame>,
 }
 
-/// A snapshot with its name: the end of its file name, and its description.
-pub struct NamedSnapshot {
-    /// For example "end".
-    pub stem: String,
-    /// For example "at the end".
-    pub words: String,
-    /// The particles.
-    pub snapshot: Snapshot,
-}
-
 impl Snapshots {
     /// Takes snapshots at the start, at the end, and at the first frame at or after each of these times.
-    #[must_use]
-    pub fn at(times: &[f64]) -> Self {
+    pub(crate) fn at(times: &[f64]) -> Self {
         let mut waiting: Vec<f64> = times.iter().copied().chain([f64::NEG_INFINITY]).collect();
         waiting.sort_by(|a, b| b.total_cmp(a));
         waiting.dedup();
@@ -60,13 +49,12 @@ impl Snapshots {
     }
 
     /// Sets how states without scenes are drawn.
-    #[must_use]
-    pub fn with_style(self, style: StateStyle) -> Self {
+    pub(crate) fn with_style(self, style: StateStyle) -> Self {
         Self { style, ..self }
     }
 
     /// Adds the state of the next frame and takes a snapshot if its time has been reached.
-    pub fn add_state(&mut self, frame: &RecordedFrame, state: StateTable) {
+    pub(crate) fn add_state(&mut self, frame: &RecordedFrame, state: StateTable) {
         let time = frame.clock.time;
         if self.last.is_none() {
             // A scene that cannot be decoded is replaced by a drawing of the state.
@@ -84,13 +72,12 @@ impl Snapshots {
     }
 
     /// Keeps the scenes of a frame, whose state was added, in case that it is the last.
-    pub fn keep_scenes(&mut self, frame: RecordedFrame) {
+    pub(crate) fn keep_scenes(&mut self, frame: RecordedFrame) {
         self.last_frame = Some(frame);
     }
 
     /// The last recorded state.
-    #[must_use]
-    pub fn last(&self) -> Option<&StateTable> {
+    pub(crate) fn last(&self) -> Option<&StateTable> {
         self.last.as_ref().map(|(_, state)| state)
     }
 
@@ -110,23 +97,17 @@ impl Snapshots {
         Snapshot { time, particles: state.rows(), drawing }
     }
 
-    /// All snapshots in order.
-    #[must_use]
-    pub fn named(&self) -> Vec<NamedSnapshot> {
-        let Some((end, state)) = &self.last else { return Vec::new() };
-        let early = self.taken.iter().filter(|snapshot| snapshot.time < *end);
-        let named = early.cloned().enumerate().map(|(index, snapshot)| {
-            let (stem, words) = match index {
-                0 => ("start".to_owned(), "at the start".to_owned()),
-                _ => (index.to_string(), "on the way".to_owned()),
-            };
-            NamedSnapshot { stem, words, snapshot }
+    /// All snapshots in order, each with the end of its file name and its description.
+    pub(crate) fn named(&self) -> impl Iterator<Item = (String, &'static str, Snapshot)> {
+        let end = self.last.as_ref().map_or(f64::NEG_INFINITY, |(end, _)| *end);
+        let early = self.taken.iter().filter(move |snapshot| snapshot.time < end);
+        let early = early.cloned().enumerate().map(|(index, snapshot)| match index {
+            0 => ("start".to_owned(), "at the start", snapshot),
+            _ => (index.to_string(), "on the way", snapshot),
         });
-        let (stem, words) = ("end".to_owned(), "at the end".to_owned());
-        let snapshot = self.snapshot(*end, self.last_frame.as_ref(), state);
-        named
-            .chain([NamedSnapshot { stem, words, snapshot }])
-            .filter(|named| !named.snapshot.drawing.discs.is_empty())
-            .collect()
+        let last = self.last.iter().map(|(end, state)| {
+            ("end".to_owned(), "at the end", self.snapshot(*end, self.last_frame.as_ref(), state))
+        });
+        early.chain(last).filter(|(.., snapshot)| !snapshot.drawing.discs.is_empty())
     }
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Scale {
+pub(crate) enum Scale {
     /// Linear.
     Linear,
     /// Logarithmic; values that are not positive are not drawn.
@@ -15,31 +15,28 @@ pub enum Scale {
 
 /// The quantity on an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Axis {
+pub(crate) struct Axis {
     /// The name of the quantity.
-    pub label: String,
+    pub(crate) label: String,
     /// The unit; empty for a dimensionless quantity.
-    pub unit: String,
+    pub(crate) unit: String,
     /// The scale.
-    pub scale: Scale,
+    pub(crate) scale: Scale,
 }
 
 impl Axis {
     /// A linear axis.
-    #[must_use]
-    pub fn linear(label: impl Into<String>, unit: impl Into<String>) -> Self {
+    pub(crate) fn linear(label: &str, unit: &str) -> Self {
         Self { label: label.into(), unit: unit.into(), scale: Scale::Linear }
     }
 
     /// A logarithmic axis.
-    #[must_use]
-    pub fn logarithmic(label: impl Into<String>, unit: impl Into<String>) -> Self {
+    pub(crate) fn logarithmic(label: &str, unit: &str) -> Self {
         Self { label: label.into(), unit: unit.into(), scale: Scale::Logarithmic }
     }
 
     /// Whether the axis can show a value.
-    #[must_use]
-    pub fn can_show(&self, value: f64) -> bool {
+    pub(crate) fn can_show(&self, value: f64) -> bool {
         value.is_finite() && (self.scale == Scale::Linear || value > 0.0)
     }
 }
@@ -237,9 +234,16 @@ fn decade_ticks(low: f64, high: f64) -> Option<Vec<f64>> {
     (ticks.len() >= 3).then_some(ticks)
 }
 
+/// The least and the greatest of the values; `None` for no values.
+pub(crate) fn extremes(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.fold(None, |range, value| match range {
+        None => Some((value, value)),
+        Some((least, greatest)) => Some((value.min(least), value.max(greatest))),
+    })
+}
+
 /// Formats a number in few characters, with a power of ten if it is very large or small.
-#[must_use]
-pub fn short_number(value: f64) -> String {
+pub(crate) fn short_number(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -254,8 +258,7 @@ pub fn short_number(value: f64) -> String {
 }
 
 /// Formats a number with three digits.
-#[must_use]
-pub fn three_digits(value: f64) -> String {
+pub(crate) fn three_digits(value: f64) -> String {
     short_number(format!("{value:.2e}").parse().unwrap_or(value))
 }
 

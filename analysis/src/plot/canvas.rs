@@ -1,6 +1,6 @@
 //! The canvas of plots: size, colors, text, and the legend above the axes.
 
-use super::error::DrawingError;
+use super::DrawingError;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

@@ -1,36 +1,35 @@
 //! Charts: curves, points with error bars, and theory lines over two axes.
 
-use super::axis::{Axis, Layout};
+use super::DrawingError;
+use super::axis::{Axis, Layout, extremes};
 use super::canvas::{
     Canvas, INK, PALE, curve_color, draw, failure, fine, stroke, text_style, text_width,
 };
-use super::error::DrawingError;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use serde::{Deserialize, Serialize};
 
 /// A point with the standard error of y.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub(crate) struct Point {
     /// x.
-    pub x: f64,
+    pub(crate) x: f64,
     /// y.
-    pub y: f64,
+    pub(crate) y: f64,
     /// The standard error of y.
-    pub error: Option<f64>,
+    pub(crate) error: Option<f64>,
 }
 
 impl Point {
     /// A point without an error bar.
-    #[must_use]
-    pub const fn bare(x: f64, y: f64) -> Self {
+    pub(crate) const fn bare(x: f64, y: f64) -> Self {
         Self { x, y, error: None }
     }
 }
 
 /// Style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum CurveStyle {
+pub(crate) enum CurveStyle {
     /// A line through the points.
     Line,
     /// A dashed line through the points, for theory.
@@ -41,32 +40,59 @@ pub enum CurveStyle {
 
 /// A named set of points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Curve {
+pub(crate) struct Curve {
     /// The name in the legend.
-    pub name: String,
+    pub(crate) name: String,
     /// The style.
-    pub style: CurveStyle,
+    pub(crate) style: CurveStyle,
     /// Index of the color; related curves share one.
-    pub color: usize,
+    pub(crate) color: usize,
     /// The points, in the order of the line.
-    pub points: Vec<Point>,
+    pub(crate) points: Vec<Point>,
+}
+
+impl Curve {
+    /// A curve without error bars, thinned to the visible points.
+    pub(crate) fn new(
+        name: impl Into<String>,
+        style: CurveStyle,
+        color: usize,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        let points = points.into_iter().map(|(x, y)| Point::bare(x, y)).collect();
+        Self { name: name.into(), style, color, points: thinned(points) }
+    }
+
+    /// A line through the points.
+    pub(crate) fn line(
+        name: impl Into<String>,
+        color: usize,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        Self::new(name, CurveStyle::Line, color, points)
+    }
+
+    /// A dashed line through the points.
+    pub(crate) fn theory(
+        name: impl Into<String>,
+        color: usize,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        Self::new(name, CurveStyle::Theory, color, points)
+    }
 }
 
 /// Curves over two axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Chart {
-    /// The file name without its extension.
-    pub stem: String,
-    /// The title.
-    pub title: String,
+pub(crate) struct Chart {
     /// The horizontal axis.
-    pub x: Axis,
+    pub(crate) x: Axis,
     /// The vertical axis.
-    pub y: Axis,
+    pub(crate) y: Axis,
     /// Whether both axes have the same scale.
-    pub equal_aspect: bool,
+    pub(crate) equal_aspect: bool,
     /// The curves; later ones are drawn on top.
-    pub curves: Vec<Curve>,
+    pub(crate) curves: Vec<Curve>,
 }
 
 const WIDTH: i32 = 640;
@@ -83,10 +109,7 @@ const LEGEND_GAP: i32 = 22;
 
 impl Chart {
     /// The chart as an SVG document; `None` if no curve has a point that the axes can show.
-    ///
-    /// # Errors
-    /// An error of the drawing library.
-    pub fn svg(&self) -> Result<Option<String>, DrawingError> {
+    pub(super) fn svg(&self, title: &str) -> Result<Option<String>, DrawingError> {
         let curves = self.visible_curves();
         let Some((mut x, mut y)) = self.layouts(&curves) else { return Ok(None) };
         let legend = legend_rows(&curves);
@@ -98,10 +121,8 @@ impl Chart {
         }
         let height = TITLE_HEIGHT + legend_height + plot_height + BOTTOM_LABELS + 10;
         draw(WIDTH, height, |sheet| {
-            let title = text_style(20, HPos::Center, VPos::Center);
-            sheet
-                .draw(&Text::new(self.title.clone(), (fine(WIDTH / 2), fine(22)), title))
-                .map_err(failure)?;
+            let style = text_style(20, HPos::Center, VPos::Center);
+            sheet.draw(&Text::new(title, (fine(WIDTH / 2), fine(22)), style)).map_err(failure)?;
             for (row, entries) in legend.iter().enumerate() {
                 draw_legend_row(sheet, TITLE_HEIGHT + row as i32 * LEGEND_ROW_HEIGHT, entries)?;
             }
@@ -159,13 +180,6 @@ impl Chart {
 /// Space for the caption and the tick labels left of the axis.
 fn left_labels(y: &Layout) -> i32 {
     46 + TICK_TEXT / 2 * (y.longest_text() as i32 + 1)
-}
-
-fn extremes(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    values.fold(None, |range, value| match range {
-        None => Some((value, value)),
-        Some((least, greatest)) => Some((value.min(least), value.max(greatest))),
-    })
 }
 
 /// Arranges the legend in rows that fit the canvas: position from the left, and curve.
@@ -299,14 +313,16 @@ fn error_bars(
         .collect()
 }
 
-/// Keeps about `most` points of a long curve: the minimum and maximum of each group of neighbors, in order.
-#[must_use]
-pub fn thinned(points: Vec<Point>, most: usize) -> Vec<Point> {
-    if points.len() <= most {
+/// Maximum number of points of a curve; more would not be visible.
+const MAX_POINTS: usize = 1500;
+
+/// Thins a long curve: keeps the minimum and maximum of each group of neighbors, in order.
+pub(crate) fn thinned(points: Vec<Point>) -> Vec<Point> {
+    if points.len() <= MAX_POINTS {
         return points;
     }
-    let run = points.len().div_ceil(most / 2);
-    let mut kept = Vec::with_capacity(most);
+    let run = points.len().div_ceil(MAX_POINTS / 2);
+    let mut kept = Vec::with_capacity(MAX_POINTS);
     for neighbors in points.chunks(run) {
         let by_height = |a: &&Point, b: &&Point| a.y.total_cmp(&b.y);
         let least = neighbors.iter().min_by(by_height);

@@ -17,22 +17,22 @@ const CIRCLE_CORNERS: u32 = 128;
 /// A recorded scene that cannot be decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{topic} of frame {frame} is no drawing")]
-pub struct InvalidScene {
+pub(crate) struct InvalidScene {
     topic: &'static str,
     frame: u64,
 }
 
 /// The shapes of a state, layer by layer. Arrows and force chains are left out, because they would cover the particles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Drawing {
+pub(crate) struct Drawing {
     /// Paths so far.
-    pub trail: Vec<Shape>,
+    pub(crate) trail: Vec<Shape>,
     /// The container and bodies at rest.
-    pub walls: Vec<Shape>,
+    pub(crate) walls: Vec<Shape>,
     /// The particles.
-    pub discs: Vec<Shape>,
+    pub(crate) discs: Vec<Shape>,
     /// The color bar.
-    pub legend: Vec<Shape>,
+    pub(crate) legend: Vec<Shape>,
 }
 
 impl Drawing {
@@ -40,7 +40,7 @@ impl Drawing {
     ///
     /// # Errors
     /// A scene that cannot be decoded.
-    pub fn update(&mut self, frame: &RecordedFrame) -> Result<(), InvalidScene> {
+    pub(crate) fn update(&mut self, frame: &RecordedFrame) -> Result<(), InvalidScene> {
         for (topic, layer) in [
             ("/trail", &mut self.trail),
             ("/walls", &mut self.walls),
@@ -57,14 +57,14 @@ impl Drawing {
     }
 
     /// All shapes, the lowest first.
-    pub fn shapes(&self) -> impl Iterator<Item = &Shape> {
+    pub(crate) fn shapes(&self) -> impl Iterator<Item = &Shape> {
         [&self.trail, &self.walls, &self.discs, &self.legend].into_iter().flatten()
     }
 
     /// Draws the particles of a state without scenes, colored by their speed relative to the fastest; nothing without
     /// positions. `radius` applies to states without radii.
-    pub fn draw_state(&mut self, state: &StateTable, radius: f64) {
-        let index = |name: &str| state.columns().iter().position(|column| column == name);
+    pub(crate) fn draw_state(&mut self, state: &StateTable, radius: f64) {
+        let index = |name: &str| state.index(name);
         let (Some(x), Some(y)) = (index("x"), index("y")) else { return };
         let (velocity, radii) = (index("vx").zip(index("vy")), index("radius"));
         let speed = |row: &[f64]| velocity.map_or(0.0, |(vx, vy)| row[vx].hypot(row[vy]));
@@ -80,15 +80,13 @@ impl Drawing {
 }
 
 /// The outline of a rectangle between two corners.
-#[must_use]
-pub fn rectangle([low, high]: [[f64; 2]; 2]) -> Shape {
+pub(crate) fn rectangle([low, high]: [[f64; 2]; 2]) -> Shape {
     let corners = [low, [high[0], low[1]], high, [low[0], high[1]], low];
     wall(corners.windows(2).map(|pair| [pair[0], pair[1]]).collect())
 }
 
 /// The outline of a circle.
-#[must_use]
-pub fn circle(center: [f64; 2], radius: f64) -> Shape {
+pub(crate) fn circle(center: [f64; 2], radius: f64) -> Shape {
     let corner = |index: u32| {
         let angle = TAU * f64::from(index) / f64::from(CIRCLE_CORNERS);
         [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()]
@@ -97,8 +95,7 @@ pub fn circle(center: [f64; 2], radius: f64) -> Shape {
 }
 
 /// A wall of these segments.
-#[must_use]
-pub fn wall(segments: Vec<[[f64; 2]; 2]>) -> Shape {
+pub(crate) fn wall(segments: Vec<[[f64; 2]; 2]>) -> Shape {
     Shape::Segments { segments, width_px: WALL_WIDTH_PX, color: GRAY }
 }
 

@@ -3,22 +3,33 @@
 mod axis;
 mod canvas;
 mod chart;
-pub mod drawing;
-mod error;
+pub(crate) mod drawing;
 pub(crate) mod page;
 mod picture;
 pub(crate) mod shapes_svg;
 
-pub use axis::{Axis, Scale, short_number, three_digits};
-pub use chart::{Chart, Curve, CurveStyle, Point, thinned};
-pub use error::DrawingError;
-pub use picture::Picture;
+pub(crate) use axis::{Axis, Scale, extremes, short_number, three_digits};
+pub(crate) use chart::{Chart, Curve, CurveStyle, Point, thinned};
+pub(crate) use picture::Picture;
 
 use serde::{Deserialize, Serialize};
 
-/// A plot with its file name.
+/// A plot that could not be drawn, with the message of the drawing library.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct DrawingError(pub(crate) String);
+
+/// A plot with its title and its file name without the extension.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Plot {
+pub(crate) struct Plot {
+    pub(crate) stem: String,
+    pub(crate) title: String,
+    pub(crate) content: PlotContent,
+}
+
+/// What a plot shows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) enum PlotContent {
     /// Curves and points over two axes.
     Chart(Chart),
     /// A picture of particles in their container, to scale.
@@ -26,43 +37,22 @@ pub enum Plot {
 }
 
 impl Plot {
-    /// The file name without its extension.
-    #[must_use]
-    pub fn stem(&self) -> &str {
-        match self {
-            Self::Chart(chart) => &chart.stem,
-            Self::Picture(picture) => &picture.stem,
-        }
-    }
-
-    /// The title.
-    #[must_use]
-    pub fn title(&self) -> &str {
-        match self {
-            Self::Chart(chart) => &chart.title,
-            Self::Picture(picture) => &picture.title,
-        }
-    }
-
-    /// Appends the run to the title.
-    pub fn add_to_title(&mut self, run: &str) {
-        let title = match self {
-            Self::Chart(chart) => &mut chart.title,
-            Self::Picture(picture) => &mut picture.title,
-        };
-        if !run.is_empty() {
-            *title = format!("{title}: {run}");
-        }
+    /// A chart with unequal axes.
+    pub(crate) fn chart(
+        stem: impl Into<String>,
+        title: impl Into<String>,
+        [x, y]: [Axis; 2],
+        curves: Vec<Curve>,
+    ) -> Self {
+        let content = PlotContent::Chart(Chart { x, y, equal_aspect: false, curves });
+        Self { stem: stem.into(), title: title.into(), content }
     }
 
     /// The plot as an SVG document; `None` if it is empty.
-    ///
-    /// # Errors
-    /// An error of the drawing library.
-    pub fn svg(&self) -> Result<Option<String>, DrawingError> {
-        match self {
-            Self::Chart(chart) => chart.svg(),
-            Self::Picture(picture) => Ok(picture.svg()),
+    pub(crate) fn svg(&self) -> Result<Option<String>, DrawingError> {
+        match &self.content {
+            PlotContent::Chart(chart) => chart.svg(&self.title),
+            PlotContent::Picture(picture) => Ok(picture.svg(&self.title)),
         }
     }
 }

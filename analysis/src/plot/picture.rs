@@ -8,17 +8,13 @@ use std::num::NonZeroU32;
 
 /// A drawing of a state with a title and a caption.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Picture {
-    /// The file name without its extension.
-    pub stem: String,
-    /// The title.
-    pub title: String,
+pub(crate) struct Picture {
     /// The caption below the title, such as "N = 1000, r = 1 m".
-    pub caption: String,
+    pub(crate) caption: String,
     /// The size of the container, such as "box of 1 m × 1 m", written below the caption.
-    pub size: String,
+    pub(crate) size: String,
     /// The drawing.
-    pub drawing: Drawing,
+    pub(crate) drawing: Drawing,
 }
 
 /// Width of the document, px.
@@ -28,8 +24,7 @@ const HEADER: u32 = 84;
 
 impl Picture {
     /// The picture as an SVG document; `None` for an empty drawing.
-    #[must_use]
-    pub fn svg(&self) -> Option<String> {
+    pub(super) fn svg(&self, title: &str) -> Option<String> {
         let width = const { NonZeroU32::new(WIDTH).expect("not zero") };
         let page = PageLayout::new(std::slice::from_ref(&self.drawing), width)?;
         let caption = match self.drawing.discs.iter().filter(|disc| !page.shows(disc)).count() {
@@ -40,7 +35,7 @@ impl Picture {
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} {height}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#FFFFFF\"/>\n"
         );
-        for (text, size, y) in [(&self.title, 18, 26), (&caption, 15, 50), (&self.size, 14, 72)] {
+        for (text, size, y) in [(title, 18, 26), (&caption, 15, 50), (&self.size, 14, 72)] {
             svg += &format!(
                 "<text x=\"{middle}\" y=\"{y}\" font-size=\"{size}\" font-family=\"sans-serif\" text-anchor=\"middle\" fill=\"#262626\">{}</text>\n",
                 escaped(text)

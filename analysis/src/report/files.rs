@@ -9,7 +9,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// The first file that cannot be written.
-pub fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, WriteError> {
+pub(crate) fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, WriteError> {
     create_folder(folder)?;
     let failed = |name: &str, why: String| WriteError::new(&folder.join(name), why);
     let json = metric_files::to_json(&report.name, report.model(), &report.metrics)
@@ -30,7 +30,7 @@ pub fn write(report: &AnalysisReport, folder: &Path) -> Result<usize, WriteError
         let svg = plot.svg().map_err(|error| failed(&name, error.to_string()))?;
         if let Some(svg) = svg {
             replace(&folder.join(name), &svg)?;
-            drawn.push((plot.title(), svg));
+            drawn.push((plot.title.as_str(), svg));
         }
     }
     replace(&folder.join("report.html"), html::page(report, &drawn))?;

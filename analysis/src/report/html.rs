@@ -4,7 +4,7 @@
 
 use crate::checks::CheckKind;
 use crate::input::coordinates::label;
-use crate::metric::Metric;
+use crate::metric::{Definition, Metric, symbols};
 use crate::report::AnalysisReport;
 use crate::report::table::{deviation_text, six_digits, with_error};
 use kinetoscope_manifest::{Coordinate, TimingTable};
@@ -14,8 +14,7 @@ use std::collections::BTreeSet;
 const STYLE_SHEET: &str = include_str!("report.css");
 
 /// The page. `plots` are titles and SVG documents, in order.
-#[must_use]
-pub fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String {
+pub(crate) fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -31,6 +30,9 @@ pub fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String {
                     (heading(report))
                     (remarks("Unreadable", "bad", &report.unreadable))
                     (remarks("Notes", "", &report.notes))
+                    @if report.headline().is_some() {
+                        (check_table(report, CheckKind::Outcome, "Outcomes"))
+                    }
                     (check_table(report, CheckKind::Check, "Checks"))
                     (check_table(report, CheckKind::Baseline, "Against the baseline"))
                     (figures(plots))
@@ -48,8 +50,9 @@ pub fn page(report: &AnalysisReport, plots: &[(&str, String)]) -> String {
 fn heading(report: &AnalysisReport) -> Markup {
     let runs = report.runs.len();
     let runs = if runs == 1 { "1 run".to_owned() } else { format!("{runs} runs") };
-    let failed = report.check_results.iter().filter(|result| !result.passed).count();
-    let (class, summary) = match (report.check_results.len(), failed) {
+    let checks = || report.check_results.iter().filter(|result| result.kind != CheckKind::Outcome);
+    let failed = checks().filter(|result| !result.passed).count();
+    let (class, summary) = match (checks().count(), failed) {
         (0, _) => ("", "no checks".to_owned()),
         (1, 0) => ("good", "the check holds".to_owned()),
         (all, 0) => ("good", format!("all {all} checks hold")),
@@ -58,6 +61,9 @@ fn heading(report: &AnalysisReport) -> Markup {
     html! {
         header {
             h1 { (breakable(&report.name)) }
+            @if let Some(headline) = report.headline() {
+                p { strong class="bad" { "FAILED: " (headline) } }
+            }
             p { (report.description) }
             p class="facts" {
                 (report.model()) " · " (runs) " · " strong class=(class) { (summary) }
@@ -139,7 +145,7 @@ fn numbers(report: &AnalysisReport) -> Markup {
                         thead {
                             tr {
                                 th { "metric" } th { "value" } th { "unit" } th { "theory" }
-                                th { "apart" }
+                                th { "deviation" }
                             }
                         }
                         tbody { @for metric in metrics { (metric_row(metric)) } }
@@ -161,7 +167,7 @@ fn metric_row(metric: &Metric) -> Markup {
             td data-label="" { (with_error(metric.value, metric.standard_error)) }
             td data-label="" { (unit) }
             td data-label=(label("theory", &theory)) { (theory) }
-            td data-label=(label("apart", &deviation)) { (deviation) }
+            td data-label=(label("deviation", &deviation)) { (deviation) }
         }
     }
 }
@@ -245,9 +251,16 @@ fn definitions(report: &AnalysisReport) -> Markup {
     let mut listed = BTreeSet::new();
     let all = report.metrics.iter().map(|metric| metric.definition);
     let definitions = all.filter(|definition| listed.insert((definition.name, definition.how)));
+    let definitions: Vec<&Definition> = definitions.collect();
+    let formulas = definitions.iter().flat_map(|definition| {
+        definition.laws.iter().map(|law| law.statement).chain([definition.how])
+    });
+    let symbols: Vec<String> =
+        symbols::used(formulas).map(|(symbol, meaning)| format!("{symbol}: {meaning}")).collect();
     html! {
         section {
             h2 { "Definitions" }
+            @if !symbols.is_empty() { p { (symbols.join(" · ")) } }
             dl {
                 @for definition in definitions {
                     @let laws: Vec<String> =

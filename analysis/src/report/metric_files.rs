@@ -46,7 +46,11 @@ impl<'a> Entry<'a> {
 ///
 /// # Errors
 /// Errors of the serializer; none is expected.
-pub fn to_json(experiment: &str, model: &str, metrics: &[Metric]) -> serde_json::Result<String> {
+pub(crate) fn to_json(
+    experiment: &str,
+    model: &str,
+    metrics: &[Metric],
+) -> serde_json::Result<String> {
     let metrics = metrics.iter().map(Entry::of).collect();
     let document = Document { schema: SCHEMA, experiment, model, metrics };
     serde_json::to_string_pretty(&document).map(|text| text + "\n")
@@ -56,7 +60,7 @@ pub fn to_json(experiment: &str, model: &str, metrics: &[Metric]) -> serde_json:
 ///
 /// # Errors
 /// Errors of the writer; none is expected.
-pub fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
+pub(crate) fn to_csv(metrics: &[Metric]) -> Result<String, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record([
         "name",

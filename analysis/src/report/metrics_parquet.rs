@@ -20,7 +20,7 @@ enum Column {
 ///
 /// # Errors
 /// Errors of the writer; none is expected.
-pub fn to_parquet(metrics: &[Metric]) -> Result<Vec<u8>, ParquetError> {
+pub(crate) fn to_parquet(metrics: &[Metric]) -> Result<Vec<u8>, ParquetError> {
     let columns = columns(metrics);
     let mut fields = Vec::new();
     for (name, column) in &columns {

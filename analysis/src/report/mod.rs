@@ -1,19 +1,19 @@
 //! Analysis of one experiment: runs its recordings' analyses, derives sweep metrics, evaluates checks, and collects
 //! plots.
 
-pub mod files;
-pub mod html;
-pub mod metric_files;
+pub(crate) mod files;
+pub(crate) mod html;
+pub(crate) mod metric_files;
 #[cfg(feature = "parquet")]
-pub mod metrics_parquet;
+pub(crate) mod metrics_parquet;
 mod metrics_reference;
-pub mod table;
+pub(crate) mod table;
 
 pub use metrics_reference::metrics_reference;
 
 use crate::checks::baseline::Baseline;
 use crate::checks::ci_formats::ExperimentChecks;
-use crate::checks::{CheckKind, CheckResult, evaluate};
+use crate::checks::{CheckKind, CheckResult, evaluate, outcome};
 use crate::input::RecordingFolder;
 use crate::input::UnreadableRecording;
 use crate::input::coordinates;
@@ -25,33 +25,38 @@ use crate::report::table::{Style, Terminal, six_digits, table};
 use crate::run::cache::AnalysisCache;
 use crate::run::{self, RunAnalysis, RunStatus};
 use crate::sweep;
-use kinetoscope_manifest::{Check, Coordinate, ExperimentRecord, TimingTable};
+use kinetoscope_manifest::{Check, Coordinate, ExpectedOutcome, ExperimentRecord, TimingTable};
+use rayon::iter::{
+    IndexedParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _,
+};
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread::{self, available_parallelism};
+use std::thread::available_parallelism;
+use std::time::Instant;
 
 /// The analysis of one experiment.
 #[derive(Debug)]
-pub struct AnalysisReport {
+pub(crate) struct AnalysisReport {
     /// The experiment's name.
-    pub name: String,
+    pub(crate) name: String,
     /// The user's description; may be empty.
-    pub description: String,
+    pub(crate) description: String,
     /// The runs, in the order of the experiment.
-    pub runs: Vec<RunAnalysis>,
+    pub(crate) runs: Vec<RunAnalysis>,
     /// All metrics: fits, means over replicates, runs.
-    pub metrics: Vec<Metric>,
-    /// The results of the checks.
-    pub check_results: Vec<CheckResult>,
+    pub(crate) metrics: Vec<Metric>,
+    /// The outcomes of the runs against the expected one, and the results of the checks.
+    pub(crate) check_results: Vec<CheckResult>,
+    /// The manifest as it was named, if it is known.
+    pub(crate) manifest: Option<String>,
     /// The plots, each with a unique file name.
-    pub plots: Vec<(String, Plot)>,
+    pub(crate) plots: Vec<(String, Plot)>,
     /// Notes for the user.
-    pub notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
     /// What could not be read, with reasons.
-    pub unreadable: Vec<String>,
+    pub(crate) unreadable: Vec<String>,
     /// The run times, if `timing.json` is next to the recordings.
-    pub timing: Option<TimingTable>,
+    pub(crate) timing: Option<TimingTable>,
 }
 
 /// Maximum number of sweep points with plots of single runs.
@@ -61,15 +66,15 @@ const MAX_POINTS_SHOWN: usize = 6;
 
 /// Options of an analysis.
 #[derive(Clone, Debug, Default)]
-pub struct AnalysisOptions {
+pub(crate) struct AnalysisOptions {
     /// Checks in addition to the experiment's own.
-    pub checks: Vec<Check>,
+    pub(crate) checks: Vec<Check>,
     /// Times of snapshots in addition to start and end, in the model's unit.
-    pub snapshots_at: Vec<f64>,
+    pub(crate) snapshots_at: Vec<f64>,
     /// The cache of analyses.
-    pub cache: Option<AnalysisCache>,
+    pub(crate) cache: Option<AnalysisCache>,
     /// Whether all recordings are read, including cached ones.
-    pub fresh: bool,
+    pub(crate) fresh: bool,
 }
 
 /// One recording to be analyzed.
@@ -108,38 +113,23 @@ impl AnalysisTask {
 fn analyze_all(
     tasks: &[AnalysisTask],
     options: &AnalysisOptions,
-) -> Vec<Result<RunAnalysis, UnreadableRecording>> {
+) -> Vec<(Result<RunAnalysis, UnreadableRecording>, f64)> {
     let cores = available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let workers = tasks.len().min(cores.get());
-    let threads = NonZeroUsize::new(cores.get() / workers.max(1)).unwrap_or(NonZeroUsize::MIN);
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut found = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(task) = tasks.get(index) else { return found };
-            found.push((index, task.analyze(options, threads)));
-        }
-    };
-    let mut found: Vec<_> = thread::scope(|scope| {
-        let others: Vec<_> = (1..workers).map(|_| scope.spawn(work)).collect();
-        let mut found = work();
-        for other in others {
-            match other.join() {
-                Ok(theirs) => found.extend(theirs),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        found
+    let threads = NonZeroUsize::new(cores.get() / tasks.len().clamp(1, cores.get()));
+    let threads = threads.unwrap_or(NonZeroUsize::MIN);
+    // One task at a time per thread, because recordings differ in length.
+    let tasks = tasks.par_iter().with_max_len(1);
+    let timed = tasks.map(|task| {
+        let started = Instant::now();
+        let result = task.analyze(options, threads);
+        (result, started.elapsed().as_secs_f64())
     });
-    found.sort_by_key(|(index, _)| *index);
-    found.into_iter().map(|(_, result)| result).collect()
+    timed.collect()
 }
 
 /// Analyzes the recordings of one folder and caches the results, with plots where the analysis of the whole experiment
 /// draws them. Returns what could not be read, with reasons.
-#[must_use]
-pub fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<String> {
+pub(crate) fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Vec<String> {
     let drawn = source.record.as_ref().map(drawn_files);
     let tasks: Vec<AnalysisTask> = source
         .open()
@@ -150,7 +140,7 @@ pub fn fill_cache(source: &mut RecordingFolder, options: &AnalysisOptions) -> Ve
         })
         .collect();
     let results = analyze_all(&tasks, options).into_iter();
-    let unread = results.filter_map(|result| result.err().map(|UnreadableRecording(why)| why));
+    let unread = results.filter_map(|(result, _)| result.err().map(|UnreadableRecording(why)| why));
     source.unreadable.drain(..).chain(unread).collect()
 }
 
@@ -169,8 +159,7 @@ fn drawn_files(record: &ExperimentRecord) -> Vec<String> {
 }
 
 /// Analyzes the recordings of one folder.
-#[must_use]
-pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
+pub(crate) fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> AnalysisReport {
     let mut drawn: Vec<Vec<Coordinate>> = Vec::new();
     let tasks: Vec<AnalysisTask> = source
         .open()
@@ -187,9 +176,13 @@ pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> Analy
         .collect();
     let mut runs: Vec<RunAnalysis> = Vec::new();
     let (mut notes, mut unreadable) = (source.notes.clone(), source.unreadable.clone());
-    for result in analyze_all(&tasks, options) {
+    let mut seconds = Vec::new();
+    for (result, took) in analyze_all(&tasks, options) {
         match result {
-            Ok(run) => runs.push(run),
+            Ok(run) => {
+                runs.push(run);
+                seconds.push(took);
+            }
             Err(UnreadableRecording(why)) => unreadable.push(why),
         }
     }
@@ -216,9 +209,11 @@ pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> Analy
     // The checks of an experiment do not apply to a part of it.
     let own = source.record.as_ref().filter(|_| source.whole);
     let own = own.map_or(&[][..], |record| &record.checks);
-    let check_results =
-        own.iter().chain(&options.checks).flat_map(|check| evaluate(check, &metrics)).collect();
     let record = source.record.as_ref();
+    let expected = record.map_or(ExpectedOutcome::Complete, |record| record.expected_outcome);
+    let mut check_results = outcome::evaluate(&runs, &seconds, expected);
+    let checks = own.iter().chain(&options.checks);
+    check_results.extend(checks.flat_map(|check| evaluate(check, &metrics)));
     let description = record.map_or_else(String::new, |record| record.description.clone());
     AnalysisReport {
         name: source.name.clone(),
@@ -226,6 +221,7 @@ pub fn analyze(source: &mut RecordingFolder, options: &AnalysisOptions) -> Analy
         runs,
         metrics,
         check_results,
+        manifest: record.map(|record| record.manifest.clone()).filter(|name| !name.is_empty()),
         plots,
         notes,
         unreadable,
@@ -240,7 +236,7 @@ fn timing_beside(source: &RecordingFolder, notes: &mut Vec<String>) -> Option<Ti
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
         Err(error) => {
-            notes.push(format!("{} can't be read: {error}", path.display()));
+            notes.push(format!("{} cannot be read: {error}", path.display()));
             return None;
         }
     };
@@ -278,19 +274,22 @@ fn plots(
         all.push((name, plot));
     };
     for plot in sweep::figures::plots(points) {
-        add(plot.stem().to_owned(), plot);
+        add(plot.stem.clone(), plot);
     }
     let drawn: Vec<&RunAnalysis> =
         runs.iter().filter(|run| run.figures != Figures::default()).collect();
     for plot in sweep::figures::comparisons(&drawn) {
-        add(plot.stem().to_owned(), plot);
+        add(plot.stem.clone(), plot);
     }
     for run in drawn.iter().take(MAX_RUNS_DRAWN) {
         for plot in &run.figures.plots {
             let place = coordinates::file_part(&run.coordinates);
             let mut plot = plot.clone();
-            plot.add_to_title(&coordinates::label(&run.coordinates));
-            add(format!("{}{place}", plot.stem()), plot);
+            let label = coordinates::label(&run.coordinates);
+            if !label.is_empty() {
+                plot.title = format!("{}: {label}", plot.title);
+            }
+            add(format!("{}{place}", plot.stem), plot);
         }
     }
     if drawn.len() > MAX_RUNS_DRAWN {
@@ -309,28 +308,25 @@ impl AnalysisReport {
     }
 
     /// The checks and their results, for the formats of CI systems.
-    #[must_use]
-    pub fn checks(&self) -> ExperimentChecks<'_> {
+    pub(crate) fn checks(&self) -> ExperimentChecks<'_> {
         let Self { name, check_results, unreadable, .. } = self;
-        ExperimentChecks { name, check_results, unreadable }
+        ExperimentChecks { name, manifest: self.manifest.as_deref(), check_results, unreadable }
+    }
+
+    /// Runs without the expected outcome, unfinished or damaged; `None` if there are none.
+    pub(crate) fn headline(&self) -> Option<String> {
+        outcome::headline(&self.runs, &self.check_results)
     }
 
     /// Compares the metrics with those of an earlier analysis.
-    pub fn compare(&mut self, baseline: &Baseline) {
+    pub(crate) fn compare(&mut self, baseline: &Baseline) {
         let (check_results, notes) = baseline.compare_all(&self.metrics);
         self.check_results.extend(check_results);
         self.notes.extend(notes);
     }
 
-    /// Whether all checks passed.
-    #[must_use]
-    pub fn holds(&self) -> bool {
-        self.check_results.iter().all(|result| result.passed)
-    }
-
     /// Formats the report for the terminal.
-    #[must_use]
-    pub fn text(&self, terminal: Terminal) -> String {
+    pub(crate) fn text(&self, terminal: Terminal) -> String {
         let mut text = String::new();
         let runs = match self.runs.len() {
             0 => "nothing readable".to_owned(),
@@ -339,6 +335,10 @@ impl AnalysisReport {
         };
         let heading = format!("{} ({runs})", self.name);
         let _ = writeln!(text, "{}", terminal.paint(Style::Heading, &heading));
+        if let Some(headline) = self.headline() {
+            let line = terminal.wrapped(&format!("FAILED: {headline}"), 2);
+            let _ = writeln!(text, "{}", terminal.paint(Style::Bad, &line));
+        }
         if !self.description.is_empty() {
             let _ = writeln!(text, "{}", terminal.wrapped(&self.description, 0));
         }
@@ -355,24 +355,27 @@ impl AnalysisReport {
                 let _ = writeln!(text, "{}", table(&metrics, terminal));
             }
         }
-        for (kind, title) in
-            [(CheckKind::Check, "checks"), (CheckKind::Baseline, "against the baseline")]
-        {
+        for (kind, title) in [
+            (CheckKind::Outcome, "outcomes"),
+            (CheckKind::Check, "checks"),
+            (CheckKind::Baseline, "against the baseline"),
+        ] {
             text += &self.check_text(kind, title, terminal);
         }
         text
     }
 
-    /// Formats the results of one kind. Of baseline comparisons, only failures are listed.
+    /// Formats the results of one kind. Of outcomes and baseline comparisons, only failures are listed.
     fn check_text(&self, kind: CheckKind, title: &str, terminal: Terminal) -> String {
         let results = || self.check_results.iter().filter(|result| result.kind == kind);
-        if results().next().is_none() {
+        let is_silent = kind == CheckKind::Outcome && results().all(|result| result.passed);
+        if results().next().is_none() || is_silent {
             return String::new();
         }
         let mut text = format!("\n{title}\n");
         let inside = Terminal { width: terminal.width - 2, ..terminal };
         let counted = kind == CheckKind::Baseline;
-        for result in results().filter(|result| !(counted && result.passed)) {
+        for result in results().filter(|result| kind == CheckKind::Check || !result.passed) {
             let (style, word) =
                 if result.passed { (Style::Good, "ok") } else { (Style::Bad, "FAILED") };
             let line = inside.wrapped(&format!("{word} {}", result.text()), 4);

@@ -5,16 +5,16 @@ use crate::plot::{short_number, three_digits};
 
 /// Width and color support of the terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Terminal {
+pub(crate) struct Terminal {
     /// Characters per line.
-    pub width: usize,
+    pub(crate) width: usize,
     /// Whether colors may be used.
-    pub colors: bool,
+    pub(crate) colors: bool,
 }
 
 /// Style of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Style {
+pub(crate) enum Style {
     /// A heading.
     Heading,
     /// A success.
@@ -27,8 +27,7 @@ pub enum Style {
 
 impl Terminal {
     /// The text in its style, if colors may be used.
-    #[must_use]
-    pub fn paint(&self, style: Style, text: &str) -> String {
+    pub(crate) fn paint(&self, style: Style, text: &str) -> String {
         if !self.colors {
             return text.to_owned();
         }
@@ -42,8 +41,7 @@ impl Terminal {
     }
 
     /// Wraps text at the terminal's width with indented continuation lines; long words are not split.
-    #[must_use]
-    pub fn wrapped(&self, text: &str, indent: usize) -> String {
+    pub(crate) fn wrapped(&self, text: &str, indent: usize) -> String {
         let mut lines: Vec<String> = Vec::new();
         for paragraph in text.lines() {
             let mut line = String::new();
@@ -72,8 +70,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Formats a number with its standard error in the last digits, such as 1.3182(13)·10⁻¹⁸; with six digits if the error
 /// is unknown.
-#[must_use]
-pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
+pub(crate) fn with_error(value: f64, standard_error: Option<f64>) -> String {
     if !value.is_finite() {
         return value.to_string();
     }
@@ -100,8 +97,7 @@ fn decimal_exponent(value: f64) -> i32 {
 }
 
 /// Formats a number with six digits.
-#[must_use]
-pub fn six_digits(value: f64) -> String {
+pub(crate) fn six_digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -124,10 +120,9 @@ pub fn six_digits(value: f64) -> String {
 
 /// Formats one line per metric: name, value with error, unit, theoretical value and deviation. On a narrow terminal the
 /// numbers are below the name.
-#[must_use]
-pub fn table(metrics: &[&Metric], terminal: Terminal) -> String {
+pub(crate) fn table(metrics: &[&Metric], terminal: Terminal) -> String {
     let rows: Vec<[String; 4]> = metrics.iter().map(|metric| row(metric)).collect();
-    let header = ["metric", "value", "theory", "apart"].map(str::to_owned);
+    let header = ["metric", "value", "theory", "deviation"].map(str::to_owned);
     let mut widths = header.each_ref().map(|text| text.chars().count());
     for row in &rows {
         for (width, cell) in widths.iter_mut().zip(row) {
@@ -170,8 +165,7 @@ fn row(metric: &Metric) -> [String; 4] {
 
 /// Formats the deviation from theory: in standard errors if these are known and meaningful, else in percent or as a
 /// factor; "rounding" within rounding errors.
-#[must_use]
-pub fn deviation_text(metric: &Metric) -> String {
+pub(crate) fn deviation_text(metric: &Metric) -> String {
     let theory = metric.theory.unwrap_or(0.0);
     let deviation = metric.value - theory;
     match metric.deviation() {

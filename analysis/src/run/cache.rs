@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Folder of the cached analyses next to the results. It can be deleted at any time.
-pub const FOLDER: &str = ".analysis-cache";
+pub(crate) const FOLDER: &str = ".analysis-cache";
 
 /// A cached analysis is valid only if all of this is unchanged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,15 +65,14 @@ struct CachedMeasurement {
 
 /// The cache of one folder of results.
 #[derive(Clone, Debug)]
-pub struct AnalysisCache {
+pub(crate) struct AnalysisCache {
     folder: PathBuf,
     program: FileStamp,
 }
 
 impl AnalysisCache {
     /// The cache in the folder of the results; `None` if the program file cannot be identified.
-    #[must_use]
-    pub fn in_folder(output: &Path) -> Option<Self> {
+    pub(crate) fn in_folder(output: &Path) -> Option<Self> {
         let program = std::env::current_exe().ok()?;
         let program = std::fs::metadata(program).ok()?;
         let program = FileStamp::new(program.len(), program.modified().ok()?)?;
@@ -94,8 +93,7 @@ impl AnalysisCache {
     }
 
     /// The cached analysis of an unchanged recording; `None` if it must be read.
-    #[must_use]
-    pub fn load(
+    pub(crate) fn load(
         &self,
         run: &OpenRun,
         coordinates: &[Coordinate],
@@ -126,7 +124,7 @@ impl AnalysisCache {
     }
 
     /// Stores the analysis of a finished run. If it cannot be written, the next analysis reads the recording.
-    pub fn store(
+    pub(crate) fn store(
         &self,
         run: &OpenRun,
         found: &RunAnalysis,
@@ -173,6 +171,6 @@ fn measurement(model: &str, number: &CachedMeasurement) -> Option<Measurement> {
     let named = |definition: &&&Definition| definition.name == number.name;
     let definition = metrics_of(model).iter().find(named)?;
     let law = number.law.and_then(|law| definition.laws.get(law)).copied();
-    let estimate = Estimate { value: number.value, standard_error: number.standard_error };
-    Some(Measurement::new(definition, estimate).against_law(number.theory, law))
+    let estimate = Estimate::new(number.value, number.standard_error);
+    Some(Measurement { definition, estimate, theory: number.theory, law })
 }

@@ -1,10 +1,10 @@
 //! Analysis of one recording.
 
-pub mod cache;
+pub(crate) mod cache;
 
 use crate::input::UnreadableRecording;
 use crate::input::recording::{OpenRun, is_partial};
-use crate::metric::{Measurement, Metric, MetricScope, RunScope};
+use crate::metric::{Measurement, Measurements, Metric, MetricScope, RunScope};
 use crate::models;
 use crate::models::figures::Figures;
 use kinetoscope_manifest::model::ModelConfig;
@@ -28,8 +28,7 @@ pub enum RunStatus {
 
 impl RunStatus {
     /// The status as text.
-    #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         match self {
             Self::Complete => "complete".to_owned(),
             Self::Fault(what) => format!("fault: {what}"),
@@ -45,9 +44,9 @@ pub struct RunAnalysis {
     /// The file name without its folder.
     pub file: String,
     /// The run's coordinates in its sweep.
-    pub coordinates: Vec<Coordinate>,
+    pub(crate) coordinates: Vec<Coordinate>,
     /// The run's manifest.
-    pub manifest: RunManifest,
+    pub(crate) manifest: RunManifest,
     /// Number of frames read.
     pub frames: u64,
     /// Simulated time of the last frame, in the model's unit.
@@ -59,7 +58,7 @@ pub struct RunAnalysis {
     /// The metrics.
     pub measurements: Vec<Measurement>,
     /// The plots, if requested.
-    pub figures: Figures,
+    pub(crate) figures: Figures,
 }
 
 impl RunAnalysis {
@@ -70,32 +69,26 @@ impl RunAnalysis {
     }
 
     /// The model's configuration.
-    #[must_use]
-    pub fn model(&self) -> &ModelConfig {
+    pub(crate) fn model(&self) -> &ModelConfig {
         &self.manifest.model
     }
 
     /// The metrics of the run.
-    pub fn metrics(&self) -> impl Iterator<Item = Metric> + '_ {
-        self.measurements.iter().map(|measurement| Metric {
-            definition: measurement.definition,
-            value: measurement.estimate.value,
-            standard_error: measurement.estimate.standard_error,
-            theory: measurement.theory,
-            rounding: measurement.definition.rounding,
-            source: measurement.source(),
-            scope: MetricScope::Run(RunScope {
+    pub(crate) fn metrics(&self) -> impl Iterator<Item = Metric> + '_ {
+        self.measurements.iter().map(|measurement| {
+            let scope = MetricScope::Run(RunScope {
                 file: self.file.clone(),
                 coordinates: self.coordinates.clone(),
                 replicate: self.manifest.replicate,
                 outcome: self.ending.text(),
-            }),
+            });
+            let Measurement { definition, estimate, theory, .. } = *measurement;
+            Metric::new(definition, estimate, theory, measurement.source(), scope)
         })
     }
 
     /// Whether the run is complete, as means and fits require.
-    #[must_use]
-    pub fn is_complete(&self) -> bool {
+    pub(crate) fn is_complete(&self) -> bool {
         self.ending == RunStatus::Complete
     }
 }
@@ -112,10 +105,7 @@ pub fn analyze(
     snapshots_at: &[f64],
     threads: NonZeroUsize,
 ) -> Result<RunAnalysis, UnreadableRecording> {
-    let mut observer = models::observer(&run.manifest.model, snapshots_at).ok_or_else(|| {
-        let model = run.manifest.model.name();
-        UnreadableRecording(format!("the model {model} has no analysis"))
-    })?;
+    let mut observer = models::observer(&run.manifest.model, snapshots_at);
     let (mut frames, mut end_time, mut failure) = (0, 0.0, None);
     for frame in run.recording().frames_on(threads).map_err(UnreadableRecording::new)? {
         let seen = frame.and_then(|frame| {
@@ -145,13 +135,15 @@ pub fn analyze(
         let path = run.recording().path().display();
         return Err(UnreadableRecording(format!("{path} holds no frame")));
     }
+    let mut measurements = Measurements::default();
+    observer.measure(&mut measurements);
     Ok(RunAnalysis {
         coordinates,
         frames,
         end_time,
         time_unit: run.recording().provenance().time_unit.clone(),
         ending,
-        measurements: observer.measurements(),
+        measurements: measurements.0,
         figures: if with_figures { observer.figures() } else { Figures::default() },
         file: run.file.clone(),
         manifest: run.manifest.clone(),

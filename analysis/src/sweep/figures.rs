@@ -4,22 +4,20 @@ use crate::input::coordinates::{self, grouped, last_part, without};
 use crate::models::MODELS;
 use crate::models::contract::{ModelAnalysis, Ordinate, TradeOff};
 use crate::models::figures::SharedCurve;
-use crate::plot::{Axis, Chart, Curve, CurveStyle, Plot, Point, Scale};
+use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, Scale, extremes};
 use crate::run::RunAnalysis;
-use crate::statistics::{mean, mean_of_independent};
 use crate::sweep::SweepPoint;
 use std::collections::BTreeSet;
 
 /// Maximum number of curves per chart: the number of distinct colors.
-pub const MAX_CURVES: usize = 7;
+pub(crate) const MAX_CURVES: usize = 7;
 
 /// All plots over the numeric axes of the sweep.
-#[must_use]
-pub fn plots(points: &[SweepPoint<'_>]) -> Vec<Plot> {
+pub(crate) fn plots(points: &[SweepPoint<'_>]) -> Vec<Plot> {
     let mut keys: Vec<&str> = Vec::new();
-    for place in points.iter().flat_map(|point| &point.coordinates) {
-        if !keys.contains(&place.key.as_str()) {
-            keys.push(&place.key);
+    for coordinate in points.iter().flat_map(|point| &point.coordinates) {
+        if !keys.contains(&coordinate.key.as_str()) {
+            keys.push(&coordinate.key);
         }
     }
     let models = models_of(points);
@@ -59,28 +57,16 @@ fn trade_off_plot(points: &[SweepPoint<'_>], trade_off: &TradeOff) -> Option<Plo
         let mut points: Vec<Point> = found.collect();
         points.sort_by(|a, b| a.x.total_cmp(&b.x));
         if points.len() > 1 {
-            curves.push(Curve {
-                name: coordinates::label(others),
-                style: CurveStyle::Data,
-                color,
-                points,
-            });
+            let name = coordinates::label(others);
+            curves.push(Curve { name, style: CurveStyle::Data, color, points });
         }
     }
-    (curves.len() > 1).then(|| {
-        Plot::Chart(Chart {
-            stem: trade_off.stem.to_owned(),
-            title: trade_off.title.to_owned(),
-            x: Axis::logarithmic(trade_off.x.1, trade_off.x.2),
-            y: Axis::logarithmic(trade_off.y.1, trade_off.y.2),
-            equal_aspect: false,
-            curves,
-        })
-    })
+    let axes = [trade_off.x, trade_off.y].map(|(_, label, unit)| Axis::logarithmic(label, unit));
+    (curves.len() > 1).then(|| Plot::chart(trade_off.stem, trade_off.title, axes, curves))
 }
 
 fn abscissa(point: &SweepPoint<'_>, key: &str) -> Option<f64> {
-    point.coordinates.iter().find(|place| place.key == key)?.value.parse().ok()
+    point.coordinates.iter().find(|coordinate| coordinate.key == key)?.value.parse().ok()
 }
 
 fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plot> {
@@ -91,14 +77,8 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
     for (index, (others, group)) in groups.enumerate() {
         let color = if ordinate.companion.is_some() { 2 * index } else { index };
         let label = coordinates::label(others);
-        curves.extend(curves_of(
-            group,
-            key,
-            ordinate.metric,
-            &label,
-            color,
-            ["measured", "theory"],
-        ));
+        let names = ["measured", "theory"];
+        curves.extend(curves_of(group, key, ordinate.metric, &label, color, names));
         if ordinate.order.is_some_and(|order| order.key == key) {
             curves.extend(order_line(group, &curves, ordinate, &label, color));
         }
@@ -108,37 +88,31 @@ fn plot(points: &[SweepPoint<'_>], key: &str, ordinate: &Ordinate) -> Option<Plo
             curves.extend(curves_of(group, key, metric, &label, color, name).into_iter().take(1));
         }
     }
-    if is_flat(&curves) {
+    let values =
+        |of: fn(&Point) -> f64| extremes(curves.iter().flat_map(|curve| &curve.points).map(of));
+    let (least, greatest) = values(|point| point.y)?;
+    // Values that are equal within rounding are not plotted.
+    if greatest - least <= 1e-9 * greatest.abs() {
         return None;
     }
     let unit =
         |run: &&RunAnalysis| run.measurement(ordinate.metric).map(|found| found.definition.unit);
     let unit = points.iter().flat_map(|point| &point.runs).copied().find_map(|run| unit(&run))?;
     let unit = if unit == "1" { "" } else { unit };
-    let (label, x_unit) = words_and_unit(last_part(key));
-    let steep = |of: fn(&Point) -> f64| {
-        let values = || curves.iter().flat_map(|curve| &curve.points).map(of);
-        let least = values().fold(f64::INFINITY, f64::min);
-        least > 0.0 && values().fold(0.0, f64::max) > 30.0 * least
+    let (x_label, x_unit) = words_and_unit(last_part(key));
+    let axis = |of: fn(&Point) -> f64, label: &str, unit: &str| {
+        let is_steep = values(of).is_some_and(|(low, high)| low > 0.0 && high > 30.0 * low);
+        if ordinate.is_power_law || x_label.ends_with("radius") || is_steep {
+            Axis::logarithmic(label, unit)
+        } else {
+            Axis::linear(label, unit)
+        }
     };
-    let radius = label.ends_with("radius");
-    let logarithmic = ordinate.is_power_law || radius;
-    let scale = |steep: bool| {
-        if logarithmic || steep { Scale::Logarithmic } else { Scale::Linear }
-    };
-    let stem = format!("{}_vs_{}", stem_of(ordinate.metric), label.replace(' ', "_"));
-    Some(Plot::Chart(Chart {
-        stem,
-        title: format!("{} against {label}", capitalised(ordinate.title)),
-        x: Axis { label, unit: x_unit.to_owned(), scale: scale(steep(|point| point.x)) },
-        y: Axis {
-            label: ordinate.title.to_owned(),
-            unit: unit.to_owned(),
-            scale: scale(steep(|point| point.y)),
-        },
-        equal_aspect: false,
-        curves,
-    }))
+    let axes =
+        [axis(|point| point.x, &x_label, x_unit), axis(|point| point.y, ordinate.title, unit)];
+    let stem = format!("{}_vs_{}", stem_of(ordinate.metric), x_label.replace(' ', "_"));
+    let title = format!("{} against {x_label}", capitalized(ordinate.title));
+    Some(Plot::chart(stem, title, axes, curves))
 }
 
 /// A line of known order through the group's first point, for groups without a theoretical value.
@@ -154,18 +128,13 @@ fn order_line(
     let order = (ordinate.order?.order)(group.first()?.runs.first()?.model())?;
     let (first, end) = (last.points.first()?, last.points.last()?);
     let at = |x: f64| Point::bare(x, first.y * (x / first.x).powf(order));
-    let name = format!("order {order}");
-    let name = if label.is_empty() { name } else { format!("{label}: {name}") };
+    let name = labeled(label, &format!("order {order}"));
     Some(Curve { name, style: CurveStyle::Theory, color, points: vec![at(first.x), at(end.x)] })
 }
 
-/// Whether there are no points, or all values are equal within rounding.
-fn is_flat(curves: &[Curve]) -> bool {
-    let values = || curves.iter().flat_map(|curve| &curve.points).map(|point| point.y);
-    let least = values().fold(f64::INFINITY, f64::min);
-    let greatest = values().fold(f64::NEG_INFINITY, f64::max);
-    let empty = least > greatest;
-    empty || greatest - least <= 1e-9 * greatest.abs()
+/// The name of a curve in a group of curves.
+fn labeled(group: &str, name: &str) -> String {
+    if group.is_empty() { name.to_owned() } else { format!("{group}: {name}") }
 }
 
 /// The measured values of one group and, if known, the theoretical line.
@@ -180,35 +149,20 @@ fn curves_of(
     let (mut data, mut theory) = (Vec::new(), Vec::new());
     for point in group {
         let Some(x) = abscissa(point, key) else { continue };
-        let found: Vec<_> = point.runs.iter().filter_map(|run| run.measurement(metric)).collect();
-        let values: Vec<f64> = found.iter().map(|found| found.estimate.value).collect();
-        let Some(estimate) = mean_of_independent(&values) else { continue };
-        let alone = if found.len() == 1 { found[0].estimate.standard_error } else { None };
-        data.push(Point { x, y: estimate.value, error: estimate.standard_error.or(alone) });
-        let theories: Option<Vec<f64>> = found.iter().map(|found| found.theory).collect();
-        if let Some(y) = theories.as_deref().and_then(mean) {
-            theory.push(Point::bare(x, y));
-        }
+        let Some((estimate, expected, _)) = point.mean_of(metric) else { continue };
+        data.push(Point { x, y: estimate.value, error: estimate.standard_error });
+        theory.extend(expected.map(|y| Point::bare(x, y)));
     }
     let by_x = |a: &Point, b: &Point| a.x.total_cmp(&b.x);
     data.sort_by(by_x);
     theory.sort_by(by_x);
-    let name = |what: &str| {
-        if label.is_empty() { what.to_owned() } else { format!("{label}: {what}") }
+    let curve = |name: &str, style: CurveStyle, points: Vec<Point>| {
+        let name = labeled(label, name);
+        Curve { name, style, color, points }
     };
-    let mut curves = Vec::new();
-    if !data.is_empty() {
-        curves.push(Curve { name: name(names[0]), style: CurveStyle::Data, color, points: data });
-    }
-    if theory.len() > 1 {
-        curves.push(Curve {
-            name: name(names[1]),
-            style: CurveStyle::Theory,
-            color,
-            points: theory,
-        });
-    }
-    curves
+    let data = (!data.is_empty()).then(|| curve(names[0], CurveStyle::Data, data));
+    let theory = (theory.len() > 1).then(|| curve(names[1], CurveStyle::Theory, theory));
+    data.into_iter().chain(theory).collect()
 }
 
 /// File name of a metric: some metrics use only the first part of their name.
@@ -220,7 +174,7 @@ fn stem_of(metric: &str) -> String {
     }
 }
 
-fn capitalised(text: &str) -> String {
+fn capitalized(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
@@ -246,38 +200,23 @@ fn words_and_unit(key: &str) -> (String, &'static str) {
 }
 
 /// Charts with one curve per run, if there are at least two runs.
-#[must_use]
-pub fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
+pub(crate) fn comparisons(runs: &[&RunAnalysis]) -> Vec<Plot> {
     let mut plots = Vec::new();
     let Some(first) = runs.first().filter(|_| runs.len() > 1) else { return plots };
-    for shared in &first.figures.comparisons {
-        let of = |run: &RunAnalysis| -> Option<SharedCurve> {
-            run.figures.comparisons.iter().find(|other| other.stem == shared.stem).cloned()
+    for SharedCurve { stem, title, axes, .. } in &first.figures.comparisons {
+        let curve = |(color, run): (usize, &&RunAnalysis)| {
+            let shared = run.figures.comparisons.iter().find(|other| other.stem == *stem)?;
+            let name = coordinates::label(&run.coordinates);
+            Some(Curve { name, style: CurveStyle::Line, color, points: shared.points.clone() })
         };
-        let curves: Vec<Curve> = runs
-            .iter()
-            .take(MAX_CURVES)
-            .enumerate()
-            .filter_map(|(color, run)| {
-                let points = of(run)?.points;
-                let name = coordinates::label(&run.coordinates);
-                Some(Curve { name, style: CurveStyle::Line, color, points })
-            })
-            .collect();
-        let mut y = shared.y.clone();
-        let values = || curves.iter().flat_map(|curve| &curve.points).map(|point| point.y);
-        let least = values().fold(f64::INFINITY, f64::min);
-        if least > 0.0 && values().fold(0.0, f64::max) > 1e3 * least {
+        let curves: Vec<Curve> =
+            runs.iter().take(MAX_CURVES).enumerate().filter_map(curve).collect();
+        let [x, mut y] = axes.clone();
+        let values = curves.iter().flat_map(|curve| &curve.points).map(|point| point.y);
+        if extremes(values).is_some_and(|(least, greatest)| least > 0.0 && greatest > 1e3 * least) {
             y.scale = Scale::Logarithmic;
         }
-        plots.push(Plot::Chart(Chart {
-            stem: shared.stem.clone(),
-            title: shared.title.clone(),
-            x: shared.x.clone(),
-            y,
-            equal_aspect: false,
-            curves,
-        }));
+        plots.push(Plot::chart(stem, title, [x, y], curves));
     }
     plots
 }

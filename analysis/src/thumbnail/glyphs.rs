@@ -1,94 +1,58 @@
 //! Letters as strokes, for the labels of a color bar: numbers and units of speed.
 
-/// Points of a stroke in grid units: 4 wide and 6 high, from the upper left corner.
-type Stroke = &'static [[u8; 2]];
-
 /// Height of the grid.
 const GRID_HEIGHT: f64 = 6.0;
 
-/// The strokes of a letter and its width; `None` for an unknown letter.
-fn glyph(letter: char) -> Option<(&'static [Stroke], f64)> {
-    let (strokes, width): (&'static [Stroke], f64) = match letter {
-        '0' => (&[&[[1, 0], [3, 0], [4, 1], [4, 5], [3, 6], [1, 6], [0, 5], [0, 1], [1, 0]]], 4.0),
-        '1' => (&[&[[0, 1], [2, 0], [2, 6]]], 3.0),
-        '2' => (&[&[[0, 1], [1, 0], [3, 0], [4, 1], [4, 2], [0, 6], [4, 6]]], 4.0),
-        '3' => (&[&[[0, 0], [4, 0], [2, 2], [3, 2], [4, 3], [4, 5], [3, 6], [1, 6], [0, 5]]], 4.0),
-        '4' => (&[&[[3, 6], [3, 0], [0, 4], [4, 4]]], 4.0),
-        '5' => (&[&[[4, 0], [0, 0], [0, 2], [3, 2], [4, 3], [4, 5], [3, 6], [1, 6], [0, 5]]], 4.0),
-        '6' => (
-            &[&[
-                [4, 1],
-                [3, 0],
-                [1, 0],
-                [0, 1],
-                [0, 5],
-                [1, 6],
-                [3, 6],
-                [4, 5],
-                [4, 4],
-                [3, 3],
-                [0, 3],
-            ]],
-            4.0,
-        ),
-        '7' => (&[&[[0, 0], [4, 0], [1, 6]]], 4.0),
-        '8' => (
-            &[
-                &[[1, 0], [3, 0], [4, 1], [4, 2], [3, 3], [1, 3], [0, 2], [0, 1], [1, 0]],
-                &[[1, 3], [0, 4], [0, 5], [1, 6], [3, 6], [4, 5], [4, 4], [3, 3]],
-            ],
-            4.0,
-        ),
-        '9' => (
-            &[&[
-                [4, 3],
-                [1, 3],
-                [0, 2],
-                [0, 1],
-                [1, 0],
-                [3, 0],
-                [4, 1],
-                [4, 5],
-                [3, 6],
-                [1, 6],
-                [0, 5],
-            ]],
-            4.0,
-        ),
-        '.' => (&[&[[0, 6], [0, 6]]], 0.5),
-        '-' => (&[&[[0, 3], [3, 3]]], 3.0),
-        '/' => (&[&[[0, 6], [3, 0]]], 3.0),
-        ' ' => (&[], 2.0),
-        'e' => (&[&[[0, 4], [4, 4], [4, 3], [3, 2], [1, 2], [0, 3], [0, 5], [1, 6], [4, 6]]], 4.0),
-        'm' => (
-            &[&[[0, 6], [0, 2], [2, 2], [3, 3], [3, 6]], &[[3, 3], [4, 2], [5, 2], [6, 3], [6, 6]]],
-            6.0,
-        ),
-        's' => (&[&[[3, 2], [1, 2], [0, 3], [1, 4], [2, 4], [3, 5], [2, 6], [0, 6]]], 3.0),
-        'd' => (&[&[[4, 0], [4, 6], [1, 6], [0, 5], [0, 3], [1, 2], [4, 2]]], 4.0),
-        'A' => (&[&[[0, 6], [2, 0], [4, 6]], &[[1, 4], [3, 4]]], 4.0),
-        'U' => (&[&[[0, 0], [0, 5], [1, 6], [3, 6], [4, 5], [4, 0]]], 4.0),
-        _ => return None,
-    };
-    Some((strokes, width))
-}
+/// Letters with their widths and strokes. A stroke is a list of points, each the column and the row in a grid that is 6 high,
+/// from the upper left corner.
+const GLYPHS: &[(char, f64, &str)] = &[
+    ('0', 4.0, "10-30-41-45-36-16-05-01-10"),
+    ('1', 3.0, "01-20-26"),
+    ('2', 4.0, "01-10-30-41-42-06-46"),
+    ('3', 4.0, "00-40-22-32-43-45-36-16-05"),
+    ('4', 4.0, "36-30-04-44"),
+    ('5', 4.0, "40-00-02-32-43-45-36-16-05"),
+    ('6', 4.0, "41-30-10-01-05-16-36-45-44-33-03"),
+    ('7', 4.0, "00-40-16"),
+    ('8', 4.0, "10-30-41-42-33-13-02-01-10 13-04-05-16-36-45-44-33"),
+    ('9', 4.0, "43-13-02-01-10-30-41-45-36-16-05"),
+    ('.', 0.5, "06-06"),
+    ('-', 3.0, "03-33"),
+    ('/', 3.0, "06-30"),
+    (' ', 2.0, ""),
+    ('e', 4.0, "04-44-43-32-12-03-05-16-46"),
+    ('m', 6.0, "06-02-22-33-36 33-42-52-63-66"),
+    ('s', 3.0, "32-12-03-14-24-35-26-06"),
+    ('d', 4.0, "40-46-16-05-03-12-42"),
+    ('A', 4.0, "06-20-46 14-34"),
+    ('U', 4.0, "00-05-16-36-45-40"),
+];
 
+/// Width of an unknown letter, which leaves a gap.
+const UNKNOWN_WIDTH: f64 = 4.0;
 /// Space between two letters.
 const GAP: f64 = 1.7;
 
-/// The segments of a text around its middle, px. An unknown letter leaves a gap.
+/// The segments of a text around its middle, px.
 pub(super) fn strokes(text: &str, middle: [f64; 2], height: f64) -> Vec<[[f64; 2]; 2]> {
     let unit = height / GRID_HEIGHT;
-    let letters: Vec<(&[Stroke], f64)> =
-        text.chars().map(|letter| glyph(letter).unwrap_or((&[], 4.0))).collect();
-    let width = letters.iter().map(|(_, width)| width + GAP).sum::<f64>() - GAP;
+    let glyph = |letter: char| {
+        let known = GLYPHS.iter().find(|(known, ..)| *known == letter);
+        known.map_or((UNKNOWN_WIDTH, ""), |(_, width, strokes)| (*width, *strokes))
+    };
+    let letters: Vec<(f64, &str)> = text.chars().map(glyph).collect();
+    let width = letters.iter().map(|(width, _)| width + GAP).sum::<f64>() - GAP;
     let mut left = middle[0] - unit * width / 2.0;
     let top = middle[1] - height / 2.0;
     let mut segments = Vec::new();
-    for (strokes, width) in letters {
-        let place = |[x, y]: [u8; 2]| [left + unit * f64::from(x), top + unit * f64::from(y)];
-        for stroke in strokes {
-            segments.extend(stroke.windows(2).map(|ends| [place(ends[0]), place(ends[1])]));
+    for (width, strokes) in letters {
+        for stroke in strokes.split_whitespace() {
+            let points = stroke.split('-').map(|point| {
+                let [x, y] = [0, 1].map(|axis| f64::from(point.as_bytes()[axis] - b'0'));
+                [left + unit * x, top + unit * y]
+            });
+            let points: Vec<[f64; 2]> = points.collect();
+            segments.extend(points.windows(2).map(|ends| [ends[0], ends[1]]));
         }
         left += unit * (width + GAP);
     }
@@ -102,7 +66,7 @@ mod tests {
     #[test]
     fn every_letter_of_a_color_bar_has_strokes() {
         for letter in "0123456789.-e m/sAU/d".chars() {
-            assert!(glyph(letter).is_some(), "{letter}");
+            assert!(GLYPHS.iter().any(|(known, ..)| *known == letter), "{letter}");
         }
     }
 }

@@ -15,7 +15,7 @@ use std::path::Path;
 
 /// The format of a thumbnail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ThumbnailFormat {
+pub(crate) enum ThumbnailFormat {
     /// The last frame as vector graphics.
     Svg,
     /// Pixels, as PNG or APNG.
@@ -30,7 +30,7 @@ impl ThumbnailFormat {
     ///
     /// # Errors
     /// An unsupported combination, with the reason.
-    pub fn of(path: &Path, frames: NonZeroU32) -> Result<Self, &'static str> {
+    pub(crate) fn of(path: &Path, frames: NonZeroU32) -> Result<Self, &'static str> {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         match ending.to_ascii_lowercase().as_str() {
             "svg" if frames == NonZeroU32::MIN => Ok(Self::Svg),
@@ -43,16 +43,16 @@ impl ThumbnailFormat {
 
 /// Options of a thumbnail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ThumbnailOptions {
+pub(crate) struct ThumbnailOptions {
     /// The format.
-    pub format: ThumbnailFormat,
+    pub(crate) format: ThumbnailFormat,
     /// The width, px.
-    pub width: NonZeroU32,
+    pub(crate) width: NonZeroU32,
 }
 
 /// Why a recording has no thumbnail.
 #[derive(Debug, thiserror::Error)]
-pub enum ThumbnailError {
+pub(crate) enum ThumbnailError {
     /// The recording cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
@@ -68,7 +68,7 @@ pub enum ThumbnailError {
 ///
 /// # Errors
 /// A damaged recording, or one without drawings.
-pub fn thumbnail(
+pub(crate) fn thumbnail(
     recording: &Recording,
     options: ThumbnailOptions,
 ) -> Result<Vec<u8>, ThumbnailError> {

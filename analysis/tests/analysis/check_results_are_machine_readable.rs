@@ -5,6 +5,7 @@
 use crate::synthetic::{Folder, Frames, analyze, flat, two_frames};
 use kinetoscope_manifest::RunManifest;
 use kinetoscope_recording::channels::GasPressure;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -46,16 +47,26 @@ fn junit_and_github_report_failed_checks() {
     let output =
         analyze(&["--github-annotations", "--junit", file.to_str().unwrap(), folder.name()]);
     assert_eq!(output.code, 3, "{}", output.text);
-    let annotation =
-        "::error title=gas%3A pressure.mean_square_formula::measured 2 N/m, expected at most 1";
+    let annotation = "::error file=synthetic.toml,line=14,title=gas%3A pressure.mean_square_formula::measured 2 N/m, expected at most 1";
     assert!(output.text.contains(annotation), "{}", output.text);
-    assert!(output.text.contains("::error title=gas%3A unreadable::"), "{}", output.text);
+    assert!(
+        output.text.contains("::error file=synthetic.toml,line=1,title=gas%3A unreadable::"),
+        "{}",
+        output.text
+    );
     let xml = fs::read_to_string(file).unwrap();
     assert!(
-        xml.contains("<testsuite name=\"gas\" tests=\"3\" failures=\"1\" errors=\"1\">"),
+        xml.contains("<testsuite name=\"gas\" tests=\"6\" failures=\"1\" errors=\"1\" time="),
         "{xml}"
     );
-    assert!(xml.contains("name=\"pressure.ideal_gas\"><system-out>measured 10 N/m"), "{xml}");
+    assert!(
+        xml.contains(
+            "name=\"pressure.ideal_gas: within 2 of 10\" time=\"0.000\"><system-out>measured 10 N/m"
+        ),
+        "{xml}"
+    );
+    let names: Vec<&str> = xml.lines().filter_map(|line| line.split(" name=").nth(1)).collect();
+    assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "each name once: {xml}");
     assert!(xml.contains("<failure message=\"measured 2 N/m, expected at most 1\"/>"), "{xml}");
     // The file is well-formed: every open tag is closed, and every ampersand is escaped.
     assert_eq!(xml.matches("<testcase").count(), xml.matches("</testcase>").count());
@@ -82,10 +93,10 @@ fn baseline_is_compared_by_standard_errors() {
     assert_eq!(compare(10.0).code, 0);
     let near = compare(11.0);
     assert_eq!(near.code, 0, "{}", near.text);
-    assert!(flat(&near.text).contains("has changed and is not judged"), "{}", near.text);
+    assert!(flat(&near.text).contains("has changed and is not checked"), "{}", near.text);
     let far = compare(15.0);
     assert_eq!(far.code, 3, "{}", far.text);
-    assert!(flat(&far.text).contains("5.5 of 4 standard errors apart"), "{}", far.text);
+    assert!(flat(&far.text).contains("5.5 of 4 combined standard errors"), "{}", far.text);
 }
 
 #[test]
@@ -104,7 +115,7 @@ fn foreign_baseline_is_rejected_and_a_missing_metric_fails() {
             "run": {"coordinates": {}, "replicate": 0}}]}"#,
     );
     assert_eq!(lost.code, 3);
-    assert!(flat(&lost.text).contains("it is not there any more"), "{}", lost.text);
+    assert!(flat(&lost.text).contains("this analysis does not"), "{}", lost.text);
 }
 
 /// A recording with changed bytes and an unchanged modification time is not read again until it is touched or

@@ -4,7 +4,7 @@
 
 use crate::synthetic::{Folder, Frames, analyze, flat, two_frames};
 use kinetoscope_manifest::RunManifest;
-use kinetoscope_manifest::model::ModelConfig;
+use kinetoscope_manifest::model::{ModelConfig, SpeedScale};
 use kinetoscope_recording::channels::GasPressure;
 use std::fs;
 
@@ -33,9 +33,11 @@ relative_tolerance = 1e-9
 /// Pressure T + replicate: means T + 0.5, slope 1.
 fn frames(run: &RunManifest) -> Frames {
     let ModelConfig::Gas(config) = &run.model else { panic!("expected the gas model") };
-    let temperature = kinetoscope_analysis::models::gas::laws::temperature_k(config).unwrap();
+    let SpeedScale::Temperature(temperature) = config.speed_scale else {
+        panic!("expected a temperature")
+    };
     two_frames(&GasPressure {
-        measured_since_start_n_per_m: temperature + f64::from(run.replicate),
+        measured_since_start_n_per_m: temperature.get() + f64::from(run.replicate),
         ..GasPressure::default()
     })
 }
@@ -76,8 +78,8 @@ fn checks_of_a_file_are_applied_and_a_missing_metric_fails() {
     let output = analyzed_with("[[checks]]\nmetric = \"pressure.measured\"\nmaximum = 200\n");
     assert_eq!(output.code, 3, "{}", output.text);
     let output = analyzed_with("[[checks]]\nmetric = \"pressure.mesured\"\nminimum = 0\n");
-    assert_eq!(output.code, 3, "{}", output.text);
-    assert!(flat(&output.text).contains("did you mean pressure.measured?"), "{}", output.text);
+    assert_eq!(output.code, 2, "{}", output.text);
+    assert!(flat(&output.text).contains("did you mean `pressure.measured`?"), "{}", output.text);
     let output = analyzed_with(
         "[[checks]]\nmetric = \"pressure.measured\"\nwhere = { temperature_k = 7 }\nminimum = 0\n",
     );

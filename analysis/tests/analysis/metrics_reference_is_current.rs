@@ -16,7 +16,7 @@ fn document(name: &str) -> String {
 #[test]
 fn metrics_reference_equals_the_table() {
     assert!(
-        document("metrics.md") == kinetoscope_analysis::report::metrics_reference(),
+        document("metrics.md") == kinetoscope_analysis::metrics_reference(),
         "docs/metrics.md is out of date; run `cargo run --bin analyze-recordings -- --list-metrics > docs/metrics.md`"
     );
 }

@@ -172,9 +172,42 @@ fn fault_is_reported_and_excluded_from_means() {
     let run = &experiment.runs[1];
     write_run(&folder.file(1), run, &frames(&run.manifest), &outcome);
     let output = analyze(&[folder.name()]);
-    assert_eq!(output.code, 0, "{}", output.text);
-    assert!(flat(&output.text).contains("fault: the gas blew up"), "{}", output.text);
+    assert_eq!(output.code, 3, "{}", output.text);
+    let headline =
+        "FAILED: 1 of 3 runs without the expected outcome: gas__001.mcap: failed: the gas blew up";
+    assert!(flat(&output.text).contains(headline), "{}", output.text);
     assert_eq!(folder.written().first("pressure.measured")["sweep"]["replicates"], 2);
+    let report = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(report.contains(headline), "{report}");
+}
+
+/// A run that fails is what `expected_outcome = "fault"` asks for; a run that completes is then a failure.
+#[test]
+fn expected_fault_passes_and_completion_fails() {
+    let expecting = format!("expected_outcome = \"fault\"\n{MANIFEST}");
+    let folder = Folder::write(&expecting, frames);
+    let experiment = parse(&expecting, "gas.toml", &[]).unwrap();
+    let output = analyze(&[folder.name()]);
+    assert_eq!(output.code, 3, "{}", output.text);
+    assert!(flat(&output.text).contains("the manifest expects a fault"), "{}", output.text);
+    for (index, run) in experiment.runs.iter().enumerate() {
+        let outcome = Outcome::Fault("numerical blow-up".to_owned());
+        write_run(&folder.file(index), run, &frames(&run.manifest), &outcome);
+    }
+    let output = analyze(&["--no-cache", folder.name()]);
+    assert_eq!(output.code, 0, "{}", output.text);
+}
+
+/// A CI system finds a JUnit file with an error where there is nothing to analyze.
+#[test]
+fn junit_reports_missing_recordings() {
+    let empty = tempfile::TempDir::new().unwrap();
+    let file = empty.path().join("results.xml");
+    let output =
+        analyze(&["--junit", file.to_str().unwrap(), empty.path().join("none").to_str().unwrap()]);
+    assert_eq!(output.code, 2, "{}", output.text);
+    let xml = fs::read_to_string(file).unwrap();
+    assert!(xml.contains("errors=\"1\"") && xml.contains("does not exist"), "{xml}");
 }
 
 #[test]

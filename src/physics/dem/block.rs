@@ -1,5 +1,6 @@
 //! Blocks of discs that are adjacent in memory, with their neighbor lists: the data that all algorithms of a step share.
 
+use crate::simd::registers::MAX_WIDTH;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -14,6 +15,8 @@ pub(super) type Stretch = [f64; 2];
 
 /// The discs of a block, column by column.
 pub(super) struct BlockDiscs<'a> {
+    /// Index of the block's first disc.
+    pub(super) start: usize,
     /// Centers, m.
     pub(super) positions: &'a mut [[f64; 2]],
     /// The integrator's velocities, m/s.
@@ -28,37 +31,6 @@ pub(super) struct BlockDiscs<'a> {
     pub(super) inverse_masses: &'a [f64],
     /// Material numbers.
     pub(super) materials: &'a [u8],
-}
-
-/// The columns of a block's discs that contact forces depend on.
-#[derive(Clone, Copy)]
-pub(super) struct BlockView<'a> {
-    /// Index of the block's first disc.
-    pub(super) start: usize,
-    /// Centers, m.
-    pub(super) positions: &'a [[f64; 2]],
-    /// The integrator's velocities, m/s.
-    pub(super) velocities: &'a [[f64; 2]],
-    /// Angular velocities, rad/s.
-    pub(super) spins: &'a [f64],
-    /// Radii, m.
-    pub(super) radii: &'a [f64],
-    /// Material numbers.
-    pub(super) materials: &'a [u8],
-}
-
-impl BlockDiscs<'_> {
-    /// The same discs, read-only; `start` is the index of the first one.
-    pub(super) fn view(&self, start: usize) -> BlockView<'_> {
-        BlockView {
-            start,
-            positions: self.positions,
-            velocities: self.velocities,
-            spins: self.spins,
-            radii: self.radii,
-            materials: self.materials,
-        }
-    }
 }
 
 /// Pairs of a block with the constants that hold until the list is rebuilt, column by column.
@@ -171,19 +143,41 @@ impl Pairs {
     /// Resizes the list to `pairs` pairs with these tier ends. Ends, reach and damping keep old values until they are written;
     /// springs are removed.
     pub(super) fn resize(&mut self, pairs: usize, ends: [u32; TIERS]) {
-        fn sized<T: Copy + Default>(column: &mut Vec<T>, pairs: usize) {
-            if column.capacity() < pairs {
-                *column = Vec::with_capacity(pairs);
+        fn reserve<T>(column: &mut Vec<T>, pairs: usize) {
+            let needed = pairs.next_multiple_of(MAX_WIDTH);
+            if column.capacity() < needed {
+                // Old values need not be moved.
+                *column = Vec::with_capacity(needed);
             }
-            column.resize(pairs, T::default());
         }
-        sized(&mut self.first, pairs);
-        sized(&mut self.second, pairs);
-        sized(&mut self.reach, pairs);
-        sized(&mut self.damping, pairs);
+        reserve(&mut self.first, pairs);
+        reserve(&mut self.second, pairs);
+        reserve(&mut self.reach, pairs);
+        reserve(&mut self.damping, pairs);
         self.stretch.clear();
         self.rolling_stretch.clear();
         self.ends = ends;
+        self.set_len(pairs);
+    }
+
+    /// Fills the last register up with pairs of a disc and itself, which are not in contact; returns the number of pairs before.
+    pub(super) fn fill_registers(&mut self) -> usize {
+        let count = self.len();
+        self.set_len(count.next_multiple_of(MAX_WIDTH));
+        count
+    }
+
+    /// Removes the pairs behind the first `count`, or adds pairs of a disc and itself.
+    pub(super) fn set_len(&mut self, count: usize) {
+        self.first.resize(count, 0);
+        self.second.resize(count, 0);
+        self.reach.resize(count, 0.0);
+        self.damping.resize(count, 0.0);
+        for springs in [&mut self.stretch, &mut self.rolling_stretch] {
+            if !springs.is_empty() {
+                springs.resize(count, 0.0);
+            }
+        }
     }
 
     /// Number of leading tiers that contain all stretched springs: a spring that a fast pair released is visited once more.

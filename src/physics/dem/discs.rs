@@ -2,8 +2,9 @@
 //!
 //! The scans use SIMD instructions. Maxima and minima do not depend on the width; they ignore a position that is not a number.
 
-use super::block::{BLOCK, BlockDiscs, BlockView};
-use crate::simd::dispatch::{self, Kernel, each, larger};
+use super::block::{BLOCK, BlockDiscs};
+use super::motion;
+use crate::simd::registers::{Register as _, each, vectorized};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -94,45 +95,38 @@ impl Discs {
         self.materials.push(disc.material);
     }
 
-    /// All discs as one block.
-    pub(super) fn as_block(&mut self) -> BlockDiscs<'_> {
-        let Self { positions, velocities, spins, radii, masses, inverse_masses, materials, .. } =
-            self;
-        BlockDiscs { positions, velocities, spins, radii, masses, inverse_masses, materials }
-    }
-
-    /// The columns of a block's discs that contact forces depend on.
-    pub(super) fn view(&self, start: usize) -> BlockView<'_> {
-        let block = start..Ord::min(start + BLOCK, self.len());
-        BlockView {
-            start,
-            positions: &self.positions[block.clone()],
-            velocities: &self.velocities[block.clone()],
-            spins: &self.spins[block.clone()],
-            radii: &self.radii[block.clone()],
-            materials: &self.materials[block],
+    /// Discs of mass 1 at rest.
+    #[cfg(test)]
+    pub(super) fn at_rest(positions: Vec<[f64; 2]>, mut radius: impl FnMut() -> f64) -> Self {
+        let mut discs = Self::default();
+        for (id, position) in (0..).zip(positions) {
+            let (velocity, radius) = ([0.0; 2], radius());
+            discs.push(&Disc { id, position, velocity, radius, mass: 1.0, material: 0 });
         }
+        discs
     }
 
     /// The discs of each block.
     pub(super) fn blocks(&mut self) -> Vec<BlockDiscs<'_>> {
         let states = self.positions.chunks_mut(BLOCK).zip(self.velocities.chunks_mut(BLOCK));
-        let moving = states.zip(self.spins.chunks_mut(BLOCK));
-        let masses = self.masses.chunks(BLOCK).zip(self.inverse_masses.chunks(BLOCK));
-        let bodies = self.radii.chunks(BLOCK).zip(masses).zip(self.materials.chunks(BLOCK));
-        let own =
-            |(((positions, velocities), spins), ((radii, (masses, inverse_masses)), materials))| {
-                BlockDiscs {
-                    positions,
-                    velocities,
-                    spins,
-                    radii,
-                    masses,
-                    inverse_masses,
-                    materials,
-                }
-            };
-        moving.zip(bodies).map(own).collect()
+        let mut spins = self.spins.chunks_mut(BLOCK);
+        let mut radii = self.radii.chunks(BLOCK);
+        let mut masses = self.masses.chunks(BLOCK).zip(self.inverse_masses.chunks(BLOCK));
+        let mut materials = self.materials.chunks(BLOCK);
+        let block = |(number, (positions, velocities))| {
+            let (masses, inverse_masses) = masses.next()?;
+            Some(BlockDiscs {
+                start: number * BLOCK,
+                positions,
+                velocities,
+                spins: spins.next()?,
+                radii: radii.next()?,
+                masses,
+                inverse_masses,
+                materials: materials.next()?,
+            })
+        };
+        states.enumerate().filter_map(block).collect()
     }
 
     /// The index of each disc, in the order of the ids.
@@ -152,36 +146,7 @@ const GROUP: usize = 64;
 
 /// The largest displacement of a disc, m.
 pub(super) fn max_displacement(from: &[[f64; 2]], positions: &[[f64; 2]]) -> f64 {
-    dispatch::run(MaxDisplacement { from, positions }).sqrt()
-}
-
-struct MaxDisplacement<'a> {
-    from: &'a [[f64; 2]],
-    positions: &'a [[f64; 2]],
-}
-
-impl Kernel for MaxDisplacement<'_> {
-    /// Its square, m^2.
-    type Output = f64;
-
-    #[inline(always)]
-    fn run(self) -> f64 {
-        let squared = |then: [f64; 2], now: [f64; 2]| {
-            let moved = [now[0] - then[0], now[1] - then[1]];
-            moved[0] * moved[0] + moved[1] * moved[1]
-        };
-        let (from, last_from) = self.from.as_chunks::<4>();
-        let (positions, last_positions) = self.positions.as_chunks::<4>();
-        let mut longest = [0.0; 4];
-        for (then, now) in from.iter().zip(positions) {
-            let squared = each(|disc| squared(then[disc], now[disc]));
-            longest = each(|disc| larger(squared[disc], longest[disc]));
-        }
-        for (&then, &now) in last_from.iter().zip(last_positions) {
-            longest[0] = larger(squared(then, now), longest[0]);
-        }
-        larger(larger(longest[0], longest[1]), larger(longest[2], longest[3]))
-    }
+    max_displacement_squared(from, positions).sqrt()
 }
 
 /// Distance of the nearest center to a closed side of the box, m.
@@ -189,36 +154,9 @@ pub(super) fn clearance(positions: &[[f64; 2]], sides: [f64; 2], periodic: [bool
     if periodic == [true, true] {
         return f64::INFINITY;
     }
-    let least = dispatch::run(Clearance { positions, sides });
+    let least = least_distances(positions, sides);
     let closed = (0..2).filter(|&axis| !periodic[axis]);
-    closed.fold(
-        f64::INFINITY,
-        |nearest, axis| {
-            if least[axis] < nearest { least[axis] } else { nearest }
-        },
-    )
-}
-
-struct Clearance<'a> {
-    positions: &'a [[f64; 2]],
-    sides: [f64; 2],
-}
-
-impl Kernel for Clearance<'_> {
-    /// The least distance from the sides across each axis, m.
-    type Output = [f64; 2];
-
-    #[inline(always)]
-    fn run(self) -> [f64; 2] {
-        let smaller = |a: f64, b: f64| if a < b { a } else { b };
-        let [width, height] = self.sides;
-        let mut least = [f64::INFINITY; 4];
-        for &[x, y] in self.positions {
-            let distances = [x, y, width - x, height - y];
-            least = each(|side| smaller(distances[side], least[side]));
-        }
-        [smaller(least[0], least[2]), smaller(least[1], least[3])]
-    }
+    closed.fold(f64::INFINITY, |nearest, axis| smaller(least[axis], nearest))
 }
 
 /// Ranges of adjacent discs that contain all discs outside a periodic side.
@@ -231,29 +169,50 @@ pub(super) fn groups_that_left(
         if periodic[axis] { (0.0, sides[axis]) } else { (f64::NEG_INFINITY, f64::INFINITY) }
     };
     let ((left, right), (bottom, top)) = (range(0), range(1));
-    let (low, high) = ([left, bottom], [right, top]);
     let groups = positions.chunks(GROUP).enumerate();
     groups
-        .filter(|(_, positions)| dispatch::run(SomeAreOutside { positions, low, high }))
+        .filter(|(_, positions)| some_are_outside(positions, [left, bottom], [right, top]))
         .map(|(number, positions)| number * GROUP..number * GROUP + positions.len())
         .collect()
 }
 
-struct SomeAreOutside<'a> {
-    positions: &'a [[f64; 2]],
-    low: [f64; 2],
-    high: [f64; 2],
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
 
-impl Kernel for SomeAreOutside<'_> {
-    type Output = bool;
+vectorized! {
+    fn max_displacement_squared(from: &[[f64; 2]], positions: &[[f64; 2]]) -> f64 {
+        let squared = |then: [f64; 2], now: [f64; 2]| {
+            motion::distance_squared([now[0] - then[0], now[1] - then[1]])
+        };
+        let (from, last_from) = from.as_chunks::<4>();
+        let (positions, last_positions) = positions.as_chunks::<4>();
+        let mut longest = [0.0; 4];
+        for (then, now) in from.iter().zip(positions) {
+            let squared = each(|disc| squared(then[disc], now[disc]));
+            longest = each(|disc| squared[disc].larger(longest[disc]));
+        }
+        for (&then, &now) in last_from.iter().zip(last_positions) {
+            longest[0] = squared(then, now).larger(longest[0]);
+        }
+        longest[0].larger(longest[1]).larger(longest[2].larger(longest[3]))
+    }
 
-    #[inline(always)]
-    fn run(self) -> bool {
-        let ([left, bottom], [right, top]) = (self.low, self.high);
-        self.positions.iter().fold(false, |some, &[x, y]| {
-            // A position that is not a number is outside.
-            let is_inside = (x >= left) & (x < right) & (y >= bottom) & (y < top);
+    /// The least distance from the sides across each axis, m.
+    fn least_distances(positions: &[[f64; 2]], sides: [f64; 2]) -> [f64; 2] {
+        let mut least = [f64::INFINITY; 4];
+        for &[x, y] in positions {
+            let distances = [x, y, sides[0] - x, sides[1] - y];
+            least = each(|side| smaller(distances[side], least[side]));
+        }
+        [smaller(least[0], least[2]), smaller(least[1], least[3])]
+    }
+
+    /// A position that is not a number is outside.
+    fn some_are_outside(positions: &[[f64; 2]], low: [f64; 2], high: [f64; 2]) -> bool {
+        positions.iter().fold(false, |some, &[x, y]| {
+            let is_inside = (x >= low[0]) & (x < high[0]) & (y >= low[1]) & (y < high[1]);
             some | !is_inside
         })
     }
@@ -282,7 +241,7 @@ mod tests {
                 let moved = [position[0] - 0.25, position[1] - 0.5];
                 (moved[0] * moved[0] + moved[1] * moved[1]).sqrt()
             };
-            let longest = numbers().map(displacement).fold(0.0, larger);
+            let longest = numbers().map(displacement).fold(0.0, f64::larger);
             assert_eq!(max_displacement(&from, &positions), longest);
             let least = numbers()
                 .flat_map(|&[x, _]| [x, 1.0 - x])

@@ -6,7 +6,7 @@ use super::block::BlockDiscs;
 use super::motion;
 use super::parameters::{Parameters, StepContext};
 use super::totals::{BlockForces, StepTotals};
-use crate::simd::dispatch::{self, Kernel, each, larger};
+use crate::simd::registers::{Register as _, each, vectorized};
 
 /// Numbers of two discs, x and y of the first, then of the second.
 type TwoDiscs = [f64; 4];
@@ -14,56 +14,38 @@ type TwoDiscs = [f64; 4];
 /// Discs whose powers are summed separately; their sum does not depend on the width of instructions.
 const LANES: usize = 4;
 
-/// Moves the discs of a block by a step. `start` is the index of the first one. The forces are left at zero, for the next step.
+/// Moves the discs of a block by a step. The forces are left at zero, for the next step.
 pub(super) fn kick_and_drift(
     discs: &mut BlockDiscs<'_>,
     forces: &mut BlockForces,
-    start: usize,
     step: &StepContext<'_>,
-    parameters: &Parameters,
 ) -> StepTotals {
-    let Parameters { gravity, time_step, .. } = *parameters;
+    let Parameters { gravity, time_step, .. } = *step.parameters;
     let is_free_flight = gravity == [0.0; 2] && forces.mask.is_sparse(discs.positions.len());
     let sums = if is_free_flight {
         fly(discs, forces, time_step)
     } else {
-        dispatch::run(Drift {
-            positions: discs.positions,
-            velocities: discs.velocities,
-            inverse_masses: discs.inverse_masses,
-            forces: &mut forces.forces,
-            gravity,
-            time_step,
-        })
+        let BlockDiscs { positions, velocities, inverse_masses, .. } = discs;
+        drift(positions, velocities, inverse_masses, &mut forces.forces, gravity, time_step)
     };
     let Sums { dashpot_power: power, fastest_squared: fastest } = sums;
     let dashpot_power = (power[0] + power[2]) + (power[1] + power[3]);
     let mut totals = StepTotals {
         dashpot_power: dashpot_power + rotate(discs, forces, time_step),
         contacts: forces.sums.clone(),
-        fastest_squared: larger(fastest[0], fastest[1]),
+        fastest_squared: fastest[0].larger(fastest[1]),
         outside: None,
     };
     // If a position is not a number, neither is its velocity, nor the power.
     let bound = step.scope.moved + totals.max_displacement(time_step);
     if bound >= step.scope.clearance || dashpot_power.is_nan() {
-        let left = discs.positions.iter().position(|&position| !parameters.is_inside(position));
-        totals.outside = left.map(|disc| start + disc);
+        let is_outside = |&position: &[f64; 2]| !step.parameters.is_inside(position);
+        totals.outside = discs.positions.iter().position(is_outside).map(|disc| discs.start + disc);
     }
     totals
 }
 
-/// Kick and drift of all discs of a block.
-struct Drift<'a> {
-    positions: &'a mut [[f64; 2]],
-    velocities: &'a mut [[f64; 2]],
-    inverse_masses: &'a [f64],
-    forces: &'a mut [[f64; 4]],
-    gravity: [f64; 2],
-    time_step: f64,
-}
-
-/// The same as [`Drift`] without gravity and with few discs in contact: the others only drift.
+/// The same as [`drift`] without gravity and with few discs in contact: the others only drift.
 fn fly(discs: &mut BlockDiscs<'_>, forces: &mut BlockForces, time_step: f64) -> Sums {
     let half = 0.5 * time_step;
     // Of the even discs, and of the odd ones.
@@ -76,53 +58,14 @@ fn fly(discs: &mut BlockDiscs<'_>, forces: &mut BlockForces, time_step: f64) -> 
         power[disc % 2] = [x + dx * (*vx + ax * half), y + dy * (*vy + ay * half)];
         (*vx, *vy) = (*vx + ax * time_step, *vy + ay * time_step);
     }
-    let fastest_squared = dispatch::run(Flight {
-        positions: discs.positions,
-        velocities: discs.velocities,
-        time_step,
-    });
+    let fastest_squared = free_flight(discs.positions, discs.velocities, time_step);
     let [[x, y], [other_x, other_y]] = power;
     Sums { dashpot_power: [x, y, other_x, other_y], fastest_squared }
 }
 
-/// Free flight of all discs of a block.
-struct Flight<'a> {
-    positions: &'a mut [[f64; 2]],
-    velocities: &'a [[f64; 2]],
-    time_step: f64,
-}
-
-impl Kernel for Flight<'_> {
-    /// The largest squared speeds of the even discs, and of the odd ones, m^2/s^2.
-    type Output = [f64; 2];
-
-    #[inline(always)]
-    fn run(self) -> [f64; 2] {
-        let Self { positions, velocities, time_step } = self;
-        let (fours, last) = positions.as_chunks_mut::<4>();
-        let (velocities, last_velocities) = velocities.as_chunks::<4>();
-        let mut tops = [[0.0; 2]; 2];
-        for (positions, velocities) in fours.iter_mut().zip(velocities) {
-            let pairs = positions.as_flattened_mut().as_chunks_mut::<4>().0.iter_mut();
-            let velocities = velocities.as_flattened().as_chunks::<4>().0;
-            for ((x, v), top) in pairs.zip(velocities).zip(&mut tops) {
-                *x = each(|at| x[at] + v[at] * time_step);
-                let squared = each(|at| v[at] * v[at]);
-                *top = larger_of_each([squared[0] + squared[1], squared[2] + squared[3]], *top);
-            }
-        }
-        let mut top = larger_of_each(tops[0], tops[1]);
-        for ([x, y], [vx, vy]) in last.iter_mut().zip(last_velocities) {
-            (*x, *y) = (*x + vx * time_step, *y + vy * time_step);
-            top = larger_of_each([vx * vx + vy * vy, 0.0], top);
-        }
-        top
-    }
-}
-
 #[inline(always)]
 fn larger_of_each(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
-    [larger(one[0], other[0]), larger(one[1], other[1])]
+    [one[0].larger(other[0]), one[1].larger(other[1])]
 }
 
 /// Sums over every other disc, axis by axis: their order does not depend on the width of instructions.
@@ -168,52 +111,109 @@ impl Sums {
     }
 }
 
-impl Kernel for Drift<'_> {
-    type Output = Sums;
+vectorized! {
+    /// Moves all discs of a block without forces; returns the largest squared speeds of the even discs, and of the odd ones, m^2/s^2.
+    fn free_flight(
+        positions: &mut [[f64; 2]],
+        velocities: &[[f64; 2]],
+        time_step: f64,
+    ) -> [f64; 2] {
+        let (fours, last) = positions.as_chunks_mut::<4>();
+        let (velocities, last_velocities) = velocities.as_chunks::<4>();
+        let mut tops = [[0.0; 2]; 2];
+        for (positions, velocities) in fours.iter_mut().zip(velocities) {
+            let pairs = positions.as_flattened_mut().as_chunks_mut::<4>().0.iter_mut();
+            let velocities = velocities.as_flattened().as_chunks::<4>().0;
+            for ((x, v), top) in pairs.zip(velocities).zip(&mut tops) {
+                *x = each(|at| x[at] + v[at] * time_step);
+                let squared = each(|at| v[at] * v[at]);
+                *top = larger_of_each([squared[0] + squared[1], squared[2] + squared[3]], *top);
+            }
+        }
+        let mut top = larger_of_each(tops[0], tops[1]);
+        for ([x, y], [vx, vy]) in last.iter_mut().zip(last_velocities) {
+            (*x, *y) = (*x + vx * time_step, *y + vy * time_step);
+            top = larger_of_each([vx * vx + vy * vy, 0.0], top);
+        }
+        top
+    }
 
-    #[inline(always)]
-    fn run(self) -> Sums {
-        let (gravity, time_step) = (self.gravity, self.time_step);
+    /// Kick and drift of all discs of a block.
+    fn drift(
+        positions: &mut [[f64; 2]],
+        velocities: &mut [[f64; 2]],
+        inverse_masses: &[f64],
+        forces: &mut [[f64; 4]],
+        gravity: [f64; 2],
+        time_step: f64,
+    ) -> Sums {
         let mut sums = Sums { dashpot_power: [0.0; 4], fastest_squared: [0.0; 2] };
-        let (positions, last_position) = self.positions.as_chunks_mut::<2>();
-        let (velocities, last_velocity) = self.velocities.as_chunks_mut::<2>();
-        let (inverse_masses, last_mass) = self.inverse_masses.as_chunks::<2>();
-        let (forces, last_force) = self.forces.as_chunks_mut::<2>();
+        let (positions, last_position) = positions.as_chunks_mut::<2>();
+        let (velocities, last_velocity) = velocities.as_chunks_mut::<2>();
+        let (inverse_masses, last_mass) = inverse_masses.as_chunks::<2>();
+        let (forces, last_force) = forces.as_chunks_mut::<2>();
         let states = positions.iter_mut().zip(velocities);
-        for (((positions, velocities), &inverse), forces) in states.zip(inverse_masses).zip(forces)
-        {
-            sums.move_two(gravity, time_step, positions, velocities, inverse, forces);
+        for (((x, v), &inverse), f) in states.zip(inverse_masses).zip(forces) {
+            sums.move_two(gravity, time_step, x, v, inverse, f);
         }
         if let ([position], [velocity], [inverse], [force]) =
             (last_position, last_velocity, last_mass, last_force)
         {
             // The last disc, with a copy without power.
             let [fx, fy, ..] = *force;
-            let (mut positions, mut velocities) = ([*position; 2], [*velocity; 2]);
-            let mut forces = [*force, [fx, fy, 0.0, 0.0]];
-            let inverse = [*inverse; 2];
-            sums.move_two(
-                gravity,
-                time_step,
-                &mut positions,
-                &mut velocities,
-                inverse,
-                &mut forces,
-            );
-            (*position, *velocity, *force) = (positions[0], velocities[0], forces[0]);
+            let (mut x, mut v) = ([*position; 2], [*velocity; 2]);
+            let mut f = [*force, [fx, fy, 0.0, 0.0]];
+            sums.move_two(gravity, time_step, &mut x, &mut v, [*inverse; 2], &mut f);
+            (*position, *velocity, *force) = (x[0], v[0], f[0]);
         }
         sums
+    }
+
+    /// Rotates all discs of a block, and returns the power that dashpots take from every fourth one, W. Torques are left at zero.
+    fn rotation(
+        spins: &mut [f64],
+        masses: &[f64],
+        radii: &[f64],
+        tangential: &mut [[f64; 2]],
+        rolling: &mut [f64],
+        time_step: f64,
+    ) -> FourDiscs {
+        let mut power = [0.0; LANES];
+        let (spins, last_spins) = spins.as_chunks_mut::<LANES>();
+        let (masses, last_masses) = masses.as_chunks::<LANES>();
+        let (radii, last_radii) = radii.as_chunks::<LANES>();
+        let (tangential, last_tangential) = tangential.as_chunks_mut::<LANES>();
+        let (rolling, last_rolling) = rolling.as_chunks_mut::<LANES>();
+        let bodies = spins.iter_mut().zip(masses).zip(radii);
+        for (((spins, &masses), &radii), (tangential, rolling)) in
+            bodies.zip(tangential.iter_mut().zip(rolling))
+        {
+            let taken = rotate_four(spins, masses, radii, *tangential, *rolling, time_step);
+            (*tangential, *rolling) = ([[0.0; 2]; LANES], [0.0; LANES]);
+            power = each(|at| power[at] + taken[at]);
+        }
+        // The last discs, filled up with discs without a torque.
+        let few = last_spins.len();
+        let (mut spins, mut masses, mut radii) = ([0.0; LANES], [1.0; LANES], [1.0; LANES]);
+        let (mut tangential, mut rolling) = ([[0.0; 2]; LANES], [0.0; LANES]);
+        spins[..few].copy_from_slice(last_spins);
+        masses[..few].copy_from_slice(last_masses);
+        radii[..few].copy_from_slice(last_radii);
+        tangential[..few].swap_with_slice(last_tangential);
+        rolling[..few].swap_with_slice(last_rolling);
+        let taken = rotate_four(&mut spins, masses, radii, tangential, rolling, time_step);
+        last_spins.copy_from_slice(&spins[..few]);
+        each(|at| power[at] + taken[at])
     }
 }
 
 /// Advances the spins of a block's discs by a step, and returns the power that dashpots take from them, W.
-fn rotate(discs: &mut BlockDiscs<'_>, forces: &BlockForces, time_step: f64) -> f64 {
+fn rotate(discs: &mut BlockDiscs<'_>, forces: &mut BlockForces, time_step: f64) -> f64 {
     let BlockForces { tangential, rolling, .. } = forces;
     if tangential.is_empty() {
         return 0.0;
     }
-    let (spins, masses, radii) = (&mut *discs.spins, discs.masses, discs.radii);
-    let power = dispatch::run(Rotation { spins, masses, radii, tangential, rolling, time_step });
+    let power = rotation(discs.spins, discs.masses, discs.radii, tangential, rolling, time_step);
     (power[0] + power[2]) + (power[1] + power[3])
 }
 
@@ -221,16 +221,6 @@ fn rotate(discs: &mut BlockDiscs<'_>, forces: &BlockForces, time_step: f64) -> f
 #[inline(always)]
 pub(super) fn torque(radius: f64, [force, dashpot]: [f64; 2], rolling: f64) -> [f64; 2] {
     [rolling - radius * force, radius * dashpot]
-}
-
-/// Rotation of all discs of a block.
-struct Rotation<'a> {
-    spins: &'a mut [f64],
-    masses: &'a [f64],
-    radii: &'a [f64],
-    tangential: &'a [[f64; 2]],
-    rolling: &'a [f64],
-    time_step: f64,
 }
 
 /// Numbers of the discs that are rotated at a time.
@@ -253,38 +243,4 @@ fn rotate_four(
     let alpha = each(|at| motion::angular_acceleration(torques[at], masses[at], radii[at]));
     *spins = each(|at| before[at] + alpha[at] * time_step);
     each(|at| losses[at] * (before[at] + alpha[at] * half))
-}
-
-impl Kernel for Rotation<'_> {
-    type Output = FourDiscs;
-
-    #[inline(always)]
-    fn run(self) -> FourDiscs {
-        let Self { spins, masses, radii, tangential, rolling, time_step } = self;
-        let mut power = [0.0; LANES];
-        let (spins, last_spins) = spins.as_chunks_mut::<LANES>();
-        let (masses, last_masses) = masses.as_chunks::<LANES>();
-        let (radii, last_radii) = radii.as_chunks::<LANES>();
-        let (tangential, last_tangential) = tangential.as_chunks::<LANES>();
-        let (rolling, last_rolling) = rolling.as_chunks::<LANES>();
-        let bodies = spins.iter_mut().zip(masses).zip(radii);
-        let friction = tangential.iter().zip(rolling);
-        for (((spins, &masses), &radii), (&tangential, &rolling)) in bodies.zip(friction) {
-            let taken = rotate_four(spins, masses, radii, tangential, rolling, time_step);
-            let sum = power;
-            power = each(|at| sum[at] + taken[at]);
-        }
-        // The last discs, filled up with discs without a torque.
-        let few = last_spins.len();
-        let (mut spins, mut masses, mut radii) = ([0.0; LANES], [1.0; LANES], [1.0; LANES]);
-        let (mut tangential, mut rolling) = ([[0.0; 2]; LANES], [0.0; LANES]);
-        spins[..few].copy_from_slice(last_spins);
-        masses[..few].copy_from_slice(last_masses);
-        radii[..few].copy_from_slice(last_radii);
-        tangential[..few].copy_from_slice(last_tangential);
-        rolling[..few].copy_from_slice(last_rolling);
-        let taken = rotate_four(&mut spins, masses, radii, tangential, rolling, time_step);
-        last_spins.copy_from_slice(&spins[..few]);
-        each(|at| power[at] + taken[at])
-    }
 }

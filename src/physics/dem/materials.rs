@@ -3,7 +3,7 @@
 //! Constants that the manifest gives for a pair take precedence. Others follow from the two materials:
 //! - friction and rolling friction are the smaller of the two: the weaker surface yields first (the rule of Itasca's PFC
 //!   and of YADE, Šmilauer et al., Yade Documentation);
-//! - e^2 = (e_i^2 + e_j^2)/2: two springs of one stiffness in series store equal shares of the energy, and each material
+//! - e^2 = (e_i^2 + e_j^2)/2: two springs of one stiffness in series store equal fractions of the energy, and each material
 //!   returns e^2 of its own (Coaplen, Stronge and Ravani, Int. J. Impact Eng. 30 (2004) 581, for equal stiffness).
 //!
 //! All contacts have the same stiffness: it sets the duration and the overlap of a contact, which only need to be small enough.
@@ -11,7 +11,7 @@
 use crate::dem::discs::Discs;
 use crate::dem::{motion, restitution};
 use crate::random::{Seed, Stream};
-use crate::simd::dispatch::{self, Kernel, each};
+use crate::simd::registers::{each, vectorized};
 use kinetoscope_manifest::model::{DISC, DemConfig, DemContactConstants, Dissipation, WALL};
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +43,7 @@ pub(super) struct Materials {
     /// Materials, walls included.
     count: usize,
     /// Cumulative fraction of the discs, material by material.
-    shares: Vec<f64>,
+    fractions: Vec<f64>,
     /// Areal density of each disc material over that of the manifest.
     density_ratios: Vec<f64>,
 }
@@ -155,7 +155,7 @@ impl Materials {
         Self {
             pairs: (0..count * count).map(constants).collect(),
             count,
-            shares: summed_shares(config),
+            fractions: cumulative_fractions(config),
             density_ratios: if config.materials.is_empty() {
                 vec![1.0]
             } else {
@@ -181,19 +181,9 @@ impl Materials {
         &self.pairs
     }
 
-    /// Whether any contact has tangential or rolling springs.
-    pub(super) fn have_friction(&self) -> bool {
-        self.pairs.iter().any(|pair| pair.friction > 0.0 || pair.rolling_friction > 0.0)
-    }
-
-    /// Whether any contact has rolling springs.
-    pub(super) fn have_rolling_friction(&self) -> bool {
-        self.pairs.iter().any(|pair| pair.rolling_friction > 0.0)
-    }
-
     /// The constants of contacts between discs, if all discs are of one material.
     pub(super) fn only(&self) -> Option<&ContactConstants> {
-        self.pairs.first().filter(|_| self.shares.len() < 2)
+        self.pairs.first().filter(|_| self.fractions.len() < 2)
     }
 
     /// The constants with the strongest dashpot, which limits the time step.
@@ -222,15 +212,15 @@ impl Materials {
 
     /// The material of each of `count` discs, drawn by the fractions.
     pub(super) fn drawn(&self, count: usize, seed: Seed) -> Vec<u8> {
-        if self.shares.len() < 2 {
+        if self.fractions.len() < 2 {
             return vec![0; count];
         }
         let mut generator = seed.stream(Stream::Materials);
         let mut draw = || {
             let drawn = generator.uniform();
             // Up to the last but one: rounding cannot lead past the last.
-            let below = |share: &&f64| drawn >= **share;
-            self.shares[..self.shares.len() - 1].iter().take_while(below).count() as u8
+            let is_below = |fraction: &&f64| drawn >= **fraction;
+            self.fractions[..self.fractions.len() - 1].iter().take_while(is_below).count() as u8
         };
         (0..count).map(|_| draw()).collect()
     }
@@ -250,15 +240,14 @@ fn contact_constants(config: &DemConfig, surface: Surface) -> ContactConstants {
     }
 }
 
-fn summed_shares(config: &DemConfig) -> Vec<f64> {
-    let shares = || config.materials.iter().map(|material| material.fraction.get());
-    let total: f64 = shares().sum();
-    shares()
-        .scan(0.0, |sum, share| {
-            *sum += share;
-            Some(*sum / total)
-        })
-        .collect()
+fn cumulative_fractions(config: &DemConfig) -> Vec<f64> {
+    let fractions = || config.materials.iter().map(|material| material.fraction.get());
+    let (total, mut sum): (f64, f64) = (fractions().sum(), 0.0);
+    let add = |fraction: f64| {
+        sum += fraction;
+        sum / total
+    };
+    fractions().map(add).collect()
 }
 
 impl ContactLaw {
@@ -281,9 +270,7 @@ impl ContactLaw {
             Some(Dashpot::Damping(damping)) => dampings.fill(damping),
             Some(Dashpot::Ratio(ratio)) => {
                 let masses = counted_from.map(|from| &discs.masses[from..]);
-                let stiffness = self.stiffness;
-                let ends = [first, second];
-                dispatch::run(Dampings { masses, ends, ratio, stiffness, dampings });
+                dampings_of_ratio(ratio, self.stiffness, masses, [first, second], dampings);
             }
             None => {
                 for (damping, (&one, &other)) in dampings.iter_mut().zip(first.iter().zip(second)) {
@@ -307,36 +294,29 @@ impl ContactLaw {
 
     /// Whether contacts have tangential or rolling springs.
     pub(super) fn has_friction(&self) -> bool {
-        self.materials.have_friction()
+        self.materials.pairs.iter().any(|pair| pair.friction > 0.0 || pair.rolling_friction > 0.0)
     }
 
     /// Whether contacts have rolling springs.
     pub(super) fn has_rolling_friction(&self) -> bool {
-        self.materials.have_rolling_friction()
+        self.materials.pairs.iter().any(|pair| pair.rolling_friction > 0.0)
     }
 }
 
-/// Finds the dampings of pairs with one damping ratio.
-struct Dampings<'a> {
-    /// Masses of the first discs of pairs, and of the second ones, kg.
-    masses: [&'a [f64]; 2],
-    ends: [&'a [u32]; 2],
-    ratio: f64,
-    stiffness: f64,
-    dampings: &'a mut [f64],
-}
-
-impl Kernel for Dampings<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { masses: [masses, other_masses], ends: [first, second], .. } = self;
+vectorized! {
+    /// Finds the dampings of pairs with one damping ratio; `masses` are those of the first discs of pairs and of the second ones, kg.
+    fn dampings_of_ratio(
+        ratio: f64,
+        stiffness: f64,
+        masses: [&[f64]; 2],
+        ends: [&[u32]; 2],
+        dampings: &mut [f64],
+    ) -> () {
+        let ([masses, other_masses], [first, second]) = (masses, ends);
         let damping = |mass: f64, other_mass: f64| {
-            let effective_mass = motion::effective_mass(mass, other_mass);
-            restitution::damping(self.ratio, self.stiffness, effective_mass)
+            restitution::damping(ratio, stiffness, motion::effective_mass(mass, other_mass))
         };
-        let (fours, last) = self.dampings.as_chunks_mut::<4>();
+        let (fours, last) = dampings.as_chunks_mut::<4>();
         let (first, last_first) = first.as_chunks::<4>();
         let (second, last_second) = second.as_chunks::<4>();
         for ((dampings, first), second) in fours.iter_mut().zip(first).zip(second) {
@@ -354,7 +334,6 @@ impl Kernel for Dampings<'_> {
 mod tests {
     use super::*;
     use crate::dem::discs::Disc;
-    use kinetoscope_manifest::model::{DemConfig, Dissipation};
     use kinetoscope_manifest::quantity::{Fraction, NonNegative};
 
     #[test]

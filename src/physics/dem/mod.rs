@@ -28,6 +28,7 @@ mod walls;
 
 use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::Seed;
+use crate::simd::registers::MAX_WIDTH;
 use diagnosis::{Diagnosis, messages};
 use discs::Discs;
 use energy::{ClosedBalance, Energies, EnergyBalance};
@@ -41,13 +42,11 @@ use kinetoscope_recording::frame::{Frame, StateColumn};
 use kinetoscope_recording::scenery::Scenery;
 use neighbors::Neighbors;
 use neighbors::pair_search::Surroundings;
-use neighbors::tiers::Scope;
-use parameters::{Parameters, StepContext};
+use parameters::Parameters;
 use serde::{Deserialize, Serialize};
 use start::Kinds;
 use step::{Evaluation, Workspace};
 use totals::{BlowUp, Contact, StepTotals};
-use walls::PlacedWall;
 
 /// Discs with spring–dashpot contacts in a box with gravity.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -71,9 +70,9 @@ pub struct Dem {
     /// Log lines of frame 0.
     facts: Vec<String>,
     warnings: Vec<String>,
-    /// Whether SIMD instructions may be used; results have the same bits without.
-    #[serde(skip, default = "use_simd")]
-    use_simd: bool,
+    /// Numbers in the widest register that may be used; results have the same bits at every width.
+    #[serde(skip, default = "max_width")]
+    max_width: usize,
     #[serde(skip)]
     workspace: Workspace,
 }
@@ -83,8 +82,8 @@ const AUDIT_INTERVAL: u64 = 1000;
 /// Residual over all energy, above which a run has blown up.
 const MAX_RESIDUAL: f64 = 0.5;
 
-fn use_simd() -> bool {
-    true
+fn max_width() -> usize {
+    MAX_WIDTH
 }
 
 /// Quantities accumulated between frames.
@@ -140,8 +139,7 @@ impl Model for Dem {
         let mut warnings = Vec::new();
         if diagnosis.is_rejected() {
             let text = messages::rejection(config, &diagnosis);
-            if config.on_unstable_time_step == UnstableTimeStep::Error || !diagnosis.is_countable()
-            {
+            if config.on_unstable_time_step == UnstableTimeStep::Error || !diagnosis.is_countable {
                 return Err(SetupError(text));
             }
             warnings.push(text);
@@ -176,7 +174,7 @@ impl Model for Dem {
             window: Window { is_closed: true, ..Window::default() },
             facts,
             warnings,
-            use_simd: true,
+            max_width: MAX_WIDTH,
             workspace: Workspace::default(),
         };
         model.list_neighbors();
@@ -234,10 +232,10 @@ impl Model for Dem {
 }
 
 impl Dem {
-    /// Switches SIMD instructions in force loops on or off, which changes no bit; for tests and benchmarks.
+    /// Limits the registers of force loops to `max_width` numbers (1, 4 or 8), which changes no bit; for tests and benchmarks.
     #[must_use]
-    pub fn with_lanes(self, use_simd: bool) -> Self {
-        Self { use_simd, ..self }
+    pub fn with_max_width(self, max_width: usize) -> Self {
+        Self { max_width, ..self }
     }
 
     /// One time step: forces of the present state, energy balance, kick and drift; then the neighbor lists are made valid again.
@@ -245,9 +243,8 @@ impl Dem {
         let walls = self.parameters.walls_at(self.count);
         let scope = self.neighbors.scope();
         let known_overlap = self.window.max_overlap;
-        let step = step_context(&self.parameters, &walls, known_overlap, scope, self.use_simd);
-        let (neighbors, discs) = (&mut self.neighbors, &mut self.discs);
-        let totals = self.workspace.advance(neighbors, discs, &step, &self.parameters);
+        let step = self.parameters.step(&walls, known_overlap, scope, self.max_width);
+        let totals = self.workspace.advance(&mut self.neighbors, &mut self.discs, &step);
         self.window.add(&totals);
         let time_step = self.parameters.time_step;
         self.balance.add(&totals, time_step);
@@ -270,13 +267,11 @@ impl Dem {
     fn list_neighbors(&mut self) {
         let walls = self.parameters.walls_at(self.count);
         let around = Surroundings {
-            sides: self.parameters.sides,
-            periodic: self.parameters.periodic,
-            law: &self.parameters.law,
+            parameters: &self.parameters,
             walls: &walls,
             displacements: &self.parameters.displacements_at(self.count),
-            largest_radius: self.parameters.radius_range.1,
             memory: &self.workspace.search,
+            max_width: self.max_width,
         };
         self.neighbors.build(&mut self.discs, &around);
     }
@@ -293,7 +288,9 @@ impl Dem {
         }
         let before = self.energies(&self.evaluate()).total();
         // Lists contain indices; they are rebuilt at once, with the springs of the remaining discs.
-        self.keep_only(&remaining);
+        self.neighbors.hold_springs(&self.discs);
+        self.discs.reorder(&remaining);
+        self.list_neighbors();
         let after = self.energies(&self.evaluate()).total();
         self.balance.removed.add(before - after);
         self.removed += leaving as u64;
@@ -312,19 +309,11 @@ impl Dem {
             return;
         }
         let before = self.energies(&self.evaluate()).total();
-        let springs = self.neighbors.springs(&self.discs);
+        self.neighbors.hold_springs(&self.discs);
         entering.iter().for_each(|disc| self.discs.push(disc));
-        self.neighbors.hold(springs);
         self.list_neighbors();
         let after = self.energies(&self.evaluate()).total();
         self.balance.entered.add(after - before);
-    }
-
-    fn keep_only(&mut self, remaining: &[u32]) {
-        let springs = self.neighbors.springs(&self.discs);
-        self.discs.reorder(remaining);
-        self.neighbors.hold(springs);
-        self.list_neighbors();
     }
 
     /// Wraps discs that left through a periodic side around to the other one.
@@ -378,8 +367,8 @@ impl Dem {
     fn evaluate_contacts(&self, on_contact: &mut dyn FnMut(&Contact)) -> Evaluation {
         let walls = self.parameters.walls_at(self.count);
         let scope = self.neighbors.scope();
-        let step = step_context(&self.parameters, &walls, 0.0, scope, self.use_simd);
-        Evaluation::of(&self.neighbors, &self.discs, &step, &self.parameters, on_contact)
+        let step = self.parameters.step(&walls, 0.0, scope, self.max_width);
+        Evaluation::of(&self.neighbors, &self.discs, &step, on_contact)
     }
 
     fn fault(&self, blow_up: BlowUp) -> SimulationFault {
@@ -398,24 +387,6 @@ impl Dem {
         let lost =
             balance.dissipated() + self.balance.removed.value() - self.balance.entered.value();
         energies.total() + lost - balance.wall_work - self.balance.initial
-    }
-}
-
-fn step_context<'a>(
-    parameters: &'a Parameters,
-    walls: &'a [PlacedWall],
-    known_overlap: f64,
-    scope: Scope,
-    use_simd: bool,
-) -> StepContext<'a> {
-    StepContext {
-        law: &parameters.law,
-        walls,
-        time_step: parameters.time_step,
-        smallest_radius: parameters.radius_range.0,
-        known_overlap,
-        scope,
-        use_simd,
     }
 }
 

@@ -97,7 +97,6 @@ pub(crate) fn implicit_normal_force(
 /// Constants of springs with sliders.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SliderConstants<R> {
-    pub(crate) zero: R,
     /// Stiffness k_t, N/m.
     pub(crate) stiffness: R,
     /// k_t/2, N/m.
@@ -137,10 +136,11 @@ pub(crate) fn spring_slider<R: Register>(
     let stretched = before + travel;
     let trial = dashpot - spring.stiffness * stretched;
     let holds = trial.abs().is_at_most(limit);
-    let sliding = limit.or_else(spring.zero.is_less(trial), -limit);
+    let zero = trial.splat(0.0);
+    let sliding = limit.or_else(zero.is_less(trial), -limit);
     let yielded = -sliding * spring.compliance;
     let stretch = stretched.or_else(holds, yielded);
-    let slip = spring.zero.or_else(holds, stretched - yielded);
+    let slip = zero.or_else(holds, stretched - yielded);
     TangentialForce {
         force: trial.or_else(holds, sliding),
         dashpot: dashpot.or_zero(holds),

@@ -43,16 +43,16 @@ pub(super) struct Parameters {
 /// The constants of a step, besides discs and lists.
 #[derive(Clone, Copy)]
 pub(super) struct StepContext<'a> {
+    pub(super) parameters: &'a Parameters,
     pub(super) law: &'a ContactLaw,
     pub(super) walls: &'a [PlacedWall],
     pub(super) time_step: f64,
-    pub(super) smallest_radius: f64,
     /// The largest overlap over radius that is known already.
     pub(super) known_overlap: f64,
     /// The part of the lists that the step must visit.
     pub(super) scope: Scope,
-    /// Whether SIMD instructions may be used; results have the same bits without.
-    pub(super) use_simd: bool,
+    /// Numbers in the widest register that may be used; results have the same bits at every width.
+    pub(super) max_width: usize,
 }
 
 /// An automatic time step: pi sqrt(m/k) over this number, with c = eta dt/m_eff of at most the second value.
@@ -159,6 +159,18 @@ impl Parameters {
     pub(super) fn displacements_at(&self, count: u64) -> Vec<[f64; 2]> {
         let time = count as f64 * self.time_step;
         self.walls.iter().map(|wall| wall.motion.displacement(time)).collect()
+    }
+
+    /// The constants of a step.
+    pub(super) fn step<'a>(
+        &'a self,
+        walls: &'a [PlacedWall],
+        known_overlap: f64,
+        scope: Scope,
+        max_width: usize,
+    ) -> StepContext<'a> {
+        let (law, time_step) = (&self.law, self.time_step);
+        StepContext { parameters: self, law, walls, time_step, known_overlap, scope, max_width }
     }
 
     /// Specific potential energy of a fall through the whole box, J/kg.

@@ -25,7 +25,7 @@ use super::motion;
 use super::neighbors::Neighbors;
 use super::neighbors::near_pairs::NearPairs;
 use super::neighbors::pair_search::SearchMemory;
-use super::parameters::{Parameters, StepContext};
+use super::parameters::StepContext;
 use super::totals::{BlockForces, Contact, Partner, StepTotals};
 use crate::sum::CompensatedSum;
 use rayon::prelude::*;
@@ -64,9 +64,8 @@ impl Workspace {
         neighbors: &mut Neighbors,
         discs: &mut Discs,
         step: &StepContext<'_>,
-        parameters: &Parameters,
     ) -> StepTotals {
-        let solved = solved(neighbors, discs, step, parameters).map(|solution| solution.forces);
+        let solved = solved(neighbors, discs, step).map(|solution| solution.forces);
         let solved = solved.as_deref().unwrap_or_default();
         let blocks = &mut neighbors.blocks;
         let (count, group) = (blocks.len(), Ord::max(blocks.len().div_ceil(GROUPS), 2));
@@ -79,7 +78,8 @@ impl Workspace {
             let (solved, memory) = (solved.first(), &mut self.forces[0]);
             let (inter_block, near) = (&self.inter_block[0], &mut self.near[0]);
             let forces = KnownForces { solved, inter_block, near, memory };
-            return move_block(block, discs.as_block(), forces, step, parameters);
+            let moved = discs.blocks().pop().map(|discs| move_block(block, discs, forces, step));
+            return moved.unwrap_or_default();
         }
         let at_rest = &*discs;
         blocks
@@ -100,7 +100,7 @@ impl Workspace {
                 for ((((block, discs), inter_block), near), totals) in group {
                     let solved = solved.get(block.start / BLOCK);
                     let forces = KnownForces { solved, inter_block, near, memory };
-                    *totals = move_block(block, discs, forces, step, parameters);
+                    *totals = move_block(block, discs, forces, step);
                 }
             });
         StepTotals::of_all(&totals)
@@ -113,15 +113,12 @@ fn move_block(
     mut discs: BlockDiscs<'_>,
     KnownForces { solved, inter_block, near, memory }: KnownForces<'_>,
     step: &StepContext<'_>,
-    parameters: &Parameters,
 ) -> StepTotals {
     match solved {
         Some(solved) => memory.found.clone_from(solved),
-        None => {
-            memory.find(block, &discs.view(block.start), inter_block, near, step, &mut ());
-        }
+        None => memory.find(block, &discs, inter_block, near, step, &mut ()),
     }
-    integrate::kick_and_drift(&mut discs, &mut memory.found, block.start, step, parameters)
+    integrate::kick_and_drift(&mut discs, &mut memory.found, step)
 }
 
 /// Contacts with implicit dashpots, and the forces of each block.
@@ -131,36 +128,32 @@ struct Solution {
 }
 
 /// The solution with implicit dashpots; `None` with explicit ones.
-fn solved(
-    neighbors: &Neighbors,
-    discs: &Discs,
-    step: &StepContext<'_>,
-    parameters: &Parameters,
-) -> Option<Solution> {
+fn solved(neighbors: &Neighbors, discs: &Discs, step: &StepContext<'_>) -> Option<Solution> {
     if !step.law.is_implicit {
         return None;
     }
-    let mut contacts = Vec::new();
-    for block in &neighbors.blocks {
-        find_forces(&mut block.clone(), discs, step, &mut contacts);
+    let (mut contacts, mut copy) = (Vec::new(), discs.clone());
+    for (block, of_block) in neighbors.blocks.iter().zip(copy.blocks()) {
+        find_forces(block, &of_block, discs, step, &mut contacts);
     }
-    implicit::solve(discs, parameters, &mut contacts);
+    implicit::solve(discs, step.parameters, &mut contacts);
     let forces = implicit::forces_of(&contacts, discs, step);
     Some(Solution { contacts, forces })
 }
 
-/// Finds the forces of a block and records its contacts.
+/// Finds the forces on a block's discs, of which `all` is a copy, and records its contacts.
 fn find_forces(
-    block: &mut Block,
-    discs: &Discs,
+    block: &Block,
+    discs: &BlockDiscs<'_>,
+    all: &Discs,
     step: &StepContext<'_>,
     contacts: &mut Vec<Contact>,
-) -> ForceFinder {
+) -> BlockForces {
     let (mut inter_block, mut forces) = (InterBlockForces::default(), ForceFinder::default());
-    inter_block.find::<Vec<Contact>>(block, discs, step);
-    let near = &mut NearPairs::default();
-    forces.find(block, &discs.view(block.start), &inter_block, near, step, contacts);
-    forces
+    let block = &mut block.clone();
+    inter_block.find::<Vec<Contact>>(block, all, step);
+    forces.find(block, discs, &inter_block, &mut NearPairs::default(), step, contacts);
+    forces.found
 }
 
 /// Forces and accelerations of a state, for observation.
@@ -201,19 +194,12 @@ impl ContactStatistics {
     }
 }
 
-/// Velocities and spins of a block's discs at the positions' time.
-struct MidStep<'a> {
-    velocities: &'a mut [[f64; 2]],
-    spins: &'a mut [f64],
-}
-
 impl Evaluation {
     /// Evaluates a state without changing it, many blocks in parallel. `on_contact` receives all contacts, in a fixed order.
     pub(super) fn of(
         neighbors: &Neighbors,
         discs: &Discs,
         step: &StepContext<'_>,
-        parameters: &Parameters,
         on_contact: &mut dyn FnMut(&Contact),
     ) -> Self {
         let mut all = Self {
@@ -221,7 +207,7 @@ impl Evaluation {
             spins: vec![0.0; discs.len()],
             ..Self::default()
         };
-        let solved = solved(neighbors, discs, step, parameters);
+        let solved = solved(neighbors, discs, step);
         let mut take = |contact: &Contact| {
             all.contacts.add(contact, step.law.stiffness);
             on_contact(contact);
@@ -232,10 +218,9 @@ impl Evaluation {
         let mid_step = velocities.zip(all.spins.chunks_mut(discs_at_a_time));
         for (blocks, (velocities, spins)) in neighbors.blocks.chunks(EVALUATED).zip(mid_step) {
             let mid_step = velocities.par_chunks_mut(BLOCK).zip(spins.par_chunks_mut(BLOCK));
-            let evaluated = blocks.par_iter().zip(mid_step).map(|(block, (velocities, spins))| {
+            let evaluated = blocks.par_iter().zip(mid_step).map(|(block, mid_step)| {
                 let forces = solved.as_ref().map(|all| &all.forces[block.start / BLOCK]);
-                let mid_step = MidStep { velocities, spins };
-                evaluate_block(block, discs, forces, step, parameters, mid_step)
+                evaluate_block(block, discs, forces, step, mid_step)
             });
             for (of_block, contacts) in evaluated.collect::<Vec<(StepTotals, Vec<Contact>)>>() {
                 totals.push(of_block);
@@ -250,51 +235,45 @@ impl Evaluation {
     }
 }
 
-/// Moves a copy of a block; returns its totals, and its contacts unless all forces are solved.
+/// Moves a copy of a block; returns its totals, and its contacts unless all forces are solved. Velocities and spins at the
+/// positions' time are written to the last argument.
 fn evaluate_block(
     block: &Block,
     discs: &Discs,
     solved: Option<&BlockForces>,
     step: &StepContext<'_>,
-    parameters: &Parameters,
-    mid_step: MidStep<'_>,
+    (velocities, spins): (&mut [[f64; 2]], &mut [f64]),
 ) -> (StepTotals, Vec<Contact>) {
+    let range = block.start..block.start + block.len(discs.len());
+    let mut copy = BlockDiscs {
+        start: block.start,
+        positions: &mut discs.positions[range.clone()].to_vec(),
+        velocities: &mut discs.velocities[range.clone()].to_vec(),
+        spins: &mut discs.spins[range.clone()].to_vec(),
+        radii: &discs.radii[range.clone()],
+        masses: &discs.masses[range.clone()],
+        inverse_masses: &discs.inverse_masses[range.clone()],
+        materials: &discs.materials[range],
+    };
     let mut contacts = Vec::new();
     let mut forces = match solved {
         Some(solved) => solved.clone(),
-        None => find_forces(&mut block.clone(), discs, step, &mut contacts).found,
+        None => find_forces(block, &copy, discs, step, &mut contacts),
     };
-    let range = block.start..block.start + block.len(discs.len());
-    let masses = &discs.masses[range.clone()];
-    let inverse_masses = &discs.inverse_masses[range];
-    let view = discs.view(block.start);
-    let half = 0.5 * parameters.time_step;
-    let bodies = view.velocities.iter().zip(inverse_masses).zip(forces.forces.iter());
-    for (velocity, ((&[vx, vy], &inverse_mass), &[fx, fy, ..])) in
-        mid_step.velocities.iter_mut().zip(bodies)
-    {
-        let a = motion::acceleration(parameters.gravity, [fx, fy], inverse_mass);
-        *velocity = [vx + a[0] * half, vy + a[1] * half];
+    let half = 0.5 * step.time_step;
+    for (disc, &[fx, fy, ..]) in forces.forces.iter().enumerate() {
+        let inverse_mass = copy.inverse_masses[disc];
+        let [ax, ay] = motion::acceleration(step.parameters.gravity, [fx, fy], inverse_mass);
+        let [vx, vy] = copy.velocities[disc];
+        velocities[disc] = [vx + ax * half, vy + ay * half];
     }
-    mid_step.spins.copy_from_slice(view.spins);
-    let bodies = masses.iter().zip(view.radii);
-    let friction = forces.tangential.iter().zip(&forces.rolling);
-    for ((spin, (&mass, &radius)), (&tangential, &rolling)) in
-        mid_step.spins.iter_mut().zip(bodies).zip(friction)
-    {
-        let [torque, _] = integrate::torque(radius, tangential, rolling);
-        *spin += motion::angular_acceleration(torque, mass, radius) * half;
+    spins.copy_from_slice(copy.spins);
+    for (disc, &tangential) in forces.tangential.iter().enumerate() {
+        let (mass, radius) = (copy.masses[disc], copy.radii[disc]);
+        let [torque, _] = integrate::torque(radius, tangential, forces.rolling[disc]);
+        spins[disc] += motion::angular_acceleration(torque, mass, radius) * half;
     }
-    let mut copy = BlockDiscs {
-        positions: &mut view.positions.to_vec(),
-        velocities: &mut view.velocities.to_vec(),
-        spins: &mut view.spins.to_vec(),
-        radii: view.radii,
-        masses,
-        inverse_masses,
-        materials: view.materials,
-    };
-    let totals = integrate::kick_and_drift(&mut copy, &mut forces, block.start, step, parameters);
+    let totals = integrate::kick_and_drift(&mut copy, &mut forces, step);
     (totals, contacts)
 }
 

@@ -1,6 +1,7 @@
 //! What contacts add up to: forces per disc, sums per block, and single contacts as they are reported.
 
 use super::block::BLOCK;
+use super::parameters::StepContext;
 use crate::simd::aligned_rows::AlignedRows;
 
 /// Forces on the discs of a block, and sums over its contacts.
@@ -86,12 +87,12 @@ pub(super) struct ContactSums {
 }
 
 impl ContactSums {
-    /// Resets all sums, for a block whose maximal overlap starts at `max_overlap`.
-    pub(super) fn clear(&mut self, walls: usize, max_overlap: MaxOverlap) {
-        let mut by_wall = std::mem::take(&mut self.walls);
-        by_wall.clear();
-        by_wall.resize(walls, [0.0; 3]);
-        *self = Self { walls: by_wall, max_overlap, ..Self::default() };
+    /// Resets all sums, for the block that begins with disc `start`.
+    pub(super) fn clear(&mut self, step: &StepContext<'_>, start: usize) {
+        let mut walls = std::mem::take(&mut self.walls);
+        walls.clear();
+        walls.resize(step.walls.len(), [0.0; 3]);
+        *self = Self { walls, max_overlap: MaxOverlap::new(step, start), ..Self::default() };
     }
 
     /// Adds the sums of other contacts.
@@ -121,9 +122,10 @@ pub(super) struct MaxOverlap {
 }
 
 impl MaxOverlap {
-    /// The maximum with a known value, for the block that begins with disc `start`.
-    pub(super) fn new(over_radius: f64, smallest_radius: f64, start: usize) -> Self {
-        Self { over_radius, ends: None, smallest_radius, start }
+    /// The maximum with the known value of a step, for the block that begins with disc `start`.
+    fn new(step: &StepContext<'_>, start: usize) -> Self {
+        let smallest_radius = step.parameters.radius_range.0;
+        Self { over_radius: step.known_overlap, ends: None, smallest_radius, start }
     }
 
     /// An overlap up to which no contact needs to be noted, m.

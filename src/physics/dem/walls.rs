@@ -1,6 +1,6 @@
 //! Walls: shapes, motion, and contact points with discs.
 
-use crate::simd::dispatch::{self, Kernel};
+use crate::simd::registers::vectorized;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -123,17 +123,6 @@ impl Shape {
         }
     }
 
-    /// Marks those discs whose distance from this wall is less than their radius and a margin, m.
-    pub(super) fn mark_near(
-        &self,
-        positions: &[[f64; 2]],
-        radii: &[f64],
-        margin: f64,
-        are_near: &mut [bool],
-    ) {
-        dispatch::run(Nearness { shape: *self, positions, radii, margin, are_near });
-    }
-
     /// The nearest point of this wall to a disc's center.
     #[inline(always)]
     pub(super) fn contact(&self, [x, y]: [f64; 2]) -> WallContact {
@@ -171,23 +160,17 @@ impl PlacedWall {
     }
 }
 
-/// Finds the discs near a wall.
-struct Nearness<'a> {
-    shape: Shape,
-    positions: &'a [[f64; 2]],
-    radii: &'a [f64],
-    margin: f64,
-    are_near: &'a mut [bool],
-}
-
-impl Kernel for Nearness<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let discs = self.positions.iter().zip(self.radii);
-        for (is_near, (&position, radius)) in self.are_near.iter_mut().zip(discs) {
-            *is_near |= self.shape.contact(position).distance < radius + self.margin;
+vectorized! {
+    /// Marks those discs whose distance from a wall is less than their radius and a margin, m.
+    pub(super) fn mark_near(
+        shape: Shape,
+        positions: &[[f64; 2]],
+        radii: &[f64],
+        margin: f64,
+        are_near: &mut [bool],
+    ) -> () {
+        for (is_near, (&position, radius)) in are_near.iter_mut().zip(positions.iter().zip(radii)) {
+            *is_near |= shape.contact(position).distance < radius + margin;
         }
     }
 }
@@ -201,32 +184,4 @@ fn away_from(point: [f64; 2], to: [f64; 2]) -> WallContact {
     let normal =
         if distance > 0.0 { [apart[0] / distance, apart[1] / distance] } else { [0.0, 1.0] };
     WallContact { normal, distance }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn discs_within_reach_are_marked_near() {
-        let shapes = [
-            Shape::Plane { point: [0.0, 3.0], normal: [0.6, -0.8] },
-            Shape::Segment { from: [2.0, 2.0], to: [7.0, 5.0] },
-            Shape::Drum { center: [5.0, 5.0], radius: 5.0 },
-        ];
-        let part = |number: u32, root: f64| (f64::from(number) * root.sqrt()).fract();
-        let positions: Vec<[f64; 2]> =
-            (0..203).map(|number| [10.0 * part(number, 2.0), 10.0 * part(number, 3.0)]).collect();
-        let radii: Vec<f64> = (0..203).map(|number| part(number, 5.0)).collect();
-        for shape in shapes {
-            let mut are_near = vec![false; 203];
-            shape.mark_near(&positions, &radii, 0.5, &mut are_near);
-            let is_near = |(&position, radius): (&[f64; 2], &f64)| {
-                shape.contact(position).distance < radius + 0.5
-            };
-            let wanted: Vec<bool> = positions.iter().zip(&radii).map(is_near).collect();
-            assert_eq!(are_near, wanted);
-            assert!(are_near.contains(&true) && are_near.contains(&false));
-        }
-    }
 }

@@ -11,7 +11,7 @@ use super::sine_cosine::sine_and_cosine;
 use super::state::GasState;
 use super::tallies::{WallTallies, WallTally};
 use crate::model::Target;
-use crate::simd::dispatch::{self, Kernel};
+use crate::simd::registers::{self, InstructionSet, Kernel};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -120,7 +120,7 @@ impl Propagator for ClosedForm {
         let (instant, particles) = (Instant::of(&self.circle, time_s), &mut state.particles);
         let blocks = self.groups.par_chunks_mut(BLOCK).zip(particles.groups.par_chunks_mut(BLOCK));
         let blocks: Vec<BlockSums> = blocks
-            .map(|(paths, particles)| dispatch::run(AdvanceBlock { instant, paths, particles }))
+            .map(|(paths, particles)| registers::run(AdvanceBlock { instant, paths, particles }, 4))
             .collect();
         let (mut since_start, mut since_last) = (WallTally::default(), WallTally::default());
         for block in &blocks {
@@ -198,7 +198,7 @@ impl Kernel for AdvanceBlock<'_> {
     type Output = BlockSums;
 
     #[inline(always)]
-    fn run(self) -> BlockSums {
+    fn run<const N: usize, I: InstructionSet<N>>(self, _: I) -> BlockSums {
         let mut sums = BlockSums::default();
         for (path, particle) in self.paths.iter_mut().zip(self.particles) {
             // Copies show the compiler that the memory does not overlap.

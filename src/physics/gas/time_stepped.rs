@@ -10,7 +10,7 @@ use super::propagator::Propagator;
 use super::state::GasState;
 use super::tallies::ParticleTally;
 use crate::model::Target;
-use crate::simd::dispatch::{self, Kernel};
+use crate::simd::registers::{self, InstructionSet, Kernel};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +43,7 @@ impl Propagator for TimeStepped {
         let (time_step, radius) = (self.clock.time_step_s, state.container.circle.radius);
         let blocks = state.particles.groups.par_chunks_mut(BLOCK);
         blocks.zip(self.tallies.par_chunks_mut(BLOCK * LANES)).for_each(|(groups, tallies)| {
-            dispatch::run(BlockSteps { groups, tallies, radius, time_step, steps });
+            registers::run(BlockSteps { groups, tallies, radius, time_step, steps }, 4);
         });
         self.clock.done += steps;
         let is_reached = self.clock.has_reached(target);
@@ -157,7 +157,7 @@ impl Kernel for BlockSteps<'_> {
     /// In each step, all particles drift; those that end outside are listed and then reflected eight at a time. The list has one more
     /// entry than particles, because an entry is written before it is known whether the particle leaves.
     #[inline(always)]
-    fn run(mut self) {
+    fn run<const N: usize, I: InstructionSet<N>>(mut self, _: I) {
         let mut leaving = [Leaving::default(); BLOCK * LANES + 1];
         for _ in 0..self.steps {
             let count = self.drift(&mut leaving);

@@ -42,7 +42,7 @@ use self::engine::{Engine, StepOutcome};
 use self::observables::{CollisionSeries, CollisionStatistics, VelocityMoments};
 use crate::model::{Extent, Model, ModelKind, Progress, SetupError, SimulationFault, Target};
 use crate::random::{Seed, Stream};
-use crate::simd::instruction_set::{self, WideKernel};
+use crate::simd::registers::{self, InstructionSet, Kernel, MAX_WIDTH};
 use kinetoscope_manifest::model::{PackingConfig, PackingPlacement, RunLength};
 use kinetoscope_recording::channels::{
     ChannelDeclaration, PackingCollisions, PackingPressure, PackingTemperature, PerCollision,
@@ -144,7 +144,7 @@ impl Model for Packing {
     }
 
     fn advance(&mut self, target: Target, at_most: u64) -> Result<Progress, SimulationFault> {
-        instruction_set::run(AdvanceKernel { packing: self, target, at_most })
+        registers::run(AdvanceKernel { packing: self, target, at_most }, MAX_WIDTH)
     }
 
     fn count(&self) -> u64 {
@@ -282,15 +282,20 @@ struct AdvanceKernel<'a> {
     at_most: u64,
 }
 
-impl WideKernel for AdvanceKernel<'_> {
+impl Kernel for AdvanceKernel<'_> {
     type Output = Result<Progress, SimulationFault>;
 
     #[inline(always)]
-    fn run<const HAS_AVX512: bool>(self) -> Self::Output {
+    fn run<const N: usize, I: InstructionSet<N>>(self, _: I) -> Self::Output {
         let Self { packing, target, at_most } = self;
         packing.open_window();
         for _ in 0..at_most.max(1) {
-            if packing.step::<HAS_AVX512>(target)? {
+            let is_reached = if N == 8 {
+                packing.step::<true>(target)?
+            } else {
+                packing.step::<false>(target)?
+            };
+            if is_reached {
                 return Ok(Progress::Reached);
             }
         }

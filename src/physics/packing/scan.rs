@@ -332,7 +332,7 @@ mod tests {
     use crate::cell_grid::CellGrid;
     use crate::packing::domain::Domain;
     use crate::random::{Seed, Stream};
-    use crate::simd::instruction_set::{InstructionSet, WideKernel};
+    use crate::simd::registers::{self, InstructionSet, Kernel};
     use kinetoscope_manifest::model::{Boundary, PackingConfig};
 
     struct ScanKernel<'a> {
@@ -343,19 +343,17 @@ mod tests {
         contact_distance: f64,
     }
 
-    impl WideKernel for ScanKernel<'_> {
+    impl Kernel for ScanKernel<'_> {
         type Output = PredictedContact;
 
         #[inline(always)]
-        fn run<const HAS_AVX512: bool>(self) -> PredictedContact {
-            let Self { discs, cells, offsets, moving, contact_distance } = self;
-            first_contact_of_equal_discs::<HAS_AVX512>(
-                discs,
-                cells,
-                offsets,
-                moving,
-                contact_distance,
-            )
+        fn run<const N: usize, I: InstructionSet<N>>(self, _: I) -> PredictedContact {
+            let Self { discs, cells, offsets, moving, contact_distance: distance } = self;
+            if N == 8 {
+                first_contact_of_equal_discs::<true>(discs, cells, offsets, moving, distance)
+            } else {
+                first_contact_of_equal_discs::<false>(discs, cells, offsets, moving, distance)
+            }
         }
     }
 
@@ -409,14 +407,11 @@ mod tests {
                 let moving = MovingDisc { id, cell, position, velocity, now: 0.0 };
                 let portable = first_contact(input, moving);
                 contacts += u32::from(portable.time_to_contact < NEVER);
-                for instruction_set in InstructionSet::available() {
-                    let contact = instruction_set.run(ScanKernel {
-                        discs: &discs,
-                        cells: &cells,
-                        offsets: &offsets,
-                        moving,
-                        contact_distance: 2.0 * radius,
-                    });
+                for width in [1, 4, 8] {
+                    let (discs, cells, offsets) = (&discs, &cells, &offsets);
+                    let contact_distance = 2.0 * radius;
+                    let kernel = ScanKernel { discs, cells, offsets, moving, contact_distance };
+                    let contact = registers::run(kernel, width);
                     let times = [contact.time_to_contact, portable.time_to_contact];
                     assert_eq!(times[0].to_bits(), times[1].to_bits());
                     assert_eq!(contact.partner, portable.partner);

@@ -5,7 +5,7 @@
 //!
 //! # Safety
 //! - Intrinsics: [`first_contact`] is called only in code that is compiled for AVX-512 and runs only where the processor has
-//!   it (`simd::instruction_set`).
+//!   it (`simd::registers`).
 //! - Cells are read without bounds checks after an assertion on the largest index of the block.
 //! - Disc records are read without bounds checks after an assertion on the ids of all lanes. A record is `repr(C)` and begins
 //!   with position, velocity and time, which are five numbers.
@@ -19,8 +19,8 @@ use super::motion;
 
 use crate::cell_grid::BlockOffsets;
 use crate::cell_lists::{CellLists, NO_DISC};
-use crate::simd::f64x8::F64x8;
-use crate::simd::real::Real;
+use crate::simd::avx512::F64x8;
+use crate::simd::registers::Register;
 use std::arch::x86_64::*;
 
 /// Ids of up to sixteen candidates, one per lane.
@@ -278,16 +278,16 @@ unsafe fn contact_times(
         let block_cells = _mm512_cvtepu32_epi64(block_cells);
         let offset =
             [look_up_offsets(&offsets[0], block_cells), look_up_offsets(&offsets[1], block_cells)];
-        let age = F64x8::splat(moving.now) - time;
-        let own = [F64x8::splat(moving.position[0]), F64x8::splat(moving.position[1])];
+        let age = time.splat(moving.now) - time;
+        let own = [time.splat(moving.position[0]), time.splat(moving.position[1])];
         let separation = [
             position[0] + offset[0] + velocity[0] * age - own[0],
             position[1] + offset[1] + velocity[1] * age - own[1],
         ];
         let relative = [
-            velocity[0] - F64x8::splat(moving.velocity[0]),
-            velocity[1] - F64x8::splat(moving.velocity[1]),
+            velocity[0] - time.splat(moving.velocity[0]),
+            velocity[1] - time.splat(moving.velocity[1]),
         ];
-        motion::time_to_contact(separation, relative, F64x8::splat(contact_distance)).0
+        motion::time_to_contact(separation, relative, time.splat(contact_distance)).0
     }
 }

@@ -1,30 +1,28 @@
 //! Registers of four numbers with AVX2.
 //!
 //! # Safety
-//! - `Avx2` is created only by [`run`], which is called only where the processor has AVX2 and POPCNT. Every register comes
+//! - `Avx2` is created only by [`run`], which is called only where the processor has its instructions. Every register comes
 //!   from it; therefore, intrinsics are allowed wherever there is a register.
 //! - Loads and stores go through references to as many numbers as are moved, and are unaligned by instruction.
 
 #![allow(unsafe_code)]
 
-use super::registers::{
-    InstructionSet, Mask, Register, RegisterKernel, SELECTED_FIRST, selected_first,
-};
+use super::registers::{InstructionSet, Kernel, Mask, Register, SELECTED_FIRST, selected_first};
 use std::arch::x86_64::*;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
-/// Proof that the processor has AVX2 and POPCNT.
+/// Proof that the processor has AVX2, BMI and POPCNT.
 #[derive(Clone, Copy)]
 struct Avx2(());
 
 #[derive(Clone, Copy)]
-struct Four(__m256d);
+struct F64x4(__m256d);
 
 #[derive(Clone, Copy)]
-struct FourMask(__m256d);
+struct MaskX4(__m256d);
 
-#[target_feature(enable = "avx2,popcnt")]
-pub(super) fn run<K: RegisterKernel>(kernel: K) -> K::Output {
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
+pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Avx2(()))
 }
 
@@ -44,7 +42,8 @@ macro_rules! operators {
 }
 pub(super) use operators;
 
-operators!(Four: Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
+operators!(F64x4: Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
+operators!(MaskX4: BitAnd bitand _mm256_and_pd, BitOr bitor _mm256_or_pd);
 
 /// Two vectors in one register.
 ///
@@ -88,6 +87,7 @@ pub(super) unsafe fn add_opposite_rows<const N: usize>(
 ///
 /// # Safety
 /// - The processor has AVX.
+/// - Every index is less than the number of sums.
 #[inline(always)]
 pub(super) unsafe fn add_rows_to_both<const N: usize>(
     rows: [__m128d; N],
@@ -96,9 +96,9 @@ pub(super) unsafe fn add_rows_to_both<const N: usize>(
 ) {
     for lane in 0..N {
         for end in [first[lane], second[lane]] {
-            let sum = &mut sums[end as usize];
-            // SAFETY: the caller checked the processor; two f64 lie behind the reference.
+            // SAFETY: the caller checked the processor and the indices; two f64 lie behind the reference.
             unsafe {
+                let sum = sums.get_unchecked_mut(end as usize);
                 let added = _mm_add_pd(_mm_loadu_pd(sum.as_ptr()), rows[lane]);
                 _mm_storeu_pd(sum.as_mut_ptr(), added);
             }
@@ -169,32 +169,32 @@ unsafe fn transposed(rows: [__m256d; 4]) -> [__m256d; 4] {
 
 // SAFETY of all that follows: the instruction set and its registers prove the instructions; references hold what is moved.
 impl InstructionSet<4> for Avx2 {
-    type Register = Four;
+    type Register = F64x4;
 
     #[inline(always)]
-    fn splat(self, value: f64) -> Four {
-        Four(unsafe { _mm256_set1_pd(value) })
+    fn splat(self, value: f64) -> F64x4 {
+        F64x4(unsafe { _mm256_set1_pd(value) })
     }
 
     #[inline(always)]
-    fn load(self, values: &[f64; 4]) -> Four {
-        Four(unsafe { _mm256_loadu_pd(values.as_ptr()) })
+    fn load(self, values: &[f64; 4]) -> F64x4 {
+        F64x4(unsafe { _mm256_loadu_pd(values.as_ptr()) })
     }
 
     #[inline(always)]
-    fn store(self, register: Four, into: &mut [f64; 4]) {
+    fn store(self, register: F64x4, into: &mut [f64; 4]) {
         unsafe { _mm256_storeu_pd(into.as_mut_ptr(), register.0) }
     }
 
     #[inline(always)]
-    fn columns(self, vectors: &[[f64; 2]; 4]) -> [Four; 2] {
+    fn columns(self, vectors: &[[f64; 2]; 4]) -> [F64x4; 2] {
         let rows = vectors.as_flattened();
         unsafe {
             let low = _mm256_loadu_pd(rows[..4].as_ptr());
             let high = _mm256_loadu_pd(rows[4..].as_ptr());
             let even = _mm256_permute2f128_pd::<0x20>(low, high);
             let odd = _mm256_permute2f128_pd::<0x31>(low, high);
-            [Four(_mm256_unpacklo_pd(even, odd)), Four(_mm256_unpackhi_pd(even, odd))]
+            [F64x4(_mm256_unpacklo_pd(even, odd)), F64x4(_mm256_unpackhi_pd(even, odd))]
         }
     }
 
@@ -203,25 +203,26 @@ impl InstructionSet<4> for Avx2 {
         self,
         vectors: &[[f64; 2]],
         [[a, b, c, d], [e, f, g, h]]: [&[u32; 4]; 2],
-    ) -> [Four; 2] {
+    ) -> [F64x4; 2] {
         // SAFETY: the caller checked the indices.
         unsafe {
             let even =
                 _mm256_sub_pd(two_vectors(vectors, [*a, *c]), two_vectors(vectors, [*e, *g]));
             let odd = _mm256_sub_pd(two_vectors(vectors, [*b, *d]), two_vectors(vectors, [*f, *h]));
-            [Four(_mm256_unpacklo_pd(even, odd)), Four(_mm256_unpackhi_pd(even, odd))]
+            [F64x4(_mm256_unpacklo_pd(even, odd)), F64x4(_mm256_unpackhi_pd(even, odd))]
         }
     }
 
     #[inline(always)]
-    unsafe fn add_opposite(self, columns: [Four; 4], sums: &mut [[f64; 4]], ends: [&[u32; 4]; 2]) {
+    unsafe fn add_opposite(self, columns: [F64x4; 4], sums: &mut [[f64; 4]], ends: [&[u32; 4]; 2]) {
         let columns = [columns[0].0, columns[1].0, columns[2].0, columns[3].0];
         // SAFETY: the caller checked the indices.
         unsafe { add_opposite_rows(transposed(columns), sums, ends) }
     }
 
     #[inline(always)]
-    fn add_to_both(self, columns: [Four; 2], sums: &mut [[f64; 2]], ends: [&[u32; 4]; 2]) {
+    unsafe fn add_to_both(self, columns: [F64x4; 2], sums: &mut [[f64; 2]], ends: [&[u32; 4]; 2]) {
+        // SAFETY: the caller checked the indices.
         unsafe {
             let even = _mm256_unpacklo_pd(columns[0].0, columns[1].0);
             let odd = _mm256_unpackhi_pd(columns[0].0, columns[1].0);
@@ -236,7 +237,16 @@ impl InstructionSet<4> for Avx2 {
     }
 
     #[inline(always)]
-    fn store_selected(self, register: Four, lanes: u32, into: &mut [f64; 4]) {
+    unsafe fn gather(self, column: &[f64], &[a, b, c, d]: &[u32; 4]) -> F64x4 {
+        // SAFETY: the caller checked the indices.
+        unsafe {
+            let at = |index: u32| *column.get_unchecked(index as usize);
+            F64x4(_mm256_setr_pd(at(a), at(b), at(c), at(d)))
+        }
+    }
+
+    #[inline(always)]
+    fn store_selected(self, register: F64x4, lanes: u32, into: &mut [f64; 4]) {
         unsafe {
             let packed = packed(_mm256_castpd_si256(register.0), lanes);
             _mm256_storeu_si256(into.as_mut_ptr().cast(), packed);
@@ -260,7 +270,7 @@ impl InstructionSet<4> for Avx2 {
     }
 }
 
-impl Neg for Four {
+impl Neg for F64x4 {
     type Output = Self;
 
     #[inline(always)]
@@ -269,15 +279,20 @@ impl Neg for Four {
     }
 }
 
-impl Mask for FourMask {
+impl Mask for MaskX4 {
     #[inline(always)]
     fn bits(self) -> u32 {
         unsafe { _mm256_movemask_pd(self.0) as u32 }
     }
 }
 
-impl Register for Four {
-    type Mask = FourMask;
+impl Register for F64x4 {
+    type Mask = MaskX4;
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> Self {
+        Self(unsafe { _mm256_set1_pd(value) })
+    }
 
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -295,22 +310,22 @@ impl Register for Four {
     }
 
     #[inline(always)]
-    fn is_less(self, other: Self) -> FourMask {
-        FourMask(unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0) })
+    fn is_less(self, other: Self) -> MaskX4 {
+        MaskX4(unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0) })
     }
 
     #[inline(always)]
-    fn is_at_most(self, other: Self) -> FourMask {
-        FourMask(unsafe { _mm256_cmp_pd::<_CMP_LE_OQ>(self.0, other.0) })
+    fn is_at_most(self, other: Self) -> MaskX4 {
+        MaskX4(unsafe { _mm256_cmp_pd::<_CMP_LE_OQ>(self.0, other.0) })
     }
 
     #[inline(always)]
-    fn or_else(self, mask: FourMask, other: Self) -> Self {
+    fn or_else(self, mask: MaskX4, other: Self) -> Self {
         Self(unsafe { _mm256_blendv_pd(other.0, self.0, mask.0) })
     }
 
     #[inline(always)]
-    fn or_zero(self, mask: FourMask) -> Self {
+    fn or_zero(self, mask: MaskX4) -> Self {
         Self(unsafe { _mm256_and_pd(self.0, mask.0) })
     }
 }

@@ -1,8 +1,8 @@
 //! Registers of eight numbers with AVX-512.
 //!
 //! # Safety
-//! - `Avx512` is created only by [`run`], which is called only where the processor has AVX-512 and POPCNT. Every register comes
-//!   from it; therefore, intrinsics are allowed wherever there is a register.
+//! - `Avx512` is created only by [`run`], which is called only where the processor has its instructions. Every register is
+//!   created in code compiled for them; therefore, intrinsics are allowed wherever there is a register.
 //! - Loads and stores go through references to as many numbers as are moved, and are unaligned by instruction.
 
 #![allow(unsafe_code)]
@@ -10,23 +10,24 @@
 use super::avx2::{
     add_opposite_rows, add_rows_to_both, operators, store_selected_numbers, two_vectors,
 };
-use super::registers::{InstructionSet, Mask, Register, RegisterKernel};
+use super::registers::{InstructionSet, Kernel, Mask, Register};
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Proof that the processor has AVX-512 and POPCNT.
+/// Proof that the processor has AVX-512 F and VL, AVX2, BMI and POPCNT.
 #[derive(Clone, Copy)]
 struct Avx512(());
 
+/// Eight numbers in one register.
 #[derive(Clone, Copy)]
-struct Eight(__m512d);
+pub(crate) struct F64x8(pub(crate) __m512d);
 
-#[target_feature(enable = "avx512f,popcnt")]
-pub(super) fn run<K: RegisterKernel>(kernel: K) -> K::Output {
+#[target_feature(enable = "avx2,avx512f,avx512vl,bmi1,bmi2,popcnt")]
+pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Avx512(()))
 }
 
-operators!(Eight: Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
+operators!(F64x8: Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
 
 impl Avx512 {
     /// Four vectors in one register.
@@ -66,32 +67,32 @@ unsafe fn transposed(rows: [__m512d; 4]) -> [__m512d; 4] {
 
 // SAFETY of all that follows: the instruction set and its registers prove the instructions; references hold what is moved.
 impl InstructionSet<8> for Avx512 {
-    type Register = Eight;
+    type Register = F64x8;
 
     #[inline(always)]
-    fn splat(self, value: f64) -> Eight {
-        Eight(unsafe { _mm512_set1_pd(value) })
+    fn splat(self, value: f64) -> F64x8 {
+        F64x8(unsafe { _mm512_set1_pd(value) })
     }
 
     #[inline(always)]
-    fn load(self, values: &[f64; 8]) -> Eight {
-        Eight(unsafe { _mm512_loadu_pd(values.as_ptr()) })
+    fn load(self, values: &[f64; 8]) -> F64x8 {
+        F64x8(unsafe { _mm512_loadu_pd(values.as_ptr()) })
     }
 
     #[inline(always)]
-    fn store(self, register: Eight, into: &mut [f64; 8]) {
+    fn store(self, register: F64x8, into: &mut [f64; 8]) {
         unsafe { _mm512_storeu_pd(into.as_mut_ptr(), register.0) }
     }
 
     #[inline(always)]
-    fn columns(self, vectors: &[[f64; 2]; 8]) -> [Eight; 2] {
+    fn columns(self, vectors: &[[f64; 2]; 8]) -> [F64x8; 2] {
         let rows = vectors.as_flattened();
         unsafe {
             let low = _mm512_loadu_pd(rows[..8].as_ptr());
             let high = _mm512_loadu_pd(rows[8..].as_ptr());
             let even = _mm512_setr_epi64(0, 2, 4, 6, 8, 10, 12, 14);
             let odd = _mm512_setr_epi64(1, 3, 5, 7, 9, 11, 13, 15);
-            [even, odd].map(|order| Eight(_mm512_permutex2var_pd(low, order, high)))
+            [even, odd].map(|order| F64x8(_mm512_permutex2var_pd(low, order, high)))
         }
     }
 
@@ -100,7 +101,7 @@ impl InstructionSet<8> for Avx512 {
         self,
         vectors: &[[f64; 2]],
         [first, second]: [&[u32; 8]; 2],
-    ) -> [Eight; 2] {
+    ) -> [F64x8; 2] {
         let [a, b, c, d, e, f, g, h] = *first;
         let [i, j, k, l, m, n, o, p] = *second;
         // SAFETY: the caller checked the indices.
@@ -113,12 +114,12 @@ impl InstructionSet<8> for Avx512 {
                 self.four_vectors(vectors, [b, d, f, h]),
                 self.four_vectors(vectors, [j, l, n, p]),
             );
-            [Eight(_mm512_unpacklo_pd(even, odd)), Eight(_mm512_unpackhi_pd(even, odd))]
+            [F64x8(_mm512_unpacklo_pd(even, odd)), F64x8(_mm512_unpackhi_pd(even, odd))]
         }
     }
 
     #[inline(always)]
-    unsafe fn add_opposite(self, columns: [Eight; 4], sums: &mut [[f64; 4]], ends: [&[u32; 8]; 2]) {
+    unsafe fn add_opposite(self, columns: [F64x8; 4], sums: &mut [[f64; 4]], ends: [&[u32; 8]; 2]) {
         let columns = [columns[0].0, columns[1].0, columns[2].0, columns[3].0];
         // SAFETY: the caller checked the indices.
         unsafe {
@@ -138,7 +139,8 @@ impl InstructionSet<8> for Avx512 {
     }
 
     #[inline(always)]
-    fn add_to_both(self, columns: [Eight; 2], sums: &mut [[f64; 2]], ends: [&[u32; 8]; 2]) {
+    unsafe fn add_to_both(self, columns: [F64x8; 2], sums: &mut [[f64; 2]], ends: [&[u32; 8]; 2]) {
+        // SAFETY: the caller checked the indices.
         unsafe {
             let even = _mm512_unpacklo_pd(columns[0].0, columns[1].0);
             let odd = _mm512_unpackhi_pd(columns[0].0, columns[1].0);
@@ -160,8 +162,17 @@ impl InstructionSet<8> for Avx512 {
     }
 
     #[inline(always)]
-    fn store_selected(self, register: Eight, lanes: u32, into: &mut [f64; 8]) {
-        self.store(Eight(unsafe { _mm512_maskz_compress_pd(lanes as u8, register.0) }), into);
+    unsafe fn gather(self, column: &[f64], &[a, b, c, d, e, f, g, h]: &[u32; 8]) -> F64x8 {
+        // SAFETY: the caller checked the indices.
+        unsafe {
+            let at = |index: u32| *column.get_unchecked(index as usize);
+            F64x8(_mm512_setr_pd(at(a), at(b), at(c), at(d), at(e), at(f), at(g), at(h)))
+        }
+    }
+
+    #[inline(always)]
+    fn store_selected(self, register: F64x8, lanes: u32, into: &mut [f64; 8]) {
+        self.store(F64x8(unsafe { _mm512_maskz_compress_pd(lanes as u8, register.0) }), into);
     }
 
     #[inline(always)]
@@ -189,7 +200,7 @@ impl Mask for __mmask8 {
     }
 }
 
-impl Neg for Eight {
+impl Neg for F64x8 {
     type Output = Self;
 
     #[inline(always)]
@@ -201,8 +212,13 @@ impl Neg for Eight {
     }
 }
 
-impl Register for Eight {
+impl Register for F64x8 {
     type Mask = __mmask8;
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> Self {
+        Self(unsafe { _mm512_set1_pd(value) })
+    }
 
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -1,7 +1,9 @@
-//! Registers of one, four (AVX2) or eight (AVX-512) numbers, so that a formula is written once for every width.
+//! Registers of one, four (AVX2) or eight (AVX-512) numbers, so that a formula is written once for every width, and the one
+//! place that chooses instructions at run time.
 //!
-//! Operators act lane by lane. Each operation is rounded by IEEE 754 as that of a single number and is never fused; therefore,
-//! results have the same bits at every width. Width 1 is plain `f64` arithmetic with checked indices and runs on every processor.
+//! Operators act lane by lane. Each operation is rounded by IEEE 754 as that of a single number, and is neither fused (`fma` is
+//! not among the features) nor reordered; therefore, results have the same bits at every width. Width 1 is plain `f64` arithmetic
+//! with checked indices and runs on every processor.
 //!
 //! # Safety
 //! - A value of an [`InstructionSet`] proves that the processor has the instructions: [`run`] is the only function that creates
@@ -10,22 +12,22 @@
 
 #![allow(unsafe_code)]
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 /// Numbers in the widest register.
 pub(crate) const MAX_WIDTH: usize = 8;
 
-/// A loop over columns of numbers that is generic over the register. `run` must be `#[inline(always)]`.
-pub(crate) trait RegisterKernel {
-    /// What the loop returns.
+/// Code that is compiled for every instruction set. `run` and every function on its hot path must be `#[inline(always)]`.
+pub(crate) trait Kernel {
+    /// What the code returns.
     type Output;
 
-    /// Runs the loop.
+    /// Runs the code, which may use registers of `N` numbers.
     fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> Self::Output;
 }
 
-/// A register of numbers.
-pub(crate) trait Register:
+/// A real number, or a register of real numbers on which every operation acts lane by lane.
+pub trait Register:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -33,15 +35,20 @@ pub(crate) trait Register:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// A yes or no per lane.
+    /// The result of a comparison.
     type Mask: Mask;
 
+    /// Another number in every lane.
+    fn splat(self, value: f64) -> Self;
+    /// The square root.
     fn sqrt(self) -> Self;
+    /// The absolute value.
     fn abs(self) -> Self;
-
     /// `if self > other { self } else { other }`
     fn larger(self, other: Self) -> Self;
+    /// `self < other`
     fn is_less(self, other: Self) -> Self::Mask;
+    /// `self <= other`
     fn is_at_most(self, other: Self) -> Self::Mask;
 
     /// `if mask { self } else { other }`
@@ -51,8 +58,8 @@ pub(crate) trait Register:
     fn or_zero(self, mask: Self::Mask) -> Self;
 }
 
-/// A yes or no per lane.
-pub(crate) trait Mask: Copy {
+/// One truth value per lane.
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
     /// One bit per lane, the first lane lowest.
     fn bits(self) -> u32;
 }
@@ -89,7 +96,21 @@ pub(crate) trait InstructionSet<const N: usize>: Copy {
     );
 
     /// Adds rows, given by columns, to the sums at both ends.
-    fn add_to_both(self, columns: [Self::Register; 2], sums: &mut [[f64; 2]], ends: [&[u32; N]; 2]);
+    ///
+    /// # Safety
+    /// - Every index is less than the number of sums.
+    unsafe fn add_to_both(
+        self,
+        columns: [Self::Register; 2],
+        sums: &mut [[f64; 2]],
+        ends: [&[u32; N]; 2],
+    );
+
+    /// The values of a column at `N` indices.
+    ///
+    /// # Safety
+    /// - Every index is less than the number of values.
+    unsafe fn gather(self, column: &[f64], indices: &[u32; N]) -> Self::Register;
 
     /// Stores the lanes whose bits are set in `lanes`, packed from the front; the rest is undefined.
     fn store_selected(self, register: Self::Register, lanes: u32, into: &mut [f64; N]);
@@ -102,20 +123,61 @@ pub(crate) trait InstructionSet<const N: usize>: Copy {
 }
 
 /// Runs a kernel with the widest registers of at most `max_width` numbers that the processor has.
-pub(crate) fn run<K: RegisterKernel>(kernel: K, max_width: usize) -> K::Output {
+pub(crate) fn run<K: Kernel>(kernel: K, max_width: usize) -> K::Output {
     #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("popcnt") {
-        if max_width >= 8 && std::arch::is_x86_feature_detected!("avx512f") {
-            // SAFETY: the processor has AVX-512 and POPCNT.
+    if max_width >= 4
+        && is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("popcnt")
+    {
+        if max_width >= 8
+            && is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+        {
+            // SAFETY: the processor has these instructions.
             return unsafe { super::avx512::run(kernel) };
         }
-        if max_width >= 4 && std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has AVX2 and POPCNT.
-            return unsafe { super::avx2::run(kernel) };
-        }
+        // SAFETY: the processor has these instructions.
+        return unsafe { super::avx2::run(kernel) };
     }
     let _ = max_width;
     kernel.run(Scalar)
+}
+
+/// Defines functions that contain loops in plain arithmetic and are compiled for wider instructions as well. Functions that they
+/// call must be `#[inline(always)]`.
+macro_rules! vectorized {
+    ($($(#[$attribute:meta])* $visibility:vis fn $name:ident(
+        $($argument:ident: $type:ty),* $(,)?
+    ) -> $output:ty $body:block)+) => {$(
+        $(#[$attribute])*
+        $visibility fn $name($($argument: $type),*) -> $output {
+            struct Arguments<T>(T);
+
+            impl $crate::simd::registers::Kernel for Arguments<($($type,)*)> {
+                type Output = $output;
+
+                #[inline(always)]
+                fn run<const N: usize, I: $crate::simd::registers::InstructionSet<N>>(
+                    self,
+                    _: I,
+                ) -> $output {
+                    let Self(($($argument,)*)) = self;
+                    $body
+                }
+            }
+
+            $crate::simd::registers::run(Arguments(($($argument,)*)), 4)
+        }
+    )+};
+}
+pub(crate) use vectorized;
+
+/// Four numbers, each by its place: what the compiler keeps in one register, or in two.
+#[inline(always)]
+pub(crate) fn each(value: impl Fn(usize) -> f64) -> [f64; 4] {
+    [value(0), value(1), value(2), value(3)]
 }
 
 /// Width 1.
@@ -131,6 +193,11 @@ impl Mask for bool {
 
 impl Register for f64 {
     type Mask = bool;
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> Self {
+        value
+    }
 
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -215,7 +282,7 @@ impl InstructionSet<1> for Scalar {
     }
 
     #[inline(always)]
-    fn add_to_both(
+    unsafe fn add_to_both(
         self,
         columns: [f64; 2],
         sums: &mut [[f64; 2]],
@@ -225,6 +292,11 @@ impl InstructionSet<1> for Scalar {
             let [x, y] = sums[*end as usize];
             sums[*end as usize] = [x + columns[0], y + columns[1]];
         }
+    }
+
+    #[inline(always)]
+    unsafe fn gather(self, column: &[f64], [index]: &[u32; 1]) -> f64 {
+        column[*index as usize]
     }
 
     #[inline(always)]
@@ -280,7 +352,7 @@ mod tests {
     /// Every operation on columns of numbers, as bits.
     struct Operations<'a>(&'a [[f64; 2]; 8]);
 
-    impl RegisterKernel for Operations<'_> {
+    impl Kernel for Operations<'_> {
         type Output = Vec<u64>;
 
         #[inline(always)]
@@ -301,10 +373,13 @@ mod tests {
                 let ends = [&first, &first.map(|index| (3 * index + 1) % 8)];
                 // SAFETY: indices are less than 8.
                 let [dx, dy] = unsafe { instructions.differences(self.0, ends) };
-                let columns = [dx, dy, x, instructions.splat(3.0)];
+                // SAFETY: as above.
+                let gathered = unsafe { instructions.gather(self.0.as_flattened(), &first) };
+                let columns = [dx, gathered, x, instructions.splat(3.0)];
                 // SAFETY: as above.
                 unsafe { instructions.add_opposite(columns, &mut sums.0, ends) };
-                instructions.add_to_both([dy, dx], &mut sums.1, ends);
+                // SAFETY: as above.
+                unsafe { instructions.add_to_both([dy, dx], &mut sums.1, ends) };
                 let lanes = x.is_less(y).bits();
                 let count = lanes.count_ones() as usize;
                 instructions.store_selected(y, lanes, &mut stored);
@@ -325,10 +400,36 @@ mod tests {
         }
     }
 
+    /// Sums, products, a quotient and a root, which a compiler might be tempted to fuse.
+    #[inline(always)]
+    fn chord([x, y, vx, vy]: [f64; 4]) -> u64 {
+        let along = x * vx + y * vy;
+        let speed_squared = vx * vx + vy * vy;
+        let room = speed_squared * (1.0 - (x * x + y * y)) + along * along;
+        ((room.sqrt() - along) / speed_squared).to_bits()
+    }
+
+    vectorized! {
+        fn chords(particles: &[[f64; 4]]) -> Vec<u64> {
+            particles.iter().map(|&particle| chord(particle)).collect()
+        }
+    }
+
+    /// The fractional parts of multiples of irrational numbers fill the unit interval evenly (Weyl 1916).
+    fn part(index: usize, root: f64) -> f64 {
+        (index as f64 * root.sqrt()).fract() - 0.5
+    }
+
+    #[test]
+    fn vectorized_loops_give_the_same_bits() {
+        let particles: Vec<[f64; 4]> =
+            (1..10_000).map(|index| [2.0, 3.0, 5.0, 7.0].map(|root| part(index, root))).collect();
+        let scalar: Vec<u64> = particles.iter().map(|&particle| chord(particle)).collect();
+        assert_eq!(chords(&particles), scalar);
+    }
+
     #[test]
     fn every_width_gives_the_same_bits() {
-        // The fractional parts of multiples of irrational numbers fill the unit interval evenly (Weyl 1916).
-        let part = |index: usize, root: f64| (index as f64 * root.sqrt()).fract() - 0.5;
         let vectors: [[f64; 2]; 8] = std::array::from_fn(|i| [part(i + 1, 2.0), part(i + 1, 3.0)]);
         let scalar = run(Operations(&vectors), 1);
         for width in [4, MAX_WIDTH] {

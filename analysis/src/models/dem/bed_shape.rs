@@ -18,7 +18,7 @@ fn surface(discs: &[[f64; 4]], width: f64) -> (f64, Vec<Option<f64>>) {
 }
 
 /// Length of the deposit from the left wall to the first gap as wide as a column, m.
-pub(super) fn reach_m(discs: &[[f64; 4]], width: f64) -> Option<f64> {
+pub(super) fn deposit_length_m(discs: &[[f64; 4]], width: f64) -> Option<f64> {
     let (pitch, tops) = surface(discs, width);
     let columns = tops.iter().position(Option::is_none).unwrap_or(tops.len());
     let edge = columns as f64 * pitch;
@@ -31,7 +31,7 @@ const FLANK: [f64; 2] = [0.15, 0.85];
 
 /// Mean angle of a heap's two flanks, degrees: least squares of the surface height over the distance from the center of
 /// area of the discs.
-pub(super) fn slope_deg(discs: &[[f64; 4]], width: f64) -> Option<f64> {
+pub(super) fn surface_angle_deg(discs: &[[f64; 4]], width: f64) -> Option<f64> {
     let (pitch, tops) = surface(discs, width);
     let areas = discs.iter().map(|disc| disc[2] * disc[2]).sum::<f64>();
     let middle = discs.iter().map(|disc| disc[0] * disc[2] * disc[2]).sum::<f64>() / areas;
@@ -64,13 +64,13 @@ mod tests {
                 discs.push([x, 1e-3 * (f64::from(row) + 0.5), 5e-4, 1.0]);
             }
         }
-        let slope = slope_deg(&discs, 0.2).unwrap();
+        let slope = surface_angle_deg(&discs, 0.2).unwrap();
         assert!((slope - 26.57).abs() < 1.5, "{slope}");
         // A distant disc is not part of the bed.
         let level: Vec<[f64; 4]> =
             (0..20).map(|column| [1e-3 * (f64::from(column) + 0.5), 5e-4, 5e-4, 1.0]).collect();
         let stray = [0.15, 5e-4, 5e-4, 1.0];
-        let reach = reach_m(&[&level[..], &[stray]].concat(), 0.2).unwrap();
+        let reach = deposit_length_m(&[&level[..], &[stray]].concat(), 0.2).unwrap();
         assert!((reach - 0.02).abs() < 1e-12, "{reach}");
     }
 }

@@ -1,94 +1,74 @@
 //! Plots of a DEM run: energy balance, packing fraction and stress by height, snapshots.
 
-use super::observe::{DemRun, EnergyBalance};
+use super::observe::{DemRun, balance_j, total_j};
 use super::stress::StressLayer;
 use crate::models::contract::PlottedObserver;
-use crate::models::figures::{Figures, SharedCurve, box_text, chart, curve, pictures};
-use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, short_number, thinned};
+use crate::models::figures::{Figures, SharedCurve, box_text, pictures};
+use crate::plot::{Axis, Curve, CurveStyle, Plot, Point, short_number};
 use crate::statistics::Estimate;
 use kinetoscope_manifest::model::DiscRadius;
+use kinetoscope_recording::channels::DemEnergy;
 use std::f64::consts::PI;
 
 impl PlottedObserver for DemRun {
     fn figures(&self) -> Figures {
-        let run = self;
         let mut figures = Figures::default();
-        if let Some(first) = run.energy_balance.first() {
-            figures.plots.push(energy_balance(run));
-            let start = first.total_j().abs();
-            if start > 0.0 {
-                figures.plots.push(residual(run, start));
-                figures.comparisons = comparisons(run, start);
-            }
+        if let Some((_, first)) = self.energies.first() {
+            add_energies(self, first, &mut figures);
         }
-        figures.plots.extend(packing_by_height(run));
-        figures.plots.extend(stress_by_height(run));
-        figures.plots.extend(states(run));
+        figures.plots.extend(packing_by_height(self));
+        figures.plots.extend(stress_by_height(self));
+        let radius = match (self.config.radius_m, self.config.radius_m.range()) {
+            (DiscRadius::Equal(radius), _) => format!("r = {} m", short_number(radius.get())),
+            (_, (min, max)) => format!("r = {} to {} m", short_number(min), short_number(max)),
+        };
+        let caption = |count: &str, time: &str| format!("{count}, {radius}, t = {time} s");
+        let size = box_text([self.config.width_m.get(), self.config.height_m.get()], "m");
+        figures.plots.extend(pictures(&self.snapshots, "Discs", caption, &size));
         figures
     }
 }
 
-fn energy_balance(run: &DemRun) -> Plot {
-    let first = run.energy_balance.first().map_or(0.0, |entry| entry.balance_j());
-    let series = |of: fn(&EnergyBalance) -> f64| {
-        run.energy_balance.iter().map(move |entry| (entry.time_s, of(entry)))
+fn add_energies(run: &DemRun, first: &DemEnergy, figures: &mut Figures) {
+    let series = |of: &dyn Fn(&DemEnergy) -> f64| -> Vec<(f64, f64)> {
+        run.energies.iter().map(|(time, energy)| (*time, of(energy))).collect()
     };
-    let residual = run.energy_balance.iter().map(|entry| (entry.time_s, entry.balance_j() - first));
+    let residual = |energy: &DemEnergy| balance_j(energy) - balance_j(first);
+    let axes = |label: &str, unit: &str| [Axis::linear("time", "s"), Axis::linear(label, unit)];
     let curves = vec![
-        curve("kinetic", CurveStyle::Line, 0, series(|entry| entry.kinetic_j)),
-        curve("gravitational", CurveStyle::Line, 1, series(|entry| entry.gravitational_j)),
-        curve("elastic", CurveStyle::Line, 2, series(|entry| entry.elastic_j)),
-        curve("dissipated", CurveStyle::Line, 3, series(|entry| entry.dissipated_j)),
-        curve(
-            "sum at the start",
-            CurveStyle::Theory,
-            6,
-            series(|_| 0.0).map(|(time, _)| (time, first)),
-        ),
-        curve("residual", CurveStyle::Line, 5, residual),
+        Curve::line("kinetic", 0, series(&|energy| energy.kinetic_j)),
+        Curve::line("gravitational", 1, series(&|energy| energy.gravitational_j)),
+        Curve::line("elastic", 2, series(&|energy| energy.elastic_j)),
+        Curve::line("dissipated", 3, series(&|energy| energy.dissipated_j)),
+        Curve::theory("sum at the start", 6, series(&|_| balance_j(first))),
+        Curve::line("residual", 5, series(&residual)),
     ];
-    let (x, y) = (Axis::linear("time", "s"), Axis::linear("energy", "J"));
-    chart("energy_balance", "Energy balance", x, y, curves)
-}
-
-fn residual(run: &DemRun, start: f64) -> Plot {
-    let first = run.energy_balance.first().map_or(0.0, |entry| entry.balance_j());
-    let drift =
-        run.energy_balance.iter().map(|entry| (entry.time_s, (entry.balance_j() - first) / start));
-    let ends = [run.energy_balance.first(), run.energy_balance.last()];
-    let theory = ends.into_iter().flatten().map(|entry| (entry.time_s, 0.0));
+    let energies = Plot::chart("energy_balance", "Energy balance", axes("energy", "J"), curves);
+    figures.plots.push(energies);
+    let start = total_j(first).abs();
+    if start == 0.0 {
+        return;
+    }
     let curves = vec![
-        curve("energy-balance error", CurveStyle::Line, 0, drift),
-        curve("conservation of energy", CurveStyle::Theory, 6, theory),
+        Curve::line("energy-balance error", 0, series(&|energy| residual(energy) / start)),
+        Curve::theory("conservation of energy", 6, run.energies.ends().map(|end| (end.0, 0.0))),
     ];
-    let y = Axis::linear("residual / energy at the start", "");
     let title = "Energy that the integrator gains or loses";
-    chart("energy_drift", title, Axis::linear("time", "s"), y, curves)
-}
-
-fn comparisons(run: &DemRun, start: f64) -> Vec<SharedCurve> {
-    let first = run.energy_balance.first().map_or(0.0, |entry| entry.balance_j());
-    let points = |of: &dyn Fn(&EnergyBalance) -> f64| {
-        let points =
-            run.energy_balance.iter().map(|entry| Point::bare(entry.time_s, of(entry) / start));
-        thinned(points.collect(), crate::models::figures::MAX_POINTS)
+    let drift =
+        Plot::chart("energy_drift", title, axes("residual / energy at the start", ""), curves);
+    figures.plots.push(drift);
+    let shared = |stem: &str, title: &str, axes: [Axis; 2], of: &dyn Fn(&DemEnergy) -> f64| {
+        SharedCurve::new(stem, title, axes, series(&|energy| of(energy) / start).into_iter())
     };
-    vec![
-        SharedCurve {
-            stem: "energy_total_by_run".to_owned(),
-            title: "Mechanical energy".to_owned(),
-            x: Axis::linear("time", "s"),
-            y: Axis::linear("energy / energy at the start", ""),
-            points: points(&|entry| entry.total_j()),
-        },
-        SharedCurve {
-            stem: "energy_residual_by_run".to_owned(),
-            title: "Energy-balance error".to_owned(),
-            x: Axis::linear("time", "s"),
-            y: Axis::logarithmic("|residual| / energy at the start", ""),
-            points: points(&|entry| (entry.balance_j() - first).abs()),
-        },
-    ]
+    let relative = axes("energy / energy at the start", "");
+    let error =
+        [Axis::linear("time", "s"), Axis::logarithmic("|residual| / energy at the start", "")];
+    figures.comparisons = vec![
+        shared("energy_total_by_run", "Mechanical energy", relative, &total_j),
+        shared("energy_residual_by_run", "Energy-balance error", error, &|energy| {
+            residual(energy).abs()
+        }),
+    ];
 }
 
 /// Maximum number of slabs in the profile of the packing fraction; a slab is one mean diameter thick.
@@ -114,35 +94,29 @@ fn packing_by_height(run: &DemRun) -> Option<Plot> {
         }
     }
     let slab_area = run.config.width_m.get() * thickness;
-    let profile = covered
-        .iter()
-        .enumerate()
-        .map(|(slab, area)| ((slab as f64 + 0.5) * thickness, area / slab_area));
-    let measured = curve("slabs of a mean diameter", CurveStyle::Data, 0, profile);
+    let height = |slab: usize| (slab as f64 + 0.5) * thickness;
+    let profile = covered.iter().enumerate().map(|(slab, area)| (height(slab), area / slab_area));
     let hexagonal = PI / 12.0_f64.sqrt();
     let level = [(0.0, hexagonal), (top, hexagonal)];
-    let closest = curve("hexagonal packing of equal discs, 0.9069", CurveStyle::Theory, 1, level);
-    let (x, y) = (Axis::linear("height over the floor", "m"), Axis::linear("packing fraction", ""));
+    let curves = vec![
+        Curve::new("slabs of a mean diameter", CurveStyle::Data, 0, profile),
+        Curve::theory("hexagonal packing of equal discs, 0.9069", 1, level),
+    ];
+    let axes = [Axis::linear("height over the floor", "m"), Axis::linear("packing fraction", "")];
     let title = "Packing fraction by height at the end";
-    Some(chart("packing_by_height", title, x, y, vec![measured, closest]))
+    Some(Plot::chart("packing_by_height", title, axes, curves))
 }
 
 /// Vertical and horizontal stress by height, compared with the weight above.
 fn stress_by_height(run: &DemRun) -> Option<Plot> {
     let layers = run.stress.as_ref()?.layers();
     let floor = layers.first()?;
-    let points = |of: fn(&StressLayer) -> Estimate| {
+    let data = |name: &str, color: usize, of: fn(&StressLayer) -> Estimate| {
         let points = layers.iter().map(|layer| {
             let Estimate { value, standard_error } = of(layer);
             Point { x: layer.height_m, y: value, error: standard_error }
         });
-        points.collect::<Vec<Point>>()
-    };
-    let data = |name: &str, color: usize, of: fn(&StressLayer) -> Estimate| Curve {
-        name: name.to_owned(),
-        style: CurveStyle::Data,
-        color,
-        points: points(of),
+        Curve { name: name.to_owned(), style: CurveStyle::Data, color, points: points.collect() }
     };
     let above = layers.iter().map(|layer| (layer.height_m, layer.weight_above));
     // A straight line with the same total weight: the integral of w (1 - y/h) is w h/2.
@@ -153,28 +127,18 @@ fn stress_by_height(run: &DemRun) -> Option<Plot> {
     let curves = vec![
         data("vertical", 0, |layer| layer.vertical),
         data("horizontal", 1, |layer| layer.horizontal),
-        curve("weight of the discs above / width", CurveStyle::Theory, 6, above),
-        curve("rho g (h - y), an even bed", CurveStyle::Theory, 3, even),
+        Curve::theory("weight of the discs above / width", 6, above),
+        Curve::theory("mean density × gravity × depth, an even bed", 3, even),
     ];
-    let (x, y) = (Axis::linear("height over the floor", "m"), Axis::linear("stress", "N/m"));
+    let axes = [Axis::linear("height over the floor", "m"), Axis::linear("stress", "N/m")];
     let title = "Stress by height, mean over the last tenth of the run";
-    Some(chart("stress_by_height", title, x, y, curves))
+    Some(Plot::chart("stress_by_height", title, axes, curves))
 }
 
 /// Area of the part of a disc below a horizontal line at this height above its center.
 fn area_below(line: f64, radius: f64) -> f64 {
     let share = (line / radius).clamp(-1.0, 1.0);
     radius * radius * (PI / 2.0 + share.asin() + share * (1.0 - share * share).sqrt())
-}
-
-fn states(run: &DemRun) -> Vec<Plot> {
-    let radius = match (run.config.radius_m, run.config.radius_m.range()) {
-        (DiscRadius::Equal(radius), _) => format!("r = {} m", short_number(radius.get())),
-        (_, (min, max)) => format!("r = {} to {} m", short_number(min), short_number(max)),
-    };
-    let caption = |count: &str, time: &str| format!("{count}, {radius}, t = {time} s");
-    let size = box_text([run.config.width_m.get(), run.config.height_m.get()], "m");
-    pictures(&run.snapshots, "Discs", caption, &size)
 }
 
 #[cfg(test)]

@@ -1,84 +1,31 @@
 //! Laws of spring–dashpot contacts, beds and granular gases.
 
-use crate::metric::Law;
+use crate::metric::law::laws;
 use kinetoscope_manifest::model::{
     DISC, DemConfig, DemContactPair, DiscRadius, Dissipation, Placement, WALL,
 };
 use kinetoscope_manifest::quantity::{Finite, NonNegative};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Conservation of energy, including dissipated energy and wall work.
-pub const ENERGY_BALANCE: Law = Law {
-    statement: "kinetic + gravitational + elastic + dissipated - wall work is constant",
-    source: "conservation of energy; what is left is the integrator's",
-};
-
-/// Restitution as a function of the damping ratio zeta = eta / (2 sqrt(k m_eff)).
-pub const RESTITUTION: Law = Law {
-    statement: "the specified e; for a damping, e = exp(-pi zeta / sqrt(1 - zeta^2)) without limit_damping",
-    source: "Schwager and Poeschel 2007",
-};
-
-/// Contact duration.
-pub const CONTACT_DURATION: Law = Law {
-    statement: "pi / w, w^2 = k/m_eff - (eta/(2 m_eff))^2; with limit_damping to the end of the force, and then eta/k until the surfaces part",
-    source: "damped harmonic oscillator; Schwager and Poeschel 2007",
-};
-
-/// Static load on the floor.
-pub const WEIGHT: Law = Law {
-    statement: "sum of m g, for discs at rest",
-    source: "equilibrium of forces without friction at the side walls",
-};
-
-/// Static stress on the floor.
-pub const WEIGHT_PER_WIDTH: Law = Law {
-    statement: "sum of m g over the box's width, for discs at rest",
-    source: "equilibrium of forces without friction at the side walls",
-};
-
-/// Vertical stress in a bed at rest.
-pub const WEIGHT_ABOVE: Law = Law {
-    statement: "sum of m g over the box's width, of the discs whose centers are above, mean over the layer's heights",
-    source: "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum rho g (h - y)",
-};
-
-/// Cooling of a granular gas (Haff's law).
-pub const HAFF: Law = Law {
-    statement: "1/tau = (1 - e^2) w0/4 of T = T0/(1 + t/tau)^2, w0 = 2 sqrt(pi) n s g sqrt(T0), g = (1 - 7f/16)/(1 - f)^2",
-    source: "Haff 1983; Enskog's collision rate in two dimensions, Henderson 1975",
-};
-
-/// Velocity transmission through a row of equal discs that collide one after the other.
-pub const ROW_OF_DISCS: Law = Law {
-    statement: "((1 + e)/2)^(N - 1) if each gap is longer than the distance traveled in a contact, v pi/w",
-    source: "conservation of momentum, collision by collision; Herrmann and Seitz 1982",
-};
-
-/// Discharge rate as a function of the orifice width (Beverloo's law).
-pub const BEVERLOO: Law = Law {
-    statement: "3/2 of the opening less 1.4 diameters, in two dimensions",
-    source: "Beverloo, Leniger and van de Velde 1961",
-};
-
-/// Runout of a collapsing column.
-pub const RUN_OUT: Law = Law {
-    statement: "between 2/3 and 1 of the aspect ratio: linear for low columns, about 0.7 for tall ones",
-    source: "Staron and Hinch 2005; Lube et al. 2005",
-};
-
-/// Load on the floor of a silo (Janssen's law).
-pub const JANSSEN: Law = Law {
-    statement: "F = Ws (1 - exp(-W/Ws)): the walls carry the rest of the weight W",
-    source: "Janssen 1895",
-};
+laws! {
+    ENERGY_BALANCE: "kinetic + gravitational + elastic + dissipated - wall work is constant", "conservation of energy; what is left is the integrator's";
+    RESTITUTION: "the specified e; for a damping, e = exp(-pi ζ / sqrt(1 - ζ^2)) without limit_damping", "Schwager and Poeschel 2007";
+    CONTACT_DURATION: "pi / ω, ω^2 = k_n/m_eff - (η_n/(2 m_eff))^2; with limit_damping to the end of the force, and then η_n/k_n until the surfaces part", "damped harmonic oscillator; Schwager and Poeschel 2007";
+    WEIGHT: "sum of the discs' weights, for discs at rest", "equilibrium of forces without friction at the side walls";
+    WEIGHT_PER_WIDTH: "sum of the discs' weights over the box's width, for discs at rest", "equilibrium of forces without friction at the side walls";
+    WEIGHT_ABOVE: "weight over the box's width, of the discs whose centers are above, mean over the layer's heights", "equilibrium of forces at every height, of discs at rest between walls without friction; in the continuum the mean density times gravity and depth";
+    HAFF: "1/τ = (1 - e^2) ν/4 of T = T_0/(1 + t/τ)^2, ν = 2 sqrt(pi) n d χ sqrt(T_0), χ = (1 - 7φ/16)/(1 - φ)^2", "Haff 1983; Enskog's collision rate in two dimensions, Henderson 1975";
+    ROW_OF_DISCS: "((1 + e)/2)^(N - 1) if each gap is longer than the distance traveled in a contact, v pi/ω", "conservation of momentum, collision by collision; Herrmann and Seitz 1982";
+    BEVERLOO: "3/2 of the opening less 1.4 diameters, in two dimensions", "Beverloo, Leniger and van de Velde 1961";
+    RUNOUT: "between 2/3 and 1 of the aspect ratio: linear for low columns, about 0.7 for tall ones", "Staron and Hinch 2005; Lube et al. 2005";
+    JANSSEN: "F = F_s (1 - exp(-F_g/F_s)): the walls carry the rest of the weight", "Janssen 1895";
+}
 
 /// Reduction of the effective orifice width, in mean diameters.
-pub const EMPTY_ANNULUS: f64 = 1.4;
+pub(crate) const EMPTY_ANNULUS: f64 = 1.4;
 
 /// Whether all walls are frictionless.
-#[must_use]
-pub fn walls_are_smooth(config: &DemConfig) -> bool {
+pub(crate) fn are_walls_frictionless(config: &DemConfig) -> bool {
     let smooth = |name: &str, own: Option<NonNegative>| {
         let is_this = |pair: &&DemContactPair| {
             let [one, other] = [&*pair.between[0], &*pair.between[1]];
@@ -96,8 +43,7 @@ pub fn walls_are_smooth(config: &DemConfig) -> bool {
 }
 
 /// Haff's 1/tau, 1/s, of equal frictionless discs at a granular temperature T0 = `<v^2>`/2.
-#[must_use]
-pub fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<f64> {
+pub(crate) fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<f64> {
     let DiscRadius::Equal(radius) = config.radius_m else { return None };
     let Dissipation::Restitution(restitution) = config.dissipation else { return None };
     let area = config.width_m.get() * config.height_m.get();
@@ -111,8 +57,7 @@ pub fn cooling_rate_per_s(config: &DemConfig, temperature: f64) -> Option<f64> {
 }
 
 /// Velocity of a row's last disc, divided by that of its first disc, if every gap is longer than v pi/w.
-#[must_use]
-pub fn velocity_transmission(config: &DemConfig) -> Option<f64> {
+pub(crate) fn velocity_transmission(config: &DemConfig) -> Option<f64> {
     let Placement::Given(state) = &config.placement else { return None };
     let DiscRadius::Equal(radius) = config.radius_m else { return None };
     let Dissipation::Restitution(restitution) = config.dissipation else { return None };
@@ -139,8 +84,7 @@ fn damping_ratio(wanted: f64, tail: bool) -> f64 {
 }
 
 /// Duration of a wall contact without gravity, s; `None` near and above critical damping.
-#[must_use]
-pub fn wall_contact_duration_s(config: &DemConfig) -> Option<f64> {
+pub(crate) fn wall_contact_duration_s(config: &DemConfig) -> Option<f64> {
     let (stiffness, mass) = (config.stiffness_n_per_m.get(), config.mass_kg.get());
     let frequency = (stiffness / mass).sqrt();
     let zeta = match config.dissipation {
@@ -167,8 +111,7 @@ fn clamped_phase(zeta: f64) -> f64 {
 }
 
 /// Restitution of a disc at a wall: the given one, or that of the damping with m_eff = m.
-#[must_use]
-pub fn wall_restitution(config: &DemConfig) -> f64 {
+pub(crate) fn wall_restitution(config: &DemConfig) -> f64 {
     match config.dissipation {
         Dissipation::Restitution(wanted) => wanted.get(),
         Dissipation::Damping(damping) => {
@@ -180,8 +123,7 @@ pub fn wall_restitution(config: &DemConfig) -> f64 {
 
 /// Coefficient of restitution of a linear spring and dashpot as a function of the damping ratio (Schwager and Pöschel
 /// 2007, equations 17 to 21 for the clamped force).
-#[must_use]
-pub fn restitution(damping_ratio: f64, tail: bool) -> f64 {
+pub(crate) fn restitution(damping_ratio: f64, tail: bool) -> f64 {
     let zeta = damping_ratio;
     let root = (1.0 - zeta * zeta).abs().sqrt();
     match tail {

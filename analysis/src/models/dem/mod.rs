@@ -1,23 +1,23 @@
 //! Analysis of DEM runs: energy balance, contacts, rebounds, beds, outlets and stress.
 
 mod bed_shape;
-mod cooling;
-pub mod figures;
-pub mod laws;
-pub mod metrics;
-pub mod observe;
-mod outflow;
+mod disc;
+mod figures;
+mod laws;
+mod metrics;
+mod observe;
 mod rebounds;
-mod special_walls;
+mod special_setups;
 mod stress;
-pub mod sweep;
+mod sweep;
 
-use crate::models::contract::{Extent, ModelAnalysis};
-use kinetoscope_manifest::model::ModelConfig;
+use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
+use crate::models::snapshots::Snapshots;
+use kinetoscope_manifest::model::DemConfig;
 use observe::DemRun;
 
 /// The analysis of DEM runs.
-pub const ANALYSIS: ModelAnalysis = ModelAnalysis {
+pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "dem",
     title: "DEM",
     metrics: metrics::ALL,
@@ -25,15 +25,17 @@ pub const ANALYSIS: ModelAnalysis = ModelAnalysis {
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,
     trade_offs: &[],
-    observer: |config, snapshots| match config {
-        ModelConfig::Dem(config) => Some(Box::new(DemRun::new(config.clone(), snapshots))),
-        _ => None,
-    },
-    extent: |config| match config {
-        ModelConfig::Dem(config) => Some(Extent {
-            radius: config.radius_m.mean(),
-            bounds: Some([[0.0, 0.0], [config.width_m.get(), config.height_m.get()]]),
-        }),
-        _ => None,
-    },
 };
+
+/// The observer of a run.
+pub(super) fn observer(config: DemConfig, snapshots: Snapshots) -> Box<dyn PlottedObserver> {
+    Box::new(DemRun::new(config, snapshots))
+}
+
+/// Size of the discs and of their box.
+pub(super) fn extent(config: &DemConfig) -> Extent {
+    Extent {
+        radius: config.radius_m.mean(),
+        bounds: Some([[0.0, 0.0], [config.width_m.get(), config.height_m.get()]]),
+    }
+}

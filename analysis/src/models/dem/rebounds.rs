@@ -20,7 +20,6 @@ const MIN_HEIGHT_OVER_SAG: f64 = 1e4;
 
 impl Rebounds {
     /// Creates a tracker for gravity (m/s^2, downward) and the static sag (m) of the disc on the floor.
-    #[must_use]
     pub(super) fn new(gravity: f64, sag: f64) -> Self {
         Self {
             gravity,
@@ -55,19 +54,16 @@ impl Rebounds {
 
     /// Mean over the observed rebounds. There is no standard error, because the integrator's error is the same for each
     /// rebound.
-    #[must_use]
     pub(super) fn restitution(&self) -> Option<f64> {
         mean(&self.restitutions)
     }
 
     /// Mean contact duration, s.
-    #[must_use]
     pub(super) fn contact_duration_s(&self) -> Option<f64> {
         mean(&self.contact_durations_s)
     }
 
     /// Number of observed rebounds.
-    #[must_use]
     pub(super) fn count(&self) -> usize {
         self.restitutions.len()
     }

@@ -9,8 +9,10 @@
 //! discs at rest between frictionless walls, the balance of forces at every height gives sigma_yy exactly: the weight
 //! of the discs whose centers are above, over the width.
 
+use super::disc::Disc;
+use super::special_setups::has_floor;
 use crate::statistics::Estimate;
-use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape, PeriodicSides};
+use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape};
 use kinetoscope_recording::channels::DemContactForces;
 use std::f64::consts::TAU;
 
@@ -18,14 +20,6 @@ use std::f64::consts::TAU;
 const MAX_LAYERS: f64 = 200.0;
 /// Fraction of the run's duration after which frames are averaged.
 const AVERAGED_FROM: f64 = 0.9;
-
-/// State of one disc, SI units.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct DiscState {
-    pub(super) position: [f64; 2],
-    pub(super) velocity: [f64; 2],
-    pub(super) mass: f64,
-}
 
 /// Stress in a layer of the bed, averaged over frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +86,7 @@ impl FrameMean {
     fn estimate(&self) -> Option<Estimate> {
         let deviation = (self.squares / (self.frames - 1.0)).sqrt();
         let standard_error = (self.frames > 1.0).then_some(deviation);
-        (self.frames > 0.0).then_some(Estimate { value: self.mean, standard_error })
+        (self.frames > 0.0).then_some(Estimate::new(self.mean, standard_error))
     }
 }
 
@@ -100,8 +94,7 @@ impl StressProfile {
     /// Creates an empty profile; `None` if the box does not support the bed.
     pub(super) fn new(config: &DemConfig) -> Option<Self> {
         let gravity = -config.gravity_m_per_s2[1].get();
-        let has_floor = !matches!(config.periodic, PeriodicSides::Y | PeriodicSides::Both);
-        floor_m(config, 0.0).filter(|_| has_floor && gravity > 0.0)?;
+        floor_m(config, 0.0).filter(|_| has_floor(config) && gravity > 0.0)?;
         let height = config.height_m.get();
         let thickness = (2.0 * config.radius_m.mean()).max(height / MAX_LAYERS);
         let count = (height / thickness).ceil() as usize;
@@ -120,15 +113,15 @@ impl StressProfile {
         &mut self,
         time_s: f64,
         floor: f64,
-        grains: impl Iterator<Item = DiscState>,
+        discs: impl Iterator<Item = Disc>,
         forces: &DemContactForces,
     ) {
         if time_s < self.since_s {
             return;
         }
         let mut sums = vec![LayerSums::default(); self.layers.len()];
-        for grain in grains {
-            self.add_grain(&mut sums, floor, &grain);
+        for disc in discs {
+            self.add_disc(&mut sums, floor, &disc);
         }
         for contact in 0..forces.from_x_m.len() {
             self.add_contact(&mut sums, floor, forces, contact);
@@ -141,18 +134,18 @@ impl StressProfile {
         ((height / self.thickness).max(0.0) as usize).min(self.layers.len() - 1)
     }
 
-    fn add_grain(&self, sums: &mut [LayerSums], floor: f64, grain: &DiscState) {
-        let height = grain.position[1] - floor;
+    fn add_disc(&self, sums: &mut [LayerSums], floor: f64, disc: &Disc) {
+        let height = disc.position[1] - floor;
         let layer = self.layer_at(height);
         let sum = &mut sums[layer];
-        let weight = grain.mass * self.gravity;
-        sum.mass += grain.mass;
+        let weight = disc.mass * self.gravity;
+        sum.mass += disc.mass;
         sum.weight += weight;
         sum.weight_over_layer += weight * (height / self.thickness - layer as f64);
         for axis in [0, 1] {
-            let momentum = grain.mass * grain.velocity[axis];
+            let momentum = disc.mass * disc.velocity[axis];
             sum.momentum[axis] += momentum;
-            sum.twice_kinetic[axis] += momentum * grain.velocity[axis];
+            sum.twice_kinetic[axis] += momentum * disc.velocity[axis];
         }
     }
 
@@ -173,9 +166,9 @@ impl StressProfile {
             let bottom = layer as f64 * self.thickness;
             let within = high.min(bottom + self.thickness) - low.max(bottom);
             // A horizontal branch lies in one layer.
-            let share = if first == last { 1.0 } else { within / (high - low) };
-            sum.branches[0] += share * products[0];
-            sum.branches[1] += share * products[1];
+            let fraction = if first == last { 1.0 } else { within / (high - low) };
+            sum.branches[0] += fraction * products[0];
+            sum.branches[1] += fraction * products[1];
         }
     }
 
@@ -184,11 +177,8 @@ impl StressProfile {
         let (mut above, mut whole) = (0.0, [0.0; 2]);
         for (means, sum) in self.layers.iter_mut().zip(sums).rev() {
             let stress = [0, 1].map(|axis: usize| {
-                let mean_flow = if sum.mass > 0.0 {
-                    sum.momentum[axis] * sum.momentum[axis] / sum.mass
-                } else {
-                    0.0
-                };
+                let square = sum.momentum[axis] * sum.momentum[axis];
+                let mean_flow = if sum.mass > 0.0 { square / sum.mass } else { 0.0 };
                 (sum.branches[axis] + sum.twice_kinetic[axis] - mean_flow) / area
             });
             means.horizontal.add(stress[0]);

@@ -5,32 +5,40 @@ use crate::metric::definition::definitions;
 use crate::models::contract::{Fit, FitShape, Ordinate};
 
 definitions! {
-    BEVERLOO_EXPONENT: "outlet.discharge_rate_vs_effective_width.exponent", "1", "least-squares line through the logarithms of outlet.discharge_rate over outlet.effective_width", [laws::BEVERLOO], 0.0;
-    RUN_OUT_EXPONENT: "normalized_runout_vs_discs.exponent", "1", "least-squares line through the logarithms of bed.normalized_runout over the number of discs", [laws::RUN_OUT], 0.0;
-    SCREENING_WEIGHT: "silo.saturation_weight", "N", "Ws of piston.force = Ws (1 - exp(-bed.weight/Ws)), by least squares", [laws::JANSSEN], 0.0;
-    JANSSEN_MISFIT: "silo.janssen_rms_deviation", "1", "root of the mean square of piston.force's relative distance from that fit", [laws::JANSSEN], 0.0;
+    DISCHARGE_RATE_EXPONENT: "outlet.discharge_rate_vs_effective_width.exponent", "1", "least-squares line through the logarithms of outlet.discharge_rate over outlet.effective_width", [laws::BEVERLOO], 0.0;
+    RUNOUT_EXPONENT: "normalized_runout_vs_discs.exponent", "1", "least-squares line through the logarithms of bed.normalized_runout over the number of discs", [laws::RUNOUT], 0.0;
+    SATURATION_WEIGHT: "silo.saturation_weight", "N", "F_s of piston.force = F_s (1 - exp(-bed.weight/F_s)), by least squares", [laws::JANSSEN], 0.0;
+    JANSSEN_DEVIATION: "silo.janssen_rms_deviation", "1", "root of the mean square of piston.force's relative distance from that fit", [laws::JANSSEN], 0.0;
 }
 
+const DISCS: &str = "model.dem.discs";
+
 /// Fits along an axis of a sweep.
-pub const FITS: &[Fit] = &[
+pub(crate) const FITS: &[Fit] = &[
     Fit {
         over: Some("outlet.effective_width"),
         theory: |_| Some(1.5),
-        ..Fit::new("variant", "outlet.discharge_rate", FitShape::PowerLaw(BEVERLOO_EXPONENT))
+        ..Fit::new(
+            "variant",
+            "outlet.discharge_rate",
+            FitShape::PowerLaw,
+            &[DISCHARGE_RATE_EXPONENT],
+        )
     },
-    Fit::new("model.dem.discs", "bed.normalized_runout", FitShape::PowerLaw(RUN_OUT_EXPONENT)),
+    Fit::new(DISCS, "bed.normalized_runout", FitShape::PowerLaw, &[RUNOUT_EXPONENT]),
     Fit {
         over: Some("bed.weight"),
         ..Fit::new(
-            "model.dem.discs",
+            DISCS,
             "piston.force",
-            FitShape::Saturation { scale: SCREENING_WEIGHT, misfit: JANSSEN_MISFIT },
+            FitShape::Saturation,
+            &[SATURATION_WEIGHT, JANSSEN_DEVIATION],
         )
     },
 ];
 
 /// Metrics that are plotted against swept numbers.
-pub const ORDINATES: &[Ordinate] = &[
+pub(crate) const ORDINATES: &[Ordinate] = &[
     Ordinate::new("restitution.measured", "restitution"),
     Ordinate {
         is_power_law: true,

@@ -1,55 +1,26 @@
 //! Laws of a gas with collisions, and of stationary and non-stationary starts.
 
-use crate::metric::Law;
+use crate::metric::law::laws;
 use kinetoscope_manifest::model::{GasConfig, PositionDistribution};
 use std::f64::consts::PI;
 
-/// Relaxation to Maxwell's distribution, by the first moment.
-pub const MAXWELL_MEAN: Law = Law {
-    statement: "<v>/v_rms = sqrt(pi)/2 after many collisions",
-    source: "Maxwell's law in two dimensions",
-};
-/// Relaxation to Maxwell's distribution, by the fourth moment.
-pub const MAXWELL_A2: Law = Law {
-    statement: "a2 = -1/(N + 1) after many collisions",
-    source: "Maxwell's law in two dimensions, N discs of a fixed energy",
-};
-/// Minimum of Boltzmann's H.
-pub const LEAST_H: Law = Law {
-    statement: "H = -ln(pi e <v^2>), and (bins - 2)/(2N) more for a histogram of N discs",
-    source: "Boltzmann's H of Maxwell's law in two dimensions; scatter by Wilks 1938",
-};
-/// Pair collision rate.
-pub const ENSKOG_RATE: Law = Law {
-    statement: "2 sqrt(pi) n s sqrt(<v^2>/2) (1 - 7c/16)/(1 - c)^2 per disc, less the pairs that the wall leaves out",
-    source: "Enskog 1922, Henderson 1975; disc line picking",
-};
-/// Compressibility factor.
-pub const HENDERSON: Law = Law {
-    statement: "Z = (1 + c^2/8)/(1 - c)^2, Z - 1 less the pairs that the wall leaves out",
-    source: "Henderson 1975; disc line picking",
-};
-/// Pressure from the virial.
-pub const CLAUSIUS: Law = Law {
-    statement: "P = (N m <v^2> + W/t) / (2 pi R (R - a)), W the virial of the pairs, a the disc's radius",
-    source: "Clausius 1870",
-};
-/// Stationary start.
-pub const STATIONARY: Law =
-    Law { statement: "1: uniform over the area is stationary", source: "Liouville's theorem" };
-/// Fraction of particles within half the radius.
-pub const SHARE_INSIDE: Law = Law {
-    statement: "1/4 at all times if uniform over the area; if uniform in the radius 1/2 at first and 0.32807 later",
-    source: "areas; time on a chord within r/2, averaged by quadrature",
-};
+laws! {
+    MAXWELL_MEAN: "<v>/v_rms = sqrt(pi)/2 after many collisions", "Maxwell's law in two dimensions";
+    MAXWELL_A2: "a2 = -1/(N + 1) after many collisions", "Maxwell's law in two dimensions, N discs of a fixed energy";
+    MIN_H: "H = -ln(pi <v^2>) - 1, and (bins - 2)/(2N) more for a histogram of N discs", "Boltzmann's H of Maxwell's law in two dimensions; scatter by Wilks 1938";
+    ENSKOG_RATE: "ν = 2 sqrt(pi) n d sqrt(<v^2>/2) (1 - 7φ/16)/(1 - φ)^2, less the pairs that the wall leaves out", "Enskog 1922, Henderson 1975; disc line picking";
+    HENDERSON: "Z = (1 + φ^2/8)/(1 - φ)^2, Z - 1 less the pairs that the wall leaves out", "Henderson 1975; disc line picking";
+    CLAUSIUS: "P = (N m <v^2> + W/t) / (2 pi R (R - d/2))", "Clausius 1870";
+    STATIONARY: "1: uniform over the area is stationary", "Liouville's theorem";
+    FRACTION_WITHIN: "1/4 at all times if uniform over the area; if uniform in the radius 1/2 at first and 0.32807 later", "areas; time on a chord within R/2, averaged by quadrature";
+}
 
 /// Fraction within half the radius after a long time, for a start uniform in the radius. With d = U sin(phi), U and phi
 /// uniform, it is the mean of sqrt(1/4 - d^2)/sqrt(1 - d^2) over d < 1/2.
-const SHARE_OF_RADIUS_START: f64 = 0.328_072_88;
+const LATE_FRACTION_OF_UNIFORM_RADIUS: f64 = 0.328_072_88;
 
 /// Fraction of the particles within half the radius at the start.
-#[must_use]
-pub const fn share_inside_at_start(places: PositionDistribution) -> f64 {
+pub(crate) const fn fraction_within_at_start(places: PositionDistribution) -> f64 {
     match places {
         PositionDistribution::UniformInArea => 0.25,
         PositionDistribution::UniformInRadius => 0.5,
@@ -57,32 +28,29 @@ pub const fn share_inside_at_start(places: PositionDistribution) -> f64 {
 }
 
 /// Fraction of the particles within half the radius after a long time.
-#[must_use]
-pub const fn share_inside_later(places: PositionDistribution) -> f64 {
+pub(crate) const fn fraction_within_later(places: PositionDistribution) -> f64 {
     match places {
         PositionDistribution::UniformInArea => 0.25,
-        PositionDistribution::UniformInRadius => SHARE_OF_RADIUS_START,
+        PositionDistribution::UniformInRadius => LATE_FRACTION_OF_UNIFORM_RADIUS,
     }
 }
 
 /// H of Maxwell's distribution, -ln(pi e `<v^2>`), velocities in m/s.
-#[must_use]
-pub fn least_h(mean_square_m2_per_s2: f64) -> f64 {
+pub(crate) fn min_h(mean_square_m2_per_s2: f64) -> f64 {
     -(PI * mean_square_m2_per_s2).ln() - 1.0
 }
 
 /// Equilibrium of colliding discs with equal masses.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Collisions {
+pub(crate) struct Collisions {
     /// Collisions per disc and second.
-    pub rate_per_s: f64,
+    pub(crate) rate_per_s: f64,
     /// P A / (N k_B T).
-    pub compressibility_factor: f64,
+    pub(crate) compressibility_factor: f64,
 }
 
 /// Kinetic theory of discs at this mean square speed; `None` for points.
-#[must_use]
-pub fn collisions(config: &GasConfig, mean_square_m2_per_s2: f64) -> Option<Collisions> {
+pub(crate) fn collisions(config: &GasConfig, mean_square_m2_per_s2: f64) -> Option<Collisions> {
     let disc_radius = config.disc_radius_m?.get();
     let (diameter, reach) = (2.0 * disc_radius, config.radius_m.get() - disc_radius);
     let others = f64::from(config.particles.get()) - 1.0;

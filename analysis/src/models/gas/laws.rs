@@ -1,75 +1,30 @@
 //! Laws of an ideal gas in a circle.
 
-use crate::metric::Law;
+use crate::metric::law::laws;
 use kinetoscope_manifest::model::{
     BoltzmannConstant, GasConfig, GasPlacement, SpeedDistribution, SpeedScale,
     TemperatureDefinition,
 };
 use std::f64::consts::{FRAC_PI_4, PI};
 
-/// Wall pressure, averaged over a long time.
-pub const KINETIC_PRESSURE: Law = Law {
-    statement: "P = N m <v^2> / (2A)",
-    source: "kinetic theory in two dimensions, exact in a circle",
-};
-/// The ideal gas law.
-pub const IDEAL_GAS: Law =
-    Law { statement: "P A = N k_B T, T by the definition in use", source: "ideal gas law" };
-/// Moments of the initial speed distribution.
-pub const SPEED_LAW: Law = Law {
-    statement: "<v>^2 / <v^2> = 3/4 for uniform speeds, pi/4 for Maxwell's, 1 for equal ones",
-    source: "moments of the speeds' law",
-};
-/// Wall collision rate.
-pub const HIT_RATE: Law = Law {
-    statement: "2 N <v> / (pi R)",
-    source: "mean chord pi R / 2 of a uniform isotropic state",
-};
-/// Conservation of speeds and angular momenta without collisions.
-pub const INVARIANTS: Law = Law {
-    statement: "speed and angular momentum of each particle are constant",
-    source: "specular reflection in a circle",
-};
-/// Effusion through a small opening.
-pub const EFFUSION: Law = Law {
-    statement: "dN/dt = -N <v> w / (pi A), w the width of the opening",
-    source: "flux n <v> / pi on a wall in two dimensions (Knudsen)",
-};
-/// Adiabatic compression.
-pub const ADIABATIC: Law = Law {
-    statement: "T A = constant for a slow wall",
-    source: "adiabatic exponent 2 in two dimensions",
-};
-/// Energy balance.
-pub const ENERGY_BALANCE: Law = Law {
-    statement: "energy = energy at the start + work + heat + rescaling - escaped",
-    source: "first law of thermodynamics",
-};
-/// Equilibrium with a thermal wall.
-pub const THERMALISATION: Law = Law {
-    statement: "T tends to the wall's temperature",
-    source: "equilibrium with a thermal wall (Maxwell 1879)",
-};
-/// Speed histogram: speeds are constant, so the histogram remains a sample of the initial distribution.
-pub const HISTOGRAM: Law = Law {
-    statement: "1 on average: counts scatter by the root of what is expected",
-    source: "Pearson's chi-square",
-};
-/// Pressure as a function of temperature.
-pub const PRESSURE_SLOPE: Law = Law {
-    statement: "dP/dT = N k_B / A times <v^2> over its share by the definition",
-    source: "ideal gas law",
-};
-/// Pressure as a function of the container radius.
-pub const PRESSURE_RADIUS_EXPONENT: Law =
-    Law { statement: "P is proportional to r^-2 at fixed T", source: "ideal gas law, A = pi r^2" };
-/// Mean speed as a function of temperature.
-pub const SPEED_EXPONENT: Law =
-    Law { statement: "<v> is proportional to T^(1/2)", source: "definition of temperature" };
+laws! {
+    KINETIC_PRESSURE: "P = N m <v^2> / (2A)", "kinetic theory in two dimensions, exact in a circle";
+    IDEAL_GAS: "P A = N k_B T, T by the definition in use", "ideal gas law";
+    SPEED_LAW: "<v>^2 / <v^2> = 3/4 for uniform speeds, pi/4 for Maxwell's, 1 for equal ones", "moments of the speeds' law";
+    WALL_COLLISION_RATE: "2 N <v> / (pi R)", "mean chord pi R / 2 of a uniform isotropic state";
+    INVARIANTS: "speed and angular momentum of each particle are constant", "specular reflection in a circle";
+    EFFUSION: "N <v> w / (pi A) particles per unit of time", "flux n <v> / pi on a wall in two dimensions (Knudsen)";
+    ADIABATIC: "T A = constant for a slow wall", "adiabatic exponent 2 in two dimensions";
+    ENERGY_BALANCE: "energy = energy at the start + work + heat + rescaling - escaped", "first law of thermodynamics";
+    THERMALIZATION: "T tends to the wall's temperature", "equilibrium with a thermal wall (Maxwell 1879)";
+    HISTOGRAM: "1 on average: counts scatter by the root of what is expected", "Pearson's chi-square";
+    PRESSURE_SLOPE: "slope N k_B / A of P over T, times <v^2> over its value by the definition", "ideal gas law";
+    PRESSURE_RADIUS_EXPONENT: "P is proportional to R^-2 at fixed T", "ideal gas law, A = pi R^2";
+    SPEED_EXPONENT: "<v> is proportional to T^(1/2)", "definition of temperature";
+}
 
 /// Boltzmann's constant in use, J/K (CODATA 1986, or exact in the SI since 2019).
-#[must_use]
-pub fn boltzmann_j_per_k(config: &GasConfig) -> f64 {
+pub(crate) fn boltzmann_j_per_k(config: &GasConfig) -> f64 {
     match config.boltzmann_constant {
         BoltzmannConstant::Codata1986 => 1.380_658e-23,
         BoltzmannConstant::Si2019 => 1.380_649e-23,
@@ -77,14 +32,12 @@ pub fn boltzmann_j_per_k(config: &GasConfig) -> f64 {
 }
 
 /// Area of the container, m^2.
-#[must_use]
-pub fn area_m2(config: &GasConfig) -> f64 {
+pub(crate) fn area_m2(config: &GasConfig) -> f64 {
     PI * config.radius_m.get() * config.radius_m.get()
 }
 
 /// Temperature of the manifest, K; `None` if speeds are given otherwise or change during the run.
-#[must_use]
-pub fn temperature_k(config: &GasConfig) -> Option<f64> {
+pub(crate) fn temperature_k(config: &GasConfig) -> Option<f64> {
     match config.speed_scale {
         _ if !config.keeps_speeds() => None,
         SpeedScale::Temperature(temperature) => Some(temperature.get()),
@@ -93,8 +46,7 @@ pub fn temperature_k(config: &GasConfig) -> Option<f64> {
 }
 
 /// `<v>^2` / `<v^2>` of the initial speed distribution, or of the list of speeds.
-#[must_use]
-pub fn mean_squared_over_mean_square(config: &GasConfig) -> f64 {
+pub(crate) fn mean_squared_over_mean_square(config: &GasConfig) -> f64 {
     if !config.speeds_m_per_s.is_empty() {
         let (mean, mean_square) = moments_of_list(config);
         return mean * mean / mean_square;
@@ -115,31 +67,28 @@ fn moments_of_list(config: &GasConfig) -> (f64, f64) {
 }
 
 /// Whether particles differ in mass. Means of the speed then do not determine the energy.
-#[must_use]
-pub fn has_several_masses(config: &GasConfig) -> bool {
+pub(crate) fn has_several_masses(config: &GasConfig) -> bool {
     !config.additional_masses_kg.is_empty()
 }
 
 /// Initial effusion rate through an opening of width w, N `<v>` w / (pi A): a flux n `<v>` / pi per meter of wall.
-#[must_use]
-pub fn effusion_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> Option<f64> {
+pub(crate) fn effusion_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> Option<f64> {
     let width = config.orifice_width_m?.get();
     Some(f64::from(config.particles.get()) * mean_speed_m_per_s * width / (PI * area_m2(config)))
 }
 
 /// Moments of the initial speeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedMoments {
+pub(crate) struct SpeedMoments {
     /// `<v>`, m/s.
-    pub mean_m_per_s: f64,
+    pub(crate) mean_m_per_s: f64,
     /// `<v^2>`, m^2/s^2.
-    pub mean_square_m2_per_s2: f64,
+    pub(crate) mean_square_m2_per_s2: f64,
 }
 
 /// Expected moments of the initial speeds for many particles; `None` for given velocities, for several masses, or if
 /// particles leave or change their speeds.
-#[must_use]
-pub fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
+pub(crate) fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
     let is_drawn = config.placement == GasPlacement::Random;
     let is_one_gas = !has_several_masses(config) && config.orifice_width_m.is_none();
     if !(is_drawn && is_one_gas && config.keeps_speeds()) {
@@ -172,35 +121,34 @@ pub fn speed_moments(config: &GasConfig) -> Option<SpeedMoments> {
 }
 
 /// N m `<v^2>` / (2A), N/m. With `<v>^2` instead of `<v^2>`, it is formula (12) of the gas exercise.
-#[must_use]
-pub fn pressure_n_per_m(config: &GasConfig, mean_square_m2_per_s2: f64) -> f64 {
+pub(crate) fn pressure_n_per_m(config: &GasConfig, mean_square_m2_per_s2: f64) -> f64 {
     f64::from(config.particles.get()) * config.mass_kg.get() * mean_square_m2_per_s2
         / (2.0 * area_m2(config))
 }
 
 /// m `<v^2>` / (2 k_B), K. With `<v>^2` instead of `<v^2>`, it is equation (13) of the gas exercise.
-#[must_use]
-pub fn temperature_of_k(config: &GasConfig, mean_square_m2_per_s2: f64) -> f64 {
+pub(crate) fn temperature_of_k(config: &GasConfig, mean_square_m2_per_s2: f64) -> f64 {
     config.mass_kg.get() * mean_square_m2_per_s2 / (2.0 * boltzmann_j_per_k(config))
 }
 
 /// Wall collisions per second of all particles, 2 N `<v>` / (pi R).
-#[must_use]
-pub fn wall_collision_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> f64 {
+pub(crate) fn wall_collision_rate_per_s(config: &GasConfig, mean_speed_m_per_s: f64) -> f64 {
     2.0 * f64::from(config.particles.get()) * mean_speed_m_per_s / (PI * config.radius_m.get())
 }
 
 /// Relative standard error of the wall pressure over a time, R / (v_rms t sqrt(2N)): the transferred momentum of a
 /// particle is uncertain by one wall collision at each end.
-#[must_use]
-pub fn pressure_error_relative(config: &GasConfig, rms_speed_m_per_s: f64, time_s: f64) -> f64 {
+pub(crate) fn pressure_error_relative(
+    config: &GasConfig,
+    rms_speed_m_per_s: f64,
+    time_s: f64,
+) -> f64 {
     config.radius_m.get()
         / (rms_speed_m_per_s * time_s * (2.0 * f64::from(config.particles.get())).sqrt())
 }
 
 /// N k_B / A, N/(m K).
-#[must_use]
-pub fn pressure_slope_n_per_m_k(config: &GasConfig) -> f64 {
+pub(crate) fn pressure_slope_n_per_m_k(config: &GasConfig) -> f64 {
     f64::from(config.particles.get()) * boltzmann_j_per_k(config) / area_m2(config)
 }
 

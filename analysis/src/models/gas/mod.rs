@@ -1,19 +1,20 @@
 //! Analysis of gas runs: wall pressure, speeds, collisions and conserved quantities.
 
-pub mod figures;
-pub mod kinetics;
-pub mod kinetics_laws;
-pub mod laws;
-pub mod metrics;
-pub mod observe;
-pub mod sweep;
+mod figures;
+mod kinetics;
+mod kinetics_laws;
+mod laws;
+mod metrics;
+mod observe;
+mod sweep;
 
-use crate::models::contract::{Extent, ModelAnalysis};
-use kinetoscope_manifest::model::ModelConfig;
+use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
+use crate::models::snapshots::Snapshots;
+use kinetoscope_manifest::model::GasConfig;
 use observe::GasRun;
 
 /// The analysis of gas runs.
-pub const ANALYSIS: ModelAnalysis = ModelAnalysis {
+pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "gas",
     title: "Gas",
     metrics: metrics::ALL,
@@ -21,16 +22,16 @@ pub const ANALYSIS: ModelAnalysis = ModelAnalysis {
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,
     trade_offs: &[],
-    observer: |config, snapshots| match config {
-        ModelConfig::Gas(config) => Some(Box::new(GasRun::new(config.clone(), snapshots))),
-        _ => None,
-    },
-    extent: |config| match config {
-        ModelConfig::Gas(config) => {
-            let (center, radius) = (config.center_m.map(|part| part.get()), config.radius_m.get());
-            let bounds = [center.map(|c| c - radius), center.map(|c| c + radius)];
-            Some(Extent { radius: 0.0, bounds: Some(bounds) })
-        }
-        _ => None,
-    },
 };
+
+/// The observer of a run.
+pub(super) fn observer(config: GasConfig, snapshots: Snapshots) -> Box<dyn PlottedObserver> {
+    Box::new(GasRun::new(config, snapshots))
+}
+
+/// Size of the container; the particles are points.
+pub(super) fn extent(config: &GasConfig) -> Extent {
+    let (center, radius) = (config.center_m.map(|part| part.get()), config.radius_m.get());
+    let bounds = [center.map(|c| c - radius), center.map(|c| c + radius)];
+    Extent { radius: 0.0, bounds: Some(bounds) }
+}

@@ -1,15 +1,14 @@
 //! Observer of gas runs: wall pressure, speed moments, wall collisions, conserved quantities.
 
-use super::kinetics::{Inputs, Kinetics, share_inside_half};
+use super::kinetics::fraction_within_half_radius;
 use super::kinetics_laws as kinetics;
 use super::laws as law;
 use super::metrics as metric;
-use crate::metric::Measurement;
+use crate::metric::Measurements;
 use crate::models::contract::Observer;
-use crate::models::max_or_nan;
-use crate::models::relative_change;
 use crate::models::series::Series;
 use crate::models::snapshots::{Snapshots, StateStyle};
+use crate::models::{max_or_nan, relative_change};
 use crate::plot::drawing;
 use crate::statistics::{Estimate, mean, standard_deviation};
 use kinetoscope_manifest::model::{GasConfig, PositionDistribution};
@@ -29,27 +28,31 @@ struct SpeedMeans {
 }
 
 /// Observer of one gas run.
-#[derive(Clone, Debug)]
-pub struct GasRun {
-    pub(crate) config: GasConfig,
-    pub(crate) time_s: f64,
+#[derive(Clone, Debug, Default)]
+pub(super) struct GasRun {
+    pub(super) config: GasConfig,
+    pub(super) time_s: f64,
     /// Time, s, and mean pressure since the start, N/m.
-    pub(crate) pressure_series: Series<(f64, f64)>,
-    pub(crate) pressure: Option<GasPressure>,
-    pub(crate) histogram: Option<GasSpeeds>,
-    pub(crate) snapshots: Snapshots,
+    pub(super) pressure_series: Series<(f64, f64)>,
+    pub(super) pressure: Option<GasPressure>,
+    pub(super) histogram: Option<GasSpeeds>,
+    pub(super) snapshots: Snapshots,
     /// As recorded in `/temperature`.
     recorded_speeds: Option<SpeedMeans>,
     /// Wall collision rate of each particle at the start, 1/s.
     wall_collision_rates: Vec<f64>,
     wall_collisions: Option<u64>,
     first_invariants: Option<GasInvariants>,
-    invariants: Option<GasInvariants>,
+    pub(super) invariants: Option<GasInvariants>,
     max_speed_change: f64,
     max_angular_momentum_change: f64,
     max_outside: u64,
     energy_balance: Option<GasEnergyBalance>,
-    pub(crate) kinetics: Kinetics,
+    /// Time, s, then the pair collisions and their virial, J s, since the start.
+    pub(super) pairs: Series<(f64, f64, f64)>,
+    /// Time, s, and H above its minimum.
+    pub(super) relative_entropy: Series<(f64, f64)>,
+    pub(super) within_half_radius_at_start: Option<f64>,
     first_mean_speed_m_per_s: Option<f64>,
 }
 
@@ -58,36 +61,20 @@ const POINT_OVER_CONTAINER: f64 = 0.006;
 
 impl GasRun {
     /// Creates an observer without frames.
-    #[must_use]
-    pub fn new(config: GasConfig, snapshots: Snapshots) -> Self {
+    pub(super) fn new(config: GasConfig, snapshots: Snapshots) -> Self {
         let radius = config.radius_m.get();
         let walls = vec![drawing::circle(config.center_m.map(|part| part.get()), radius)];
         let particle =
             config.disc_radius_m.map_or(POINT_OVER_CONTAINER * radius, |disc| disc.get());
-        let style = StateStyle { walls, radius: particle };
         Self {
             config,
-            time_s: 0.0,
-            pressure_series: Series::default(),
-            pressure: None,
-            histogram: None,
-            snapshots: snapshots.with_style(style),
-            recorded_speeds: None,
-            wall_collision_rates: Vec::new(),
-            wall_collisions: None,
-            first_invariants: None,
-            invariants: None,
-            max_speed_change: 0.0,
-            max_angular_momentum_change: 0.0,
-            max_outside: 0,
-            energy_balance: None,
-            kinetics: Kinetics::default(),
-            first_mean_speed_m_per_s: None,
+            snapshots: snapshots.with_style(StateStyle { walls, radius: particle }),
+            ..Self::default()
         }
     }
 
     /// `<v^2>` of the last frame, m^2/s^2.
-    pub(crate) fn mean_square(&self) -> Option<f64> {
+    pub(super) fn mean_square(&self) -> Option<f64> {
         self.speeds().map(|speeds| speeds.mean_square_m2_per_s2)
     }
 
@@ -109,8 +96,13 @@ impl GasRun {
         self.invariants = Some(invariants);
     }
 
+    /// Number of bins of the histogram that H is derived from.
+    pub(super) fn bins(&self) -> usize {
+        self.histogram.as_ref().map_or(0, |histogram| histogram.density.len())
+    }
+
     /// Whether no particle leaves or changes its speed.
-    fn keeps_particles(&self) -> bool {
+    pub(super) fn keeps_particles(&self) -> bool {
         self.config.keeps_speeds() && self.config.orifice_width_m.is_none()
     }
 
@@ -126,7 +118,7 @@ impl GasRun {
 
     /// Pressure of discs, N/m, from `<v^2>` and the virial of their collisions.
     fn pressure_by_virial(&self, mean_square_m2_per_s2: f64) -> Option<f64> {
-        let (_, _, virial) = self.kinetics.pairs.last()?;
+        let (_, _, virial) = self.pairs.last()?;
         let radius = self.config.radius_m.get();
         let reach = radius - self.config.disc_radius_m?.get();
         let mass = f64::from(self.config.particles.get()) * self.config.mass_kg.get();
@@ -134,158 +126,124 @@ impl GasRun {
         Some(force / (2.0 * std::f64::consts::PI * radius))
     }
 
-    fn pressure_measurements(&self, found: &mut Vec<Measurement>) {
+    fn measure_pressure(&self, found: &mut Measurements) {
         let Some(pressure) = &self.pressure else { return };
-        let moments = law::speed_moments(&self.config);
         let by_square = |square: f64| law::pressure_n_per_m(&self.config, square);
         if self.time_s > 0.0 {
-            let value = pressure.measured_since_start_n_per_m;
             let square = self.mean_square().filter(|_| self.keeps_energy_of_one_mass());
-            let error = |square: f64| {
+            let error = square.map(|square| {
                 by_square(square)
                     * law::pressure_error_relative(&self.config, square.sqrt(), self.time_s)
-            };
-            let estimate = Estimate { value, standard_error: square.map(error) };
-            let measured = Measurement::new(metric::PRESSURE_MEASURED, estimate);
-            found.push(match (self.config.disc_radius_m, square) {
-                (Some(_), Some(square)) => {
-                    measured.against_law(self.pressure_by_virial(square), kinetics::CLAUSIUS)
-                }
-                _ => measured.against(square.map(by_square)),
             });
+            let measured = Estimate::new(pressure.measured_since_start_n_per_m, error);
+            let (law, theory) = match (self.config.disc_radius_m, square) {
+                (Some(_), Some(square)) => (kinetics::CLAUSIUS, self.pressure_by_virial(square)),
+                _ => (law::KINETIC_PRESSURE, square.map(by_square)),
+            };
+            found.compare_with(metric::PRESSURE_MEASURED, measured, law, theory);
         }
-        let mean_speed =
-            moments.map(|moments| by_square(moments.mean_m_per_s * moments.mean_m_per_s));
-        let mean_square = moments.map(|moments| by_square(moments.mean_square_m2_per_s2));
+        let moments = law::speed_moments(&self.config);
+        let mean_speed = moments.map(|of| by_square(of.mean_m_per_s * of.mean_m_per_s));
+        let mean_square = moments.map(|of| by_square(of.mean_square_m2_per_s2));
         let ideal = law::temperature_k(&self.config)
             .filter(|_| self.keeps_particles())
             .map(|temperature| law::pressure_slope_n_per_m_k(&self.config) * temperature);
-        found.extend([
-            Measurement::new(metric::PRESSURE_MEAN_SPEED, pressure.mean_speed_formula_n_per_m)
-                .against(mean_speed),
-            Measurement::new(metric::PRESSURE_MEAN_SQUARE, pressure.mean_square_formula_n_per_m)
-                .against(mean_square),
-            Measurement::new(metric::PRESSURE_IDEAL, pressure.ideal_gas_n_per_m).against(ideal),
-        ]);
+        let by_mean_speed = pressure.mean_speed_formula_n_per_m;
+        found.compare(metric::PRESSURE_MEAN_SPEED, by_mean_speed, mean_speed);
+        let by_mean_square = pressure.mean_square_formula_n_per_m;
+        found.compare(metric::PRESSURE_MEAN_SQUARE, by_mean_square, mean_square);
+        found.compare(metric::PRESSURE_IDEAL, pressure.ideal_gas_n_per_m, ideal);
     }
 
-    fn speed_measurements(&self, found: &mut Vec<Measurement>) {
+    fn measure_speeds(&self, found: &mut Measurements) {
         let Some(speeds) = self.speeds() else { return };
+        let (mean, square) = (speeds.mean_m_per_s, speeds.mean_square_m2_per_s2);
         let moments = law::speed_moments(&self.config);
-        let in_kelvin = |square: f64| law::temperature_of_k(&self.config, square);
-        let square = speeds.mean_square_m2_per_s2;
-        let mean = speeds.mean_m_per_s;
-        let expected_square = moments.map(|moments| moments.mean_square_m2_per_s2);
         let expected_mean = moments.map(|moments| moments.mean_m_per_s);
+        let expected_square = moments.map(|moments| moments.mean_square_m2_per_s2);
         // The state does not contain the masses of the particles.
         if !law::has_several_masses(&self.config) {
-            found.extend([
-                Measurement::new(metric::TEMPERATURE_MEAN_SQUARE, in_kelvin(square))
-                    .against(expected_square.map(in_kelvin)),
-                Measurement::new(metric::TEMPERATURE_MEAN_SPEED, in_kelvin(mean * mean))
-                    .against(expected_mean.map(|mean| in_kelvin(mean * mean))),
-            ]);
+            let kelvin = |square: f64| law::temperature_of_k(&self.config, square);
+            let theory = expected_square.map(kelvin);
+            found.compare(metric::TEMPERATURE_MEAN_SQUARE, kelvin(square), theory);
+            let theory = expected_mean.map(|mean| kelvin(mean * mean));
+            found.compare(metric::TEMPERATURE_MEAN_SPEED, kelvin(mean * mean), theory);
         }
-        found.extend([
-            Measurement::new(metric::MEAN_SPEED, mean).against(expected_mean),
-            Measurement::new(metric::RMS_SPEED, square.sqrt())
-                .against(expected_square.map(f64::sqrt)),
-            Measurement::new(metric::MEAN_VELOCITY, speeds.drift_m_per_s),
-        ]);
+        found.compare(metric::MEAN_SPEED, mean, expected_mean);
+        found.compare(metric::RMS_SPEED, square.sqrt(), expected_square.map(f64::sqrt));
+        found.add(metric::MEAN_VELOCITY, speeds.drift_m_per_s);
     }
 
-    fn wall_collision_measurement(&self) -> Option<Measurement> {
-        let wall_collisions = self.wall_collisions.filter(|_| self.time_s > 0.0)?;
-        let value = wall_collisions as f64 / self.time_s;
-        let standard_error = wall_collision_rate_error(&self.wall_collision_rates, self.time_s);
-        let stationary = self.keeps_particles()
+    fn measure_wall_collisions(&self, found: &mut Measurements) {
+        let Some(count) = self.wall_collisions.filter(|_| self.time_s > 0.0) else { return };
+        let error = wall_collision_rate_error(&self.wall_collision_rates, self.time_s);
+        let is_stationary = self.keeps_particles()
             && self.config.position_distribution == PositionDistribution::UniformInArea;
         let theory = self
             .speeds()
-            .filter(|_| stationary)
+            .filter(|_| is_stationary)
             .map(|speeds| law::wall_collision_rate_per_s(&self.config, speeds.mean_m_per_s));
-        let estimate = Estimate { value, standard_error };
-        Some(Measurement::new(metric::HIT_RATE, estimate).against(theory))
+        let rate = Estimate::new(count as f64 / self.time_s, error);
+        found.compare(metric::WALL_COLLISION_RATE, rate, theory);
     }
 
-    fn histogram_measurements(&self, found: &mut Vec<Measurement>) {
+    fn measure_histogram(&self, found: &mut Measurements) {
         let Some(histogram) = &self.histogram else { return };
         let bins = &histogram.speed_m_per_s;
         let width = if bins.len() > 1 { bins[1] - bins[0] } else { return };
         let counted = f64::from(self.config.particles.get()) * width;
         let pairs = histogram.density.iter().zip(&histogram.initial_distribution);
         let terms: Vec<f64> = pairs
-            .map(|(density, law)| (counted * density, counted * law))
+            .map(|(density, initial)| (counted * density, counted * initial))
             .filter(|(_, expected)| *expected >= 5.0)
             .map(|(count, expected)| (count - expected) * (count - expected) / expected)
             .collect();
-        if let Some(value) = mean(&terms) {
-            let standard_error = Some((2.0 / terms.len() as f64).sqrt());
-            let estimate = Estimate { value, standard_error };
-            let theory = self.keeps_particles().then_some(1.0);
-            found.push(Measurement::new(metric::HISTOGRAM_CHI_SQUARE, estimate).against(theory));
-        }
-        let apart: f64 = histogram
-            .density
-            .iter()
-            .zip(&histogram.maxwell)
-            .map(|(density, maxwell)| (density - maxwell).abs() * width / 2.0)
-            .sum();
-        found.push(Measurement::new(metric::HISTOGRAM_MAXWELL, apart));
+        let error = (2.0 / terms.len() as f64).sqrt();
+        let chi_square = mean(&terms).map(|value| Estimate::new(value, error));
+        let theory = self.keeps_particles().then_some(1.0);
+        found.compare(metric::HISTOGRAM_CHI_SQUARE, chi_square, theory);
+        let pairs = histogram.density.iter().zip(&histogram.maxwell);
+        let distance: f64 =
+            pairs.map(|(density, maxwell)| (density - maxwell).abs() * width / 2.0).sum();
+        found.add(metric::TOTAL_VARIATION_DISTANCE, distance);
     }
 
-    fn invariant_measurements(&self, found: &mut Vec<Measurement>) {
+    fn measure_invariants(&self, found: &mut Measurements) {
         let (Some(first), Some(last)) = (&self.first_invariants, &self.invariants) else { return };
         let drift = relative_change(last.kinetic_j, first.kinetic_j);
-        let angular_momentum = self.max_angular_momentum_change;
-        found.extend([
-            Measurement::new(metric::ENERGY_DRIFT, drift)
-                .against(self.keeps_energy().then_some(0.0)),
-            Measurement::new(metric::OUTSIDE, self.max_outside as f64).against(0.0),
-        ]);
+        found.compare(metric::ENERGY_DRIFT, drift, self.keeps_energy().then_some(0.0));
+        found.compare(metric::PARTICLES_OUTSIDE, self.max_outside as f64, 0.0);
         if self.config.disc_radius_m.is_none() {
-            found.extend([
-                Measurement::new(metric::SPEED_CHANGE, self.max_speed_change).against(0.0),
-                Measurement::new(metric::ANGULAR_MOMENTUM_CHANGE, angular_momentum).against(0.0),
-            ]);
+            found.compare(metric::MAX_SPEED_CHANGE, self.max_speed_change, 0.0);
+            let change = self.max_angular_momentum_change;
+            found.compare(metric::MAX_ANGULAR_MOMENTUM_CHANGE, change, 0.0);
         }
     }
-}
 
-/// Metrics from the energy balance.
-impl GasRun {
-    fn energy_balance_measurements(&self, found: &mut Vec<Measurement>) {
-        let Some(energy_balance) = &self.energy_balance else { return };
-        found.push(
-            Measurement::new(metric::RESIDUAL, energy_balance.residual_relative).against(0.0),
-        );
+    fn measure_energy_balance(&self, found: &mut Measurements) {
+        let Some(balance) = &self.energy_balance else { return };
+        found.compare(metric::RESIDUAL, balance.residual_relative, 0.0);
         if let Some(theory) = self
             .first_mean_speed_m_per_s
             .and_then(|speed| law::effusion_rate_per_s(&self.config, speed))
             .filter(|_| self.time_s > 0.0)
         {
-            let left = energy_balance.particles_escaped as f64;
-            let estimate = Estimate {
-                value: left / self.time_s,
-                standard_error: Some(left.sqrt() / self.time_s),
-            };
-            found.push(Measurement::new(metric::EFFUSION_RATE, estimate).against(theory));
+            let escaped = balance.particles_escaped as f64;
+            let rate = Estimate::new(escaped / self.time_s, escaped.sqrt() / self.time_s);
+            found.compare(metric::EFFUSION_RATE, rate, theory);
         }
         if self.config.wall_speed_m_per_s.get() != 0.0 {
-            let value = energy_balance.energy_times_area_over_initial;
-            found.push(Measurement::new(metric::ADIABATIC_INVARIANT, value).against(1.0));
+            let invariant = balance.energy_times_area_over_initial;
+            found.compare(metric::ADIABATIC_INVARIANT, invariant, 1.0);
         }
         if let (Some(wall), Some(speeds)) = (self.config.thermal_wall, self.speeds())
             && !law::has_several_masses(&self.config)
         {
             let temperature = law::temperature_of_k(&self.config, speeds.mean_square_m2_per_s2);
             // In two dimensions, the standard deviation of a particle's energy equals its mean.
-            let standard_error = Some(temperature / f64::from(self.config.particles.get()).sqrt());
-            let estimate = Estimate { value: temperature, standard_error };
-            found.push(
-                Measurement::new(metric::TEMPERATURE_THERMALISED, estimate)
-                    .against(wall.temperature_k.get()),
-            );
+            let error = temperature / f64::from(self.config.particles.get()).sqrt();
+            let estimate = Estimate::new(temperature, error);
+            found.compare(metric::THERMALIZED_TEMPERATURE, estimate, wall.temperature_k.get());
         }
     }
 }
@@ -311,53 +269,41 @@ impl Observer for GasRun {
             if self.wall_collision_rates.is_empty() {
                 self.wall_collision_rates = own_wall_collision_rates(&state, &self.config);
             }
-            if self.kinetics.inside_half_at_start.is_none() {
-                self.kinetics.inside_half_at_start = share_inside_half(&state, &self.config);
+            if self.within_half_radius_at_start.is_none() {
+                self.within_half_radius_at_start =
+                    fraction_within_half_radius(&state, &self.config);
             }
             self.snapshots.add_state(&frame, state);
         }
-        if let Some(speeds) = frame.get::<GasSpeeds>()? {
-            self.kinetics.bins = speeds.density.len();
-            self.histogram = Some(speeds);
-        }
+        self.histogram = frame.get::<GasSpeeds>()?.or(self.histogram.take());
         if let Some(collisions) = frame.get::<GasCollisions>()? {
             self.wall_collisions = Some(collisions.wall_collisions);
             let GasCollisions { pair_collisions, pair_virial_sum_j_s, .. } = collisions;
-            self.kinetics.pairs.add((self.time_s, pair_collisions as f64, pair_virial_sum_j_s));
+            self.pairs.add((self.time_s, pair_collisions as f64, pair_virial_sum_j_s));
         }
         // Computed once, because the moments take longer than all else of a frame.
         if self.first_mean_speed_m_per_s.is_none() {
             self.first_mean_speed_m_per_s = self.speeds().map(|speeds| speeds.mean_m_per_s);
         }
         if let Some(energy_balance) = frame.get::<GasEnergyBalance>()? {
-            self.kinetics.relative_entropy.add((self.time_s, energy_balance.relative_entropy));
+            self.relative_entropy.add((self.time_s, energy_balance.relative_entropy));
             self.energy_balance = Some(energy_balance);
         }
         if let Some(invariants) = frame.get::<GasInvariants>()? {
-            self.kinetics.energy_j = Some(invariants.kinetic_j);
             self.add_invariants(invariants);
         }
         self.snapshots.keep_scenes(frame);
         Ok(())
     }
 
-    fn measurements(&self) -> Vec<Measurement> {
-        let mut found = Vec::new();
-        self.pressure_measurements(&mut found);
-        self.speed_measurements(&mut found);
-        found.extend(self.wall_collision_measurement());
-        self.histogram_measurements(&mut found);
-        self.invariant_measurements(&mut found);
-        self.energy_balance_measurements(&mut found);
-        found.extend(self.kinetics.measurements(&Inputs {
-            config: &self.config,
-            time_s: self.time_s,
-            state: self.snapshots.last(),
-            mean_square: self.mean_square().filter(|_| !law::has_several_masses(&self.config)),
-            pressures: &self.pressure_series,
-            keeps_particles: self.keeps_particles(),
-        }));
-        found
+    fn measure(&self, found: &mut Measurements) {
+        self.measure_pressure(found);
+        self.measure_speeds(found);
+        self.measure_wall_collisions(found);
+        self.measure_histogram(found);
+        self.measure_invariants(found);
+        self.measure_energy_balance(found);
+        self.measure_kinetics(found);
     }
 }
 
@@ -377,8 +323,7 @@ fn speeds_of(state: &StateTable) -> Option<SpeedMeans> {
 /// Wall collision rate of each particle: its speed over its chord 2 sqrt(R^2 - d^2), d its distance of closest
 /// approach.
 fn own_wall_collision_rates(state: &StateTable, config: &GasConfig) -> Vec<f64> {
-    let columns = ["x", "y", "vx", "vy"];
-    let places = columns.map(|name| state.columns().iter().position(|column| column == name));
+    let places = ["x", "y", "vx", "vy"].map(|name| state.index(name));
     let [Some(x), Some(y), Some(vx), Some(vy)] = places else { return Vec::new() };
     let [center_x, center_y] = config.center_m.map(|component| component.get());
     let radius = config.radius_m.get();
@@ -400,8 +345,8 @@ fn wall_collision_rate_error(rates: &[f64], time_s: f64) -> Option<f64> {
     let begun: f64 = rates
         .iter()
         .map(|rate| {
-            let share = (rate * time_s).fract();
-            share * (1.0 - share)
+            let phase = (rate * time_s).fract();
+            phase * (1.0 - phase)
         })
         .sum();
     let variance = rates.len() as f64 * scatter * scatter + begun / (time_s * time_s);

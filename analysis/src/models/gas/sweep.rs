@@ -1,7 +1,7 @@
 //! Fits and plots of gas runs along an axis of a sweep.
 
 use super::laws::{self, SpeedMoments};
-use crate::metric::definition::definitions;
+use crate::metric::definition::{Definition, definitions};
 use crate::models::contract::{Fit, FitShape, Ordinate};
 use kinetoscope_manifest::model::ModelConfig;
 
@@ -12,56 +12,55 @@ definitions! {
     MEAN_SPEED_INTERCEPT: "pressure_vs_temperature.mean_speed_formula.intercept", "N/m", "least-squares line of pressure.mean_speed_formula", [laws::PRESSURE_SLOPE], 0.0;
     MEAN_SQUARE_SLOPE: "pressure_vs_temperature.mean_square_formula.slope", "N/(m K)", "least-squares line of pressure.mean_square_formula", [laws::PRESSURE_SLOPE], 0.0;
     MEAN_SQUARE_INTERCEPT: "pressure_vs_temperature.mean_square_formula.intercept", "N/m", "least-squares line of pressure.mean_square_formula", [laws::PRESSURE_SLOPE], 0.0;
-    PRESSURE_RADIUS_EXPONENT: "pressure_vs_radius.measured.exponent", "1", "least-squares line through the logarithms of pressure.measured", [laws::PRESSURE_RADIUS_EXPONENT], 1e-9;
+    RADIUS_EXPONENT: "pressure_vs_radius.measured.exponent", "1", "least-squares line through the logarithms of pressure.measured", [laws::PRESSURE_RADIUS_EXPONENT], 1e-9;
     MEAN_SPEED_EXPONENT: "mean_speed_vs_temperature.exponent", "1", "least-squares line through the logarithms of mean_speed", [laws::SPEED_EXPONENT], 1e-9;
 }
 
 const TEMPERATURE: &str = "model.gas.temperature_k";
 
 /// Fits along an axis of a sweep.
-pub const FITS: &[Fit] = &[
-    Fit {
-        theory: |model| pressure_slope(model, |moments| moments.mean_square_m2_per_s2),
-        ..Fit::new(
-            TEMPERATURE,
-            "pressure.measured",
-            FitShape::Line { slope: MEASURED_SLOPE, intercept: MEASURED_INTERCEPT },
-        )
-    },
-    Fit {
-        theory: |model| {
-            pressure_slope(model, |moments| moments.mean_m_per_s * moments.mean_m_per_s)
-        },
-        ..Fit::new(
-            TEMPERATURE,
-            "pressure.mean_speed_formula",
-            FitShape::Line { slope: MEAN_SPEED_SLOPE, intercept: MEAN_SPEED_INTERCEPT },
-        )
-    },
-    Fit {
-        theory: |model| pressure_slope(model, |moments| moments.mean_square_m2_per_s2),
-        ..Fit::new(
-            TEMPERATURE,
-            "pressure.mean_square_formula",
-            FitShape::Line { slope: MEAN_SQUARE_SLOPE, intercept: MEAN_SQUARE_INTERCEPT },
-        )
-    },
+pub(crate) const FITS: &[Fit] = &[
+    pressure_line("pressure.measured", &[MEASURED_SLOPE, MEASURED_INTERCEPT], exact_slope),
+    pressure_line(
+        "pressure.mean_speed_formula",
+        &[MEAN_SPEED_SLOPE, MEAN_SPEED_INTERCEPT],
+        |model| pressure_slope(model, |moments| moments.mean_m_per_s * moments.mean_m_per_s),
+    ),
+    pressure_line(
+        "pressure.mean_square_formula",
+        &[MEAN_SQUARE_SLOPE, MEAN_SQUARE_INTERCEPT],
+        exact_slope,
+    ),
     Fit {
         theory: |_| Some(-2.0),
         ..Fit::new(
             "model.gas.radius_m",
             "pressure.measured",
-            FitShape::PowerLaw(PRESSURE_RADIUS_EXPONENT),
+            FitShape::PowerLaw,
+            &[RADIUS_EXPONENT],
         )
     },
     Fit {
         theory: |_| Some(0.5),
-        ..Fit::new(TEMPERATURE, "mean_speed", FitShape::PowerLaw(MEAN_SPEED_EXPONENT))
+        ..Fit::new(TEMPERATURE, "mean_speed", FitShape::PowerLaw, &[MEAN_SPEED_EXPONENT])
     },
 ];
 
+/// A line through a pressure over the temperature.
+const fn pressure_line(
+    of: &'static str,
+    parameters: &'static [&'static Definition],
+    theory: fn(&ModelConfig) -> Option<f64>,
+) -> Fit {
+    Fit { theory, ..Fit::new(TEMPERATURE, of, FitShape::Line, parameters) }
+}
+
+fn exact_slope(model: &ModelConfig) -> Option<f64> {
+    pressure_slope(model, |moments| moments.mean_square_m2_per_s2)
+}
+
 /// Metrics that are plotted against swept numbers.
-pub const ORDINATES: &[Ordinate] = &[
+pub(crate) const ORDINATES: &[Ordinate] = &[
     Ordinate {
         companion: Some(("pressure.mean_speed_formula", "formula (12)")),
         ..Ordinate::new("pressure.measured", "pressure")

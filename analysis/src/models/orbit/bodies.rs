@@ -1,20 +1,19 @@
 //! Observer of several bodies that attract each other: energy, angular momentum and distance of return, all from
 //! `/state`.
 
-use super::laws::{self as law, cross, dot, norm};
+use super::laws::{self as law, cross, difference, dot, norm};
 use super::metrics as metric;
-use crate::metric::Measurement;
+use crate::metric::Measurements;
 use crate::models::contract::Observer;
-use crate::models::max_or_nan;
-use crate::models::relative_change;
 use crate::models::series::Series;
+use crate::models::{max_or_nan, relative_change};
 use kinetoscope_manifest::model::OrbitConfig;
 use kinetoscope_recording::channels::OrbitConserved;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::{RecordedFrame, StateTable};
 
 /// State of all bodies; sums are divided by the total mass.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct SystemState {
     pub(super) time_days: f64,
     /// AU.
@@ -28,14 +27,14 @@ pub(super) struct SystemState {
 }
 
 /// Observer of one run with several bodies.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct BodiesRun {
     /// G m of each body, AU^3/day^2.
     gravitational_parameters: Vec<f64>,
     pub(super) instants: Series<SystemState>,
     max_energy_error: f64,
     /// Maximum |L - L0| / sum of m |r| |v| at the start.
-    max_turn: f64,
+    max_angular_momentum_change: f64,
     force_evaluations: Option<u64>,
 }
 
@@ -44,35 +43,25 @@ impl BodiesRun {
         let bodies = config.bodies.iter().flatten();
         Self {
             gravitational_parameters: bodies.map(|body| body.gm_au3_per_day2.get()).collect(),
-            instants: Series::default(),
-            max_energy_error: 0.0,
-            max_turn: 0.0,
-            force_evaluations: None,
+            ..Self::default()
         }
     }
 
     fn instant(&self, time_days: f64, state: &StateTable) -> Option<SystemState> {
         let total: f64 = self.gravitational_parameters.iter().sum();
-        let mut instant = SystemState {
-            time_days,
-            positions: Vec::new(),
-            energy: 0.0,
-            angular_momentum: [0.0; 3],
-            angular_scale: 0.0,
-        };
+        let mut instant = SystemState { time_days, ..SystemState::default() };
         for (row, parameter) in self.gravitational_parameters.iter().enumerate() {
             let (position, velocity) = super::observe::body(state, row)?;
-            let share = parameter / total;
-            instant.energy += 0.5 * share * dot(velocity, velocity);
+            let fraction = parameter / total;
+            instant.energy += 0.5 * fraction * dot(velocity, velocity);
             for (other, earlier) in self.gravitational_parameters.iter().zip(&instant.positions) {
-                let apart: [f64; 3] = std::array::from_fn(|axis| position[axis] - earlier[axis]);
-                instant.energy -= share * other / norm(apart);
+                instant.energy -= fraction * other / norm(difference(position, *earlier));
             }
             let momentum = cross(position, velocity);
             for (sum, component) in instant.angular_momentum.iter_mut().zip(momentum) {
-                *sum += share * component;
+                *sum += fraction * component;
             }
-            instant.angular_scale += share * norm(position) * norm(velocity);
+            instant.angular_scale += fraction * norm(position) * norm(velocity);
             instant.positions.push(position);
         }
         Some(instant)
@@ -82,10 +71,9 @@ impl BodiesRun {
         let Some(first) = self.instants.first() else { return };
         let error = relative_change(instant.energy, first.energy).abs();
         self.max_energy_error = max_or_nan(self.max_energy_error, error);
-        let change = std::array::from_fn(|axis| {
-            instant.angular_momentum[axis] - first.angular_momentum[axis]
-        });
-        self.max_turn = max_or_nan(self.max_turn, norm(change) / first.angular_scale);
+        let change = norm(difference(instant.angular_momentum, first.angular_momentum));
+        self.max_angular_momentum_change =
+            max_or_nan(self.max_angular_momentum_change, change / first.angular_scale);
     }
 }
 
@@ -102,26 +90,17 @@ impl Observer for BodiesRun {
         Ok(())
     }
 
-    fn measurements(&self) -> Vec<Measurement> {
+    fn measure(&self, found: &mut Measurements) {
         let (Some(first), Some(last)) = (self.instants.first(), self.instants.last()) else {
-            return Vec::new();
+            return;
         };
         let drift = relative_change(last.energy, first.energy);
-        let missed = first
-            .positions
-            .iter()
-            .zip(&last.positions)
-            .map(|(start, end)| norm(std::array::from_fn(|axis| end[axis] - start[axis])));
-        let mut found = vec![
-            Measurement::new(metric::ENERGY_DRIFT, drift).against_law(0.0, law::ENERGY),
-            Measurement::new(metric::LARGEST_ENERGY_ERROR, self.max_energy_error),
-            Measurement::new(metric::ANGULAR_MOMENTUM_CHANGE, self.max_turn).against(0.0),
-            Measurement::new(metric::RETURN_DISTANCE, missed.fold(0.0, max_or_nan)),
-        ];
-        found.extend(
-            self.force_evaluations
-                .map(|count| Measurement::new(metric::FORCE_EVALUATIONS, count as f64)),
-        );
-        found
+        let pairs = first.positions.iter().zip(&last.positions);
+        let distances = pairs.map(|(start, end)| norm(difference(*end, *start)));
+        found.compare_with(metric::ENERGY_DRIFT, drift, law::ENERGY, 0.0);
+        found.add(metric::MAX_ENERGY_ERROR, self.max_energy_error);
+        found.compare(metric::ANGULAR_MOMENTUM_CHANGE, self.max_angular_momentum_change, 0.0);
+        found.add(metric::RETURN_DISTANCE, distances.fold(0.0, max_or_nan));
+        found.add(metric::FORCE_EVALUATIONS, self.force_evaluations.map(|count| count as f64));
     }
 }

@@ -1,96 +1,111 @@
-//! Plots of an orbit: path around the Sun, energy and position error over time.
+//! Plots of orbits: paths, energy and position error over time.
 
+use super::bodies::BodiesRun;
 use super::laws as law;
 use super::observe::{OrbitPoint, OrbitRun};
 use crate::models::contract::PlottedObserver;
-use crate::models::figures::{Figures, SharedCurve, chart, curve};
-use crate::plot::{Axis, Chart, Curve, CurveStyle, Plot, Point, thinned};
+use crate::models::figures::{Figures, SharedCurve};
+use crate::models::relative_change;
+use crate::models::series::Series;
+use crate::plot::{Axis, Chart, Curve, CurveStyle, Plot, PlotContent, Point};
 use kinetoscope_manifest::model::OrbitIntegrator;
 
 impl PlottedObserver for OrbitRun {
     fn figures(&self) -> Figures {
-        let run = self;
-        let Some(first) = run.points.first() else { return Figures::default() };
+        let Some(first) = self.points.first() else { return Figures::default() };
+        let curves = vec![
+            path("Earth", 0, &self.points, 6000, |point| point.position_au),
+            Curve::new("Sun", CurveStyle::Data, 5, [(0.0, 0.0)]),
+        ];
+        let path = path_chart("Path about the Sun", curves);
         Figures {
-            plots: vec![path(run), energy(run, first), position_error(run)],
-            comparisons: comparisons(run, first),
+            plots: vec![path, energy(self, first), position_error(self)],
+            comparisons: comparisons(self, first),
         }
     }
 }
 
-fn time_axis() -> Axis {
-    Axis::linear("time", "days")
+impl PlottedObserver for BodiesRun {
+    fn figures(&self) -> Figures {
+        let Some(first) = self.instants.first() else { return Figures::default() };
+        let paths = (0..first.positions.len()).map(|body| {
+            let name = format!("body {body}");
+            path(&name, body, &self.instants, 2000, |instant| instant.positions[body])
+        });
+        let path = path_chart("Paths about the center of mass", paths.collect());
+        let drifts = self
+            .instants
+            .iter()
+            .map(|instant| (instant.time_days, relative_change(instant.energy, first.energy)));
+        let curves = vec![Curve::line("measured", 0, drifts)];
+        let axes = over_time(Axis::linear("(E − E₀) / |E₀|", ""));
+        let energy = Plot::chart("energy_drift", "Energy of all bodies", axes, curves);
+        Figures { plots: vec![path, energy], comparisons: Vec::new() }
+    }
 }
 
-fn path(run: &OrbitRun) -> Plot {
-    // A closed path is thinned evenly, because its extremes are not those of its neighbors.
-    let stride = run.points.len().div_ceil(6000);
-    let points = run.points.iter().step_by(stride.max(1));
-    let points = points.map(|point| Point::bare(point.position_au[0], point.position_au[1]));
-    let earth = Curve {
-        name: "Earth".to_owned(),
-        style: CurveStyle::Line,
-        color: 0,
-        points: points.collect(),
-    };
-    Plot::Chart(Chart {
-        stem: "path".to_owned(),
-        title: "Path about the Sun".to_owned(),
-        x: Axis::linear("x", "AU"),
-        y: Axis::linear("y", "AU"),
-        equal_aspect: true,
-        curves: vec![earth, curve("Sun", CurveStyle::Data, 5, [(0.0, 0.0)])],
-    })
+/// The path of a body in the x-y plane. A closed path is thinned evenly, because its extremes are not those of its
+/// neighbors.
+fn path<T>(
+    name: &str,
+    color: usize,
+    series: &Series<T>,
+    most: usize,
+    position: impl Fn(&T) -> [f64; 3],
+) -> Curve {
+    let stride = series.len().div_ceil(most).max(1);
+    let positions = series.iter().step_by(stride).map(position);
+    let points = positions.map(|[x, y, _]| Point::bare(x, y)).collect();
+    Curve { name: name.to_owned(), style: CurveStyle::Line, color, points }
 }
 
-fn drift(point: &OrbitPoint, first: &OrbitPoint) -> f64 {
-    (point.energy - first.energy) / first.energy.abs()
+fn path_chart(title: &str, curves: Vec<Curve>) -> Plot {
+    let [x, y] = ["x", "y"].map(|label| Axis::linear(label, "AU"));
+    let content = PlotContent::Chart(Chart { x, y, equal_aspect: true, curves });
+    Plot { stem: "path".to_owned(), title: title.to_owned(), content }
+}
+
+fn over_time(y: Axis) -> [Axis; 2] {
+    [Axis::linear("time", "days"), y]
 }
 
 fn energy(run: &OrbitRun, first: &OrbitPoint) -> Plot {
-    let measured = run.points.iter().map(|point| (point.time_days, drift(point, first)));
-    let mut curves = vec![curve("measured", CurveStyle::Line, 0, measured)];
+    let drift = |point: &OrbitPoint| relative_change(point.energy, first.energy);
+    let measured = run.points.iter().map(|point| (point.time_days, drift(point)));
+    let mut curves = vec![Curve::line("measured", 0, measured)];
     let step = run.config.time_step_days.get();
     let theory = |time: f64| match (run.config.integrator, &run.exact) {
         (OrbitIntegrator::ExplicitEuler, Some(orbit)) => law::euler_energy_drift(step, orbit, time),
         _ => 0.0,
     };
     let name = match run.config.integrator {
-        OrbitIntegrator::ExplicitEuler => "theory: 1 − (1 + 6 h n² t)^(−1/3)",
+        OrbitIntegrator::ExplicitEuler => "theory: 1 − (1 + 6 Δt ω² t)^(−1/3)",
         _ => "exact",
     };
     let line = run.points.iter().map(|point| (point.time_days, theory(point.time_days)));
-    curves.push(curve(name, CurveStyle::Theory, 1, line));
-    let y = Axis::linear("(E − E₀) / |E₀|", "");
-    chart("energy_drift", "Energy of the orbit", time_axis(), y, curves)
+    curves.push(Curve::theory(name, 1, line));
+    let axes = over_time(Axis::linear("(E − E₀) / |E₀|", ""));
+    Plot::chart("energy_drift", "Energy of the orbit", axes, curves)
+}
+
+fn position_errors(run: &OrbitRun) -> impl Iterator<Item = (f64, f64)> {
+    run.points.iter().map(|point| (point.time_days, point.position_error_au))
 }
 
 fn position_error(run: &OrbitRun) -> Plot {
-    let measured = run.points.iter().map(|point| (point.time_days, point.position_error_au));
-    let curves = vec![curve("distance from the Kepler solution", CurveStyle::Line, 0, measured)];
-    let y = Axis::logarithmic("position error", "AU");
-    chart("position_error", "Error of the position", time_axis(), y, curves)
+    let curves = vec![Curve::line("distance from the Kepler solution", 0, position_errors(run))];
+    let axes = over_time(Axis::logarithmic("position error", "AU"));
+    Plot::chart("position_error", "Error of the position", axes, curves)
 }
 
 fn comparisons(run: &OrbitRun, first: &OrbitPoint) -> Vec<SharedCurve> {
-    let points = |of: &dyn Fn(&OrbitPoint) -> f64| {
-        let points = run.points.iter().map(|point| Point::bare(point.time_days, of(point)));
-        thinned(points.collect(), crate::models::figures::MAX_POINTS)
-    };
+    let error = |point: &OrbitPoint| relative_change(point.energy, first.energy).abs();
+    let energies = run.points.iter().map(|point| (point.time_days, error(point)));
+    let energy_axes = over_time(Axis::logarithmic("|E − E₀| / |E₀|", ""));
+    let position_axes = over_time(Axis::logarithmic("position error", "AU"));
+    let title = "Distance from the exact position";
     vec![
-        SharedCurve {
-            stem: "energy_error_by_run".to_owned(),
-            title: "Size of the energy error".to_owned(),
-            x: time_axis(),
-            y: Axis::logarithmic("|E − E₀| / |E₀|", ""),
-            points: points(&|point| drift(point, first).abs()),
-        },
-        SharedCurve {
-            stem: "position_error_by_run".to_owned(),
-            title: "Distance from the exact position".to_owned(),
-            x: time_axis(),
-            y: Axis::logarithmic("position error", "AU"),
-            points: points(&|point| point.position_error_au),
-        },
+        SharedCurve::new("energy_error_by_run", "Size of the energy error", energy_axes, energies),
+        SharedCurve::new("position_error_by_run", title, position_axes, position_errors(run)),
     ]
 }

@@ -1,59 +1,29 @@
 //! Laws of an orbit around a fixed Sun: exact, and as modified by integrators.
 
-use crate::metric::Law;
+use crate::metric::law::laws;
 use kinetoscope_manifest::model::{ModelConfig, OrbitIntegrator};
 use std::f64::consts::{PI, TAU};
 
 /// Gravitational constant times the Sun's mass, AU^3/day^2 (orbit exercise 14to4).
-pub const GM_SUN_AU3_PER_DAY2: f64 = 2.959_122_082_322_128e-4;
+pub(crate) const GM_SUN_AU3_PER_DAY2: f64 = 2.959_122_082_322_128e-4;
 
-/// Energy of explicit Euler on a nearly circular orbit.
-pub const EULER_ENERGY: Law = Law {
-    statement: "E/E0 = (1 + 6 h n^2 t)^(-1/3), h the step, n the mean motion at the start",
-    source: "orbit average of the first-order modified equation, small eccentricity",
-};
-/// Energy drift of explicit Euler per revolution at the start.
-pub const EULER_ENERGY_PER_REVOLUTION: Law = Law {
-    statement: "8 pi^2 h / P of |E0| at the start",
-    source: "orbit average of the first-order modified equation, small eccentricity",
-};
-/// Angular momentum of explicit Euler.
-pub const EULER_ANGULAR_MOMENTUM: Law = Law {
-    statement: "L/L0 = (1 + 6 h n^2 t)^(1/6)",
-    source: "orbit average of L(n+1) = L(n) (1 + h^2 GM/r^3), small eccentricity",
-};
-/// Conservation of energy.
-pub const ENERGY: Law = Law { statement: "constant", source: "conservation of energy" };
-/// Conservation of angular momentum, which holds for every symplectic method here.
-pub const ANGULAR_MOMENTUM: Law =
-    Law { statement: "constant", source: "kicks along r and drifts along v keep r x v" };
-/// Conservation of the angular momentum of bodies that attract each other.
-pub const MUTUAL_ANGULAR_MOMENTUM: Law =
-    Law { statement: "constant", source: "the forces of a pair are opposite and along its line" };
-/// Kepler's third law for a body of negligible mass.
-pub const KEPLERS_THIRD: Law =
-    Law { statement: "4 pi^2 a^3 / (GM P^2) = 1", source: "Kepler's third law, in Newton's form" };
-/// Maximum energy error of the two lowest-order symplectic methods.
-pub const SYMPLECTIC_ENERGY: Law = Law {
-    statement: "about n h e (1 + sin E0) for semi-implicit Euler, (n h)^2 e for velocity Verlet",
-    source: "first term of the modified Hamiltonian",
-};
-/// Errors of the exact solution.
-pub const EXACT: Law =
-    Law { statement: "0 for the exact solution", source: "Kepler's ellipse is fixed" };
-/// Order of the position error in the time step.
-pub const CONVERGENCE: Law =
-    Law { statement: "error of position proportional to h^order", source: "order of the method" };
-/// Order of the energy error in the time step.
-pub const ENERGY_CONVERGENCE: Law = Law {
-    statement: "largest energy error proportional to h^order",
-    source: "order of the method; one more for RK4 on a nearly circular orbit",
-};
+laws! {
+    EULER_ENERGY: "E/E_0 = (1 + 6 Δt ω^2 t)^(-1/3)", "orbit average of the first-order modified equation, small eccentricity";
+    EULER_ENERGY_PER_REVOLUTION: "4 pi ω Δt of |E_0| at the start", "orbit average of the first-order modified equation, small eccentricity";
+    EULER_ANGULAR_MOMENTUM: "L/L_0 = (1 + 6 Δt ω^2 t)^(1/6)", "orbit average of the step from L to L (1 + Δt^2 GM/|r|^3), small eccentricity";
+    ENERGY: "constant", "conservation of energy";
+    ANGULAR_MOMENTUM: "constant", "kicks along r and drifts along v keep L = r × v";
+    MUTUAL_ANGULAR_MOMENTUM: "constant", "the forces of a pair are opposite and along its line";
+    KEPLERS_THIRD: "4 pi^2 over GM, times the cube of the semi-major axis, over the square of the period, is 1", "Kepler's third law, in Newton's form";
+    SYMPLECTIC_ENERGY: "about ω Δt ε (1 + sin u_0) for semi-implicit Euler, (ω Δt)^2 ε for velocity Verlet", "first term of the modified Hamiltonian";
+    EXACT: "0 for the exact solution", "Kepler's ellipse is fixed";
+    CONVERGENCE: "error of position proportional to Δt^order", "order of the method";
+    ENERGY_CONVERGENCE: "largest energy error proportional to Δt^order", "order of the method; one more for RK4 on a nearly circular orbit";
+}
 
 /// Order of an integrator's position error; `None` for the exact solution and for adaptive steps, whose errors are
 /// dominated by rounding.
-#[must_use]
-pub const fn order(integrator: OrbitIntegrator) -> Option<f64> {
+pub(crate) const fn order(integrator: OrbitIntegrator) -> Option<f64> {
     match integrator {
         OrbitIntegrator::ExplicitEuler | OrbitIntegrator::SemiImplicitEuler => Some(1.0),
         OrbitIntegrator::VelocityVerlet => Some(2.0),
@@ -63,8 +33,7 @@ pub const fn order(integrator: OrbitIntegrator) -> Option<f64> {
 }
 
 /// Order of an integrator's energy error; `None` where [`order`] is `None`.
-#[must_use]
-pub const fn energy_order(integrator: OrbitIntegrator) -> Option<f64> {
+pub(crate) const fn energy_order(integrator: OrbitIntegrator) -> Option<f64> {
     match integrator {
         OrbitIntegrator::Rk4 => Some(5.0),
         other => order(other),
@@ -72,8 +41,10 @@ pub const fn energy_order(integrator: OrbitIntegrator) -> Option<f64> {
 }
 
 /// One of the orders above for a model; `None` unless it is an orbit around the Sun.
-#[must_use]
-pub fn model_order(model: &ModelConfig, order: fn(OrbitIntegrator) -> Option<f64>) -> Option<f64> {
+pub(crate) fn model_order(
+    model: &ModelConfig,
+    order: fn(OrbitIntegrator) -> Option<f64>,
+) -> Option<f64> {
     match model {
         ModelConfig::Orbit(config) if config.bodies.is_none() => order(config.integrator),
         _ => None,
@@ -86,14 +57,12 @@ fn euler_growth(time_step_days: f64, orbit: &KeplerOrbit, time_days: f64) -> f64
 }
 
 /// (E - E0) / |E0| of explicit Euler, nearly circular.
-#[must_use]
-pub fn euler_energy_drift(time_step_days: f64, orbit: &KeplerOrbit, time_days: f64) -> f64 {
+pub(crate) fn euler_energy_drift(time_step_days: f64, orbit: &KeplerOrbit, time_days: f64) -> f64 {
     1.0 - (1.0 + euler_growth(time_step_days, orbit, time_days)).powf(-1.0 / 3.0)
 }
 
 /// (L - L0) / L0 of explicit Euler, nearly circular.
-#[must_use]
-pub fn euler_angular_momentum_drift(
+pub(crate) fn euler_angular_momentum_drift(
     time_step_days: f64,
     orbit: &KeplerOrbit,
     time_days: f64,
@@ -102,21 +71,20 @@ pub fn euler_angular_momentum_drift(
 }
 
 /// dE/|E0| per revolution of explicit Euler on a nearly circular orbit: 8 pi^2 h / P.
-#[must_use]
-pub fn euler_energy_drift_per_revolution(time_step_days: f64, orbit: &KeplerOrbit) -> f64 {
+pub(crate) fn euler_energy_drift_per_revolution(time_step_days: f64, orbit: &KeplerOrbit) -> f64 {
     8.0 * PI * PI * time_step_days / orbit.period_days()
 }
 
 /// A Kepler ellipse around the Sun, given by its state at time 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KeplerOrbit {
+pub(crate) struct KeplerOrbit {
     position: [f64; 3],
     velocity: [f64; 3],
     radius: f64,
     /// Semi-major axis, AU.
-    pub semi_major_axis_au: f64,
+    pub(crate) semi_major_axis_au: f64,
     /// Mean motion, rad/day.
-    pub mean_motion_rad_per_day: f64,
+    pub(crate) mean_motion_rad_per_day: f64,
     /// Eccentricity times the cosine of the eccentric anomaly at time 0.
     e_cos: f64,
     /// Eccentricity times its sine.
@@ -125,8 +93,7 @@ pub struct KeplerOrbit {
 
 impl KeplerOrbit {
     /// The orbit through a state, AU and AU/day; `None` if it is not an ellipse.
-    #[must_use]
-    pub fn through(position: [f64; 3], velocity: [f64; 3]) -> Option<Self> {
+    pub(crate) fn through(position: [f64; 3], velocity: [f64; 3]) -> Option<Self> {
         let radius = norm(position);
         let square = dot(velocity, velocity);
         let inverse_axis = 2.0 / radius - square / GM_SUN_AU3_PER_DAY2;
@@ -147,28 +114,24 @@ impl KeplerOrbit {
     }
 
     /// Orbital period, days.
-    #[must_use]
-    pub fn period_days(&self) -> f64 {
+    pub(crate) fn period_days(&self) -> f64 {
         TAU / self.mean_motion_rad_per_day
     }
 
     /// Eccentricity.
-    #[must_use]
-    pub fn eccentricity(&self) -> f64 {
+    pub(crate) fn eccentricity(&self) -> f64 {
         self.e_cos.hypot(self.e_sin)
     }
 
     /// Sine of the eccentric anomaly at time 0; 0 for a circle.
-    #[must_use]
-    pub fn sine_of_anomaly_at_start(&self) -> f64 {
+    pub(crate) fn sine_of_anomaly_at_start(&self) -> f64 {
         let eccentricity = self.eccentricity();
         if eccentricity > 0.0 { self.e_sin / eccentricity } else { 0.0 }
     }
 
     /// Position at a time, AU, by Kepler's equation for the change x of the eccentric anomaly,
     /// n t = x - e cos E0 sin x + e sin E0 (1 - cos x), and the f and g functions (Danby, section 6.3).
-    #[must_use]
-    pub fn position_au(&self, time_days: f64) -> [f64; 3] {
+    pub(crate) fn position_au(&self, time_days: f64) -> [f64; 3] {
         let period = self.period_days();
         // Whole revolutions are subtracted first, because sines of large angles lose digits.
         let time = time_days - period * (time_days / period).round();
@@ -204,20 +167,27 @@ impl KeplerOrbit {
 }
 
 /// Scalar product.
-#[must_use]
-pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Norm of a vector.
-#[must_use]
-pub fn norm(a: [f64; 3]) -> f64 {
+pub(crate) fn norm(a: [f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// Difference of two vectors.
+pub(crate) fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|axis| a[axis] - b[axis])
+}
+
+/// The unit vector along a vector.
+pub(crate) fn unit(a: [f64; 3]) -> [f64; 3] {
+    a.map(|component| component / norm(a))
+}
+
 /// Vector product.
-#[must_use]
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

@@ -1,20 +1,20 @@
 //! Analysis of orbit runs: one body around a fixed Sun, or several bodies that attract each other.
 
 mod bodies;
-mod bodies_figures;
-pub mod figures;
-pub mod laws;
-pub mod metrics;
-pub mod observe;
-pub mod sweep;
+mod figures;
+mod laws;
+mod metrics;
+mod observe;
+mod sweep;
 
-use crate::models::contract::{Extent, ModelAnalysis};
+use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
+use crate::models::snapshots::Snapshots;
 use bodies::BodiesRun;
-use kinetoscope_manifest::model::ModelConfig;
+use kinetoscope_manifest::model::OrbitConfig;
 use observe::OrbitRun;
 
 /// The analysis of orbit runs.
-pub const ANALYSIS: ModelAnalysis = ModelAnalysis {
+pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "orbit",
     title: "Orbit",
     metrics: metrics::ALL,
@@ -22,15 +22,18 @@ pub const ANALYSIS: ModelAnalysis = ModelAnalysis {
     fits: sweep::FITS,
     ordinates: sweep::ORDINATES,
     trade_offs: sweep::TRADE_OFFS,
-    observer: |config, _| match config {
-        ModelConfig::Orbit(config) if config.bodies.is_some() => {
-            Some(Box::new(BodiesRun::new(config)))
-        }
-        ModelConfig::Orbit(config) => Some(Box::new(OrbitRun::new(config.clone()))),
-        _ => None,
-    },
-    extent: |config| match config {
-        ModelConfig::Orbit(_) => Some(Extent::default()),
-        _ => None,
-    },
 };
+
+/// The observer of a run around the Sun, or of several bodies.
+pub(super) fn observer(config: OrbitConfig, _: Snapshots) -> Box<dyn PlottedObserver> {
+    if config.bodies.is_some() {
+        Box::new(BodiesRun::new(&config))
+    } else {
+        Box::new(OrbitRun::new(config))
+    }
+}
+
+/// Points without walls.
+pub(super) fn extent(_: &OrbitConfig) -> Extent {
+    Extent::default()
+}

@@ -1,13 +1,13 @@
 //! Observer of orbits: energy, angular momentum and deviation from the exact solution, all from `/state`.
 
-use super::laws::{self as law, GM_SUN_AU3_PER_DAY2, KeplerOrbit, cross, dot, norm};
+use super::laws::{
+    self as law, GM_SUN_AU3_PER_DAY2, KeplerOrbit, cross, difference, dot, norm, unit,
+};
 use super::metrics as metric;
-use crate::metric::Law;
-use crate::metric::Measurement;
+use crate::metric::Measurements;
 use crate::models::contract::Observer;
-use crate::models::max_or_nan;
-use crate::models::relative_change;
 use crate::models::series::Series;
+use crate::models::{max_or_nan, relative_change};
 use kinetoscope_manifest::model::{OrbitConfig, OrbitIntegrator};
 use kinetoscope_recording::channels::OrbitElements;
 use kinetoscope_recording::error::ReadError;
@@ -16,29 +16,29 @@ use std::f64::consts::TAU;
 
 /// The planet at one instant, and its deviation from the exact solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OrbitPoint {
+pub(super) struct OrbitPoint {
     /// Simulated time, days.
-    pub time_days: f64,
+    pub(super) time_days: f64,
     /// Position, AU.
-    pub position_au: [f64; 3],
+    pub(super) position_au: [f64; 3],
     /// Energy per unit mass, AU^2/day^2.
-    pub energy: f64,
+    pub(super) energy: f64,
     /// r x v, AU^2/day.
-    pub angular_momentum: [f64; 3],
+    pub(super) angular_momentum: [f64; 3],
     /// v x (r x v) / GM - r/|r|.
-    pub eccentricity_vector: [f64; 3],
+    pub(super) eccentricity_vector: [f64; 3],
     /// Distance from the exact position, AU; NaN if the orbit is not an ellipse.
-    pub position_error_au: f64,
+    pub(super) position_error_au: f64,
     /// Angle in the initial orbital plane minus the exact one, continuous between frames, rad.
-    pub phase_error_rad: f64,
+    pub(super) phase_error_rad: f64,
 }
 
 /// Observer of one orbit run.
-#[derive(Clone, Debug)]
-pub struct OrbitRun {
-    pub(crate) config: OrbitConfig,
-    pub(crate) exact: Option<KeplerOrbit>,
-    pub(crate) points: Series<OrbitPoint>,
+#[derive(Clone, Debug, Default)]
+pub(super) struct OrbitRun {
+    pub(super) config: OrbitConfig,
+    pub(super) exact: Option<KeplerOrbit>,
+    pub(super) points: Series<OrbitPoint>,
     max_energy_error: f64,
     radii: Option<[f64; 2]>,
     force_evaluations: Option<u64>,
@@ -49,25 +49,14 @@ pub struct OrbitRun {
 
 impl OrbitRun {
     /// Creates an observer without frames.
-    #[must_use]
-    pub fn new(config: OrbitConfig) -> Self {
-        Self {
-            config,
-            exact: None,
-            points: Series::default(),
-            max_energy_error: 0.0,
-            radii: None,
-            force_evaluations: None,
-            revolutions: Revolutions::default(),
-            plane: [[0.0; 3]; 2],
-        }
+    pub(super) fn new(config: OrbitConfig) -> Self {
+        Self { config, ..Self::default() }
     }
 
     fn begin(&mut self, position: [f64; 3], velocity: [f64; 3]) {
         self.exact = KeplerOrbit::through(position, velocity);
-        let along = position.map(|component| component / norm(position));
-        let across = cross(cross(position, velocity), along);
-        self.plane = [along, across.map(|component| component / norm(across))];
+        let along = unit(position);
+        self.plane = [along, unit(cross(cross(position, velocity), along))];
     }
 
     fn angle(&self, position: [f64; 3]) -> f64 {
@@ -79,9 +68,7 @@ impl OrbitRun {
         let angular_momentum = cross(position, velocity);
         let turned = cross(velocity, angular_momentum);
         let exact = self.exact.map(|orbit| orbit.position_au(time_days));
-        let position_error_au = exact.map_or(f64::NAN, |exact| {
-            norm(std::array::from_fn(|axis| position[axis] - exact[axis]))
-        });
+        let position_error_au = exact.map_or(f64::NAN, |exact| norm(difference(position, exact)));
         let phase_error_rad = exact.map_or(f64::NAN, |exact| {
             let apart = self.angle(position) - self.angle(exact);
             let before = self.points.last().map_or(0.0, |point| point.phase_error_rad);
@@ -101,40 +88,29 @@ impl OrbitRun {
         }
     }
 
-    fn energy_measurements(
-        &self,
-        first: &OrbitPoint,
-        last: &OrbitPoint,
-        found: &mut Vec<Measurement>,
-    ) {
+    fn measure_energy(&self, first: &OrbitPoint, last: &OrbitPoint, found: &mut Measurements) {
         let step = self.config.time_step_days.get();
-        let integrator = self.config.integrator;
-        let euler = integrator == OrbitIntegrator::ExplicitEuler;
         let orbit = self.exact.as_ref();
-        let drift = relative_change(last.energy, first.energy);
-        let theory: Option<(f64, Law)> = match (integrator, orbit) {
-            (OrbitIntegrator::ExplicitEuler, Some(orbit)) => {
-                Some((law::euler_energy_drift(step, orbit, last.time_days), law::EULER_ENERGY))
+        let euler = orbit.filter(|_| self.config.integrator == OrbitIntegrator::ExplicitEuler);
+        let (law, theory) = match (self.config.integrator, euler) {
+            (_, Some(orbit)) => {
+                let drift = law::euler_energy_drift(step, orbit, last.time_days);
+                (law::EULER_ENERGY, Some(drift))
             }
-            (OrbitIntegrator::Kepler, _) => Some((0.0, law::ENERGY)),
-            _ => None,
+            (OrbitIntegrator::Kepler, None) => (law::ENERGY, Some(0.0)),
+            _ => (law::ENERGY, None),
         };
-        let (theory, source) =
-            theory.map_or((None, law::ENERGY), |(value, law)| (Some(value), law));
-        found.push(Measurement::new(metric::ENERGY_DRIFT, drift).against_law(theory, source));
+        let drift = relative_change(last.energy, first.energy);
+        found.compare_with(metric::ENERGY_DRIFT, drift, law, theory);
         if let Some(orbit) = orbit.filter(|_| last.energy < 0.0 && last.time_days > 0.0) {
             let ratio = first.energy / last.energy;
             let revolutions = last.time_days / orbit.period_days();
             let rate = (ratio * ratio * ratio - 1.0) / (3.0 * revolutions);
-            found.push(
-                Measurement::new(metric::DRIFT_PER_REVOLUTION, rate)
-                    .against(euler.then(|| law::euler_energy_drift_per_revolution(step, orbit))),
-            );
+            let theory = euler.map(|orbit| law::euler_energy_drift_per_revolution(step, orbit));
+            found.compare(metric::DRIFT_PER_REVOLUTION, rate, theory);
         }
-        found.push(
-            Measurement::new(metric::LARGEST_ENERGY_ERROR, self.max_energy_error)
-                .against(self.symplectic_energy_error()),
-        );
+        let theory = self.symplectic_energy_error();
+        found.compare(metric::MAX_ENERGY_ERROR, self.max_energy_error, theory);
     }
 
     /// Leading term of the energy error of the two lowest-order symplectic methods, after at least one revolution.
@@ -152,53 +128,38 @@ impl OrbitRun {
         }
     }
 
-    fn angular_momentum_measurement(&self, first: &OrbitPoint, last: &OrbitPoint) -> Measurement {
-        let drift = relative_change(norm(last.angular_momentum), norm(first.angular_momentum));
-        let step = self.config.time_step_days.get();
-        let found = Measurement::new(metric::ANGULAR_MOMENTUM_DRIFT, drift);
-        match (self.config.integrator, &self.exact) {
-            (OrbitIntegrator::ExplicitEuler, Some(orbit)) => found.against_law(
-                law::euler_angular_momentum_drift(step, orbit, last.time_days),
-                law::EULER_ANGULAR_MOMENTUM,
-            ),
-            (OrbitIntegrator::ExplicitEuler | OrbitIntegrator::Rk4, _) => found,
-            _ => found.against_law(0.0, law::ANGULAR_MOMENTUM),
-        }
-    }
-
-    fn eccentricity_measurements(
+    fn measure_angular_momentum(
         &self,
         first: &OrbitPoint,
         last: &OrbitPoint,
-        theory: Option<f64>,
-        found: &mut Vec<Measurement>,
+        found: &mut Measurements,
     ) {
-        let (start, end) = (first.eccentricity_vector, last.eccentricity_vector);
-        let change = norm(std::array::from_fn(|axis| end[axis] - start[axis]));
-        let normal = first.angular_momentum.map(|part| part / norm(first.angular_momentum));
-        let turn = dot(cross(start, end), normal).atan2(dot(start, end));
-        found.extend([
-            Measurement::new(metric::ECCENTRICITY_CHANGE, change).against(theory),
-            Measurement::new(metric::PERIHELION_TURN, turn).against(theory),
-        ]);
+        let drift = relative_change(norm(last.angular_momentum), norm(first.angular_momentum));
+        let step = self.config.time_step_days.get();
+        let (law, theory) = match (self.config.integrator, &self.exact) {
+            (OrbitIntegrator::ExplicitEuler, Some(orbit)) => {
+                let drift = law::euler_angular_momentum_drift(step, orbit, last.time_days);
+                (law::EULER_ANGULAR_MOMENTUM, Some(drift))
+            }
+            (OrbitIntegrator::ExplicitEuler | OrbitIntegrator::Rk4, _) => {
+                (law::ANGULAR_MOMENTUM, None)
+            }
+            _ => (law::ANGULAR_MOMENTUM, Some(0.0)),
+        };
+        found.compare_with(metric::ANGULAR_MOMENTUM_DRIFT, drift, law, theory);
     }
-}
 
-impl OrbitRun {
-    /// The measured period, and Kepler's third law with this period and the width of the path; empty before the first
+    /// The measured period, and Kepler's third law with this period and the width of the path; nothing before the first
     /// revolution.
-    fn third_law(&self) -> Vec<Measurement> {
+    fn measure_third_law(&self, found: &mut Measurements) {
         let (Some(period), Some([least, greatest])) = (self.revolutions.period_days(), self.radii)
         else {
-            return Vec::new();
+            return;
         };
         let axis = (least + greatest) / 2.0;
         let ratio = TAU * TAU * axis * axis * axis / (GM_SUN_AU3_PER_DAY2 * period * period);
-        let exact = self.exact.as_ref().map(KeplerOrbit::period_days);
-        vec![
-            Measurement::new(metric::PERIOD, period).against(exact),
-            Measurement::new(metric::THIRD_LAW, ratio).against(1.0),
-        ]
+        found.compare(metric::PERIOD, period, self.exact.as_ref().map(KeplerOrbit::period_days));
+        found.compare(metric::THIRD_LAW, ratio, 1.0);
     }
 }
 
@@ -226,8 +187,8 @@ impl Revolutions {
             && across >= 0.0
             && along > 0.0
         {
-            let share = before / (before - across);
-            self.last_pass_days = time_before + share * (time_days - time_before);
+            let fraction = before / (before - across);
+            self.last_pass_days = time_before + fraction * (time_days - time_before);
             self.count += 1;
         }
         self.before = Some((time_days, across));
@@ -264,32 +225,25 @@ impl Observer for OrbitRun {
         Ok(())
     }
 
-    fn measurements(&self) -> Vec<Measurement> {
-        let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
-            return Vec::new();
-        };
-        let mut found = Vec::new();
-        self.energy_measurements(first, last, &mut found);
-        found.push(self.angular_momentum_measurement(first, last));
-        if let Some([least, greatest]) = self.radii {
-            found.push(Measurement::new(metric::LEAST_RADIUS, least));
-            found.push(Measurement::new(metric::LARGEST_RADIUS, greatest));
-        }
+    fn measure(&self, found: &mut Measurements) {
+        let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else { return };
+        self.measure_energy(first, last, found);
+        self.measure_angular_momentum(first, last, found);
+        found.add(metric::MIN_RADIUS, self.radii.map(|[least, _]| least));
+        found.add(metric::MAX_RADIUS, self.radii.map(|[_, greatest]| greatest));
         let exact = self.config.integrator == OrbitIntegrator::Kepler;
         let theory = exact.then_some(0.0);
         if self.exact.is_some() {
-            found.extend([
-                Measurement::new(metric::POSITION_ERROR, last.position_error_au).against(theory),
-                Measurement::new(metric::PHASE_ERROR, last.phase_error_rad).against(theory),
-            ]);
+            found.compare(metric::POSITION_ERROR, last.position_error_au, theory);
+            found.compare(metric::PHASE_ERROR, last.phase_error_rad, theory);
         }
-        self.eccentricity_measurements(first, last, theory, &mut found);
-        found.extend(self.third_law());
-        found.extend(
-            self.force_evaluations
-                .map(|count| Measurement::new(metric::FORCE_EVALUATIONS, count as f64)),
-        );
-        found
+        let (start, end) = (first.eccentricity_vector, last.eccentricity_vector);
+        found.compare(metric::ECCENTRICITY_CHANGE, norm(difference(end, start)), theory);
+        let normal = unit(first.angular_momentum);
+        let rotation = dot(cross(start, end), normal).atan2(dot(start, end));
+        found.compare(metric::APSIDAL_ROTATION, rotation, theory);
+        self.measure_third_law(found);
+        found.add(metric::FORCE_EVALUATIONS, self.force_evaluations.map(|count| count as f64));
     }
 }
 

@@ -12,11 +12,11 @@ definitions! {
 const TIME_STEP: &str = "model.orbit.time_step_days";
 
 /// Fits along an axis of a sweep.
-pub const FITS: &[Fit] = &[
+pub(crate) const FITS: &[Fit] = &[
     Fit {
         theory: |model| model_order(model, laws::order),
         is_convergence_order: true,
-        ..Fit::new(TIME_STEP, "position_error.final", FitShape::PowerLaw(CONVERGENCE_ORDER))
+        ..Fit::new(TIME_STEP, "position_error.final", FitShape::PowerLaw, &[CONVERGENCE_ORDER])
     },
     Fit {
         theory: |model| model_order(model, laws::energy_order),
@@ -24,13 +24,14 @@ pub const FITS: &[Fit] = &[
         ..Fit::new(
             TIME_STEP,
             "energy.max_error_relative",
-            FitShape::PowerLaw(ENERGY_CONVERGENCE_ORDER),
+            FitShape::PowerLaw,
+            &[ENERGY_CONVERGENCE_ORDER],
         )
     },
 ];
 
 /// Metrics that are plotted against swept numbers.
-pub const ORDINATES: &[Ordinate] = &[
+pub(crate) const ORDINATES: &[Ordinate] = &[
     Ordinate {
         is_power_law: true,
         order: Some(OrderInKey { key: TIME_STEP, order: |model| model_order(model, laws::order) }),
@@ -47,7 +48,7 @@ pub const ORDINATES: &[Ordinate] = &[
 ];
 
 /// Pairs of metrics that are plotted against each other.
-pub const TRADE_OFFS: &[TradeOff] = &[TradeOff {
+pub(crate) const TRADE_OFFS: &[TradeOff] = &[TradeOff {
     stem: "position_error_vs_cost",
     title: "Cost against error",
     x: ("force_evaluations", "force evaluations", ""),

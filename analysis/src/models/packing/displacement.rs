@@ -40,8 +40,7 @@ impl Displacement {
 
     /// Adds the next frame's state.
     pub(super) fn add_frame(&mut self, time: f64, state: &StateTable) {
-        let index = |name: &str| state.columns().iter().position(|column| column == name);
-        let places = ["x", "y", "vx", "vy"].map(index);
+        let places = ["x", "y", "vx", "vy"].map(|name| state.index(name));
         let [Some(x), Some(y), Some(vx), Some(vy)] = places else { return };
         let rows = (0..state.rows().min(MAX_PARTICLES)).map(|particle| {
             let row = state.row(particle);

@@ -1,125 +1,74 @@
 //! Laws of hard discs.
 
-use crate::metric::Law;
+use crate::metric::law::laws;
 use kinetoscope_manifest::model::PackingConfig;
 use std::f64::consts::PI;
 
-/// Temperature of elastic discs, and cooling of dissipative ones (Haff's law).
-pub const COOLING: Law = Law {
-    statement: "T = T0 exp(-(1 - alpha^2) C / n) after C pair collisions; constant for alpha = 1",
-    source: "Haff 1983",
-};
-/// Fourth velocity moment of elastic discs at fixed energy.
-pub const A2_FIXED_ENERGY: Law = Law {
-    statement: "mean a2 = -1/(n + 1) at fixed energy",
-    source: "uniform law on the energy sphere",
-};
-/// Fourth velocity moment at fixed energy and momentum.
-pub const A2_FIXED_MOMENTUM: Law = Law {
-    statement: "mean a2 = -1/n at fixed energy and momentum",
-    source: "uniform law on the energy sphere of relative velocities",
-};
-/// Fourth velocity moment in the homogeneous cooling state.
-pub const A2_COOLING: Law = Law {
-    statement: "a2 = 16 (1 - a)(1 - 2 a^2) / (57 - 25 a + 30 a^2 (1 - a))",
-    source: "van Noije and Ernst 1998, homogeneous cooling state",
-};
-/// Pair collision rate.
-pub const COLLISION_RATE: Law = Law {
-    statement: "Enskog: w = 2 sqrt(pi) n s g sqrt(kT/m), corrected for walls and fixed n and energy",
-    source: "Chapman and Enskog; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
-};
-/// Wall collision rate.
-pub const WALL_RATE: Law = Law {
-    statement: "force on the walls / kT times sqrt(kT / (2 pi m))",
-    source: "contact theorem; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
-};
-/// Compressibility factor from the virial of pair collisions.
-pub const COMPRESSIBILITY: Law = Law {
-    statement: "Z = (1 + f^2/8) / (1 - f)^2, corrected for walls and fixed n; Z - 1 times (1 + alpha)/2",
-    source: "Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
-};
-/// Compressibility factor of discs of several sizes.
-pub const COMPRESSIBILITY_OF_SIZES: Law = Law {
-    statement: "Z = (1 - x)/(1 - f) + x (1 + f^2/8)/(1 - f)^2, x = <r>^2/<r^2>, corrected for walls and fixed n; Z - 1 times (1 + alpha)/2",
-    source: "Santos, Yuste and Lopez de Haro 1999; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
-};
-/// Pair collision rate of discs of several sizes and equal mass.
-pub const COLLISION_RATE_OF_SIZES: Law = Law {
-    statement: "Enskog: w = 2 sqrt(pi) n <s_ij g_ij> sqrt(kT/m), g_ij = 1/(1 - f) + (9/16) f/(1 - f)^2 (s_i s_j/s_ij) <s>/<s^2>, s_ij = (s_i + s_j)/2, corrected for walls and fixed n and energy",
-    source: "Santos, Yuste and Lopez de Haro 1999; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961",
-};
-/// Contact value of g(r) from the collision rate.
-pub const CONTACT_VALUE: Law = Law {
-    statement: "<s_ij g_ij>/<s> = 1/(1 - f) + (9/16) x f/(1 - f)^2, x = <s>^2/<s^2>, for one size (1 - 7f/16)/(1 - f)^2; corrected for fixed n",
-    source: "Santos, Yuste and Lopez de Haro 1999; Henderson 1975",
-};
-/// Relation between pressure and collision rate through the virial.
-pub const VIRIAL_IDENTITY: Law = Law {
-    statement: "Z - 1 = (1 + alpha)/2 (sqrt(pi)/4) s w sqrt(m/kT), for several sizes s = <s_ij^2 g_ij>/<s_ij g_ij>",
-    source: "virial theorem with Maxwell's velocities, corrected for fixed energy; Henderson 1975",
-};
-/// Kinetic energy of elastic discs.
-pub const ELASTIC_ENERGY: Law = Law {
-    statement: "constant for alpha = 1",
-    source: "conservation of energy; walls keep the speed",
-};
+laws! {
+    COOLING: "T = T_0 exp(-(1 - e^2) C / N) after C pair collisions; constant for e = 1", "Haff 1983";
+    A2_FIXED_ENERGY: "mean a2 = -1/(N + 1) at fixed energy", "uniform law on the energy sphere";
+    A2_FIXED_MOMENTUM: "mean a2 = -1/N at fixed energy and momentum", "uniform law on the energy sphere of relative velocities";
+    A2_COOLING: "a2 = 16 (1 - e)(1 - 2 e^2) / (57 - 25 e + 30 e^2 (1 - e))", "van Noije and Ernst 1998, homogeneous cooling state";
+    COLLISION_RATE: "Enskog: ν = 2 sqrt(pi) n d χ sqrt(T), corrected for walls and fixed N and energy", "Chapman and Enskog; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
+    WALL_COLLISION_RATE: "force on the walls / (m T) times sqrt(T / (2 pi))", "contact theorem; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
+    COMPRESSIBILITY: "Z = (1 + φ^2/8) / (1 - φ)^2, corrected for walls and fixed N; Z - 1 times (1 + e)/2", "Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
+    COMPRESSIBILITY_OF_SIZES: "Z = (1 - q)/(1 - φ) + q (1 + φ^2/8)/(1 - φ)^2, corrected for walls and fixed N; Z - 1 times (1 + e)/2", "Santos, Yuste and Lopez de Haro 1999; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
+    COLLISION_RATE_OF_SIZES: "Enskog: ν = 2 sqrt(pi) n <d_ij χ_ij> sqrt(T), χ_ij = 1/(1 - φ) + (9/16) φ/(1 - φ)^2 (d_i d_j/d_ij) <d>/<d^2>, corrected for walls and fixed N and energy", "Santos, Yuste and Lopez de Haro 1999; Henderson 1975; walls by Helfand, Frisch and Lebowitz 1961";
+    CONTACT_VALUE: "<d_ij χ_ij>/<d> = 1/(1 - φ) + (9/16) q φ/(1 - φ)^2, for one size (1 - 7φ/16)/(1 - φ)^2; corrected for fixed N", "Santos, Yuste and Lopez de Haro 1999; Henderson 1975";
+    VIRIAL_IDENTITY: "Z - 1 = (1 + e)/2 (sqrt(pi)/4) d ν/sqrt(T), for several sizes with <d_ij^2 χ_ij>/<d_ij χ_ij> in place of d", "virial theorem with Maxwell's velocities, corrected for fixed energy; Henderson 1975";
+    ELASTIC_ENERGY: "constant for e = 1", "conservation of energy; walls keep the speed";
+}
 
 /// Henderson's compressibility factor (1 + f^2/8) / (1 - f)^2 of discs at packing fraction f.
-#[must_use]
-pub fn henderson(packing_fraction: f64) -> f64 {
+pub(crate) fn henderson(packing_fraction: f64) -> f64 {
     let free = 1.0 - packing_fraction;
     (1.0 + packing_fraction * packing_fraction / 8.0) / (free * free)
 }
 
 /// a2 at fixed energy, -1 / (n + 1).
-#[must_use]
-pub fn a2_at_fixed_energy(discs: u32) -> f64 {
+pub(crate) fn a2_at_fixed_energy(discs: u32) -> f64 {
     -1.0 / (f64::from(discs) + 1.0)
 }
 
 /// a2 of the homogeneous cooling state.
-#[must_use]
-pub fn a2_cooling(restitution: f64) -> f64 {
+pub(crate) fn a2_cooling(restitution: f64) -> f64 {
     let a = restitution;
     16.0 * (1.0 - a) * (1.0 - 2.0 * a * a) / (57.0 - 25.0 * a + 30.0 * a * a * (1.0 - a))
 }
 
 /// Temperature over its initial value after this number of pair collisions.
-#[must_use]
-pub fn cooling(restitution: f64, pair_collisions: f64, discs: u32) -> f64 {
+pub(crate) fn cooling(restitution: f64, pair_collisions: f64, discs: u32) -> f64 {
     (-(1.0 - restitution * restitution) * pair_collisions / f64::from(discs)).exp()
 }
 
 /// Equilibrium of hard discs in a rectangle. Lengths are in the model's unit, rates for kT/m = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Equilibrium {
+pub(crate) struct Equilibrium {
     /// P A / (N kT) from the virial of the pair collisions in the whole box.
-    pub compressibility_factor: f64,
+    pub(crate) compressibility_factor: f64,
     /// Pair collisions per disc and unit of time, over sqrt(kT/m).
-    pub pair_rate: f64,
+    pub(crate) pair_rate: f64,
     /// Wall collisions per disc and unit of time, over sqrt(kT/m).
-    pub wall_collision_rate_per_disc: f64,
+    pub(crate) wall_collision_rate_per_disc: f64,
     /// Ratio of the mean approach speed of a pair to Maxwell's at the same mean square speed; rates are larger by this
     /// ratio.
-    pub approach: f64,
+    pub(crate) approach: f64,
 }
 
 /// Size distribution of discs of equal mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DiscSizes {
+pub(crate) struct DiscSizes {
     /// Packing fraction f.
-    pub packing_fraction: f64,
+    pub(crate) packing_fraction: f64,
     /// Mean radius `<r>`.
-    pub mean_radius: f64,
+    pub(crate) mean_radius: f64,
     /// x = `<r>^2/<r^2>`; 1 for equal discs.
-    pub squared_mean_over_mean_square: f64,
+    pub(crate) squared_mean_over_mean_square: f64,
 }
 
 impl DiscSizes {
     /// Equal discs with the manifest's radius.
-    #[must_use]
-    pub fn equal(config: &PackingConfig) -> Self {
+    pub(crate) fn equal(config: &PackingConfig) -> Self {
         Self {
             packing_fraction: packing_fraction(config),
             mean_radius: config.radius.get(),
@@ -127,19 +76,10 @@ impl DiscSizes {
         }
     }
 
-    /// Mean contact value g_ij = 1/(1 - f) + (9/16) f/(1 - f)^2 (2 s_i s_j/(s_i + s_j)) `<s>/<s^2>` over all pairs of
-    /// diameters s, weighted by the collision cross section s_i + s_j (Santos, Yuste and López de Haro 1999 with
-    /// Henderson's value for equal discs).
-    #[must_use]
-    pub fn contact_value(&self) -> f64 {
-        let (f, x) = (self.packing_fraction, self.squared_mean_over_mean_square);
-        (1.0 + 9.0 / 16.0 * x * f / (1.0 - f)) / (1.0 - f)
-    }
-
     /// Mean distance of centers in a collision, `<s_ij^2 g_ij>/<s_ij g_ij>` with s_ij = (s_i + s_j)/2 and the contact
-    /// values of [`DiscSizes::contact_value`].
-    #[must_use]
-    pub fn collision_diameter(&self) -> f64 {
+    /// values g_ij = 1/(1 - f) + (9/16) f/(1 - f)^2 (s_i s_j/s_ij) `<s>/<s^2>` of diameters s (Santos, Yuste and López de
+    /// Haro 1999 with Henderson's value for equal discs).
+    pub(crate) fn collision_diameter(&self) -> f64 {
         let x = self.squared_mean_over_mean_square;
         let crowding = 9.0 / 16.0 * self.packing_fraction / (1.0 - self.packing_fraction);
         2.0 * self.mean_radius * ((1.0 + 1.0 / x) / 2.0 + crowding) / (1.0 + crowding * x)
@@ -166,13 +106,15 @@ impl DiscSizes {
 }
 
 /// Maximum packing fraction of the fluid, up to which Henderson's law holds (Bernard and Krauth 2011: 0.700).
-pub const DENSEST_FLUID: f64 = 0.69;
+pub(crate) const DENSEST_FLUID: f64 = 0.69;
 
 /// Equilibrium of discs in a periodic box. There is no correction for walls. The number n is fixed as in
 /// [`equilibrium`], and the momentum is fixed at zero, so relative velocities are those of n - 1 discs and their mean
 /// square is larger by n/(n - 1). `None` for one disc and above the fluid's maximum packing fraction.
-#[must_use]
-pub fn periodic_equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Option<Equilibrium> {
+pub(crate) fn periodic_equilibrium(
+    config: &PackingConfig,
+    sizes: DiscSizes,
+) -> Option<Equilibrium> {
     let fraction = sizes.packing_fraction;
     let discs = f64::from(config.discs.get());
     if discs < 2.0 || fraction > DENSEST_FLUID {
@@ -194,8 +136,7 @@ pub fn periodic_equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Option<
 }
 
 /// Packing fraction of the manifest's discs.
-#[must_use]
-pub fn packing_fraction(config: &PackingConfig) -> f64 {
+pub(crate) fn packing_fraction(config: &PackingConfig) -> f64 {
     let radius = config.radius.get();
     f64::from(config.discs.get()) * PI * radius * radius
         / (config.width.get() * config.height.get())
@@ -214,8 +155,7 @@ pub fn packing_fraction(config: &PackingConfig) -> f64 {
 ///
 /// The pair virial then follows from the virial theorem for the box. Compared with event-driven runs of 5 to 150 equal
 /// discs with f up to 0.3, Z - 1 is accurate to 0.5 %, and to 2 % at n = 5.
-#[must_use]
-pub fn equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Equilibrium {
+pub(crate) fn equilibrium(config: &PackingConfig, sizes: DiscSizes) -> Equilibrium {
     const SECOND_ORDER: f64 = 1.0 - 8.0 / (3.0 * PI);
     let (radius, discs) = (sizes.mean_radius, f64::from(config.discs.get()));
     let (width, height) = (config.width.get(), config.height.get());
@@ -280,8 +220,7 @@ impl PressureCurve {
 
 /// Ratio of the mean speed at fixed energy to Maxwell's, sqrt(n) Gamma(n) / Gamma(n + 1/2), by its series in 1/n (error
 /// 2e-4 at n = 1).
-#[must_use]
-pub fn fixed_energy_speed(discs: f64) -> f64 {
+pub(crate) fn fixed_energy_speed(discs: f64) -> f64 {
     let inverse = 1.0 / discs;
     1.0 + inverse * (1.0 / 8.0 + inverse * (1.0 / 128.0 - inverse * 5.0 / 1024.0))
 }

@@ -1,19 +1,20 @@
 //! Analysis of packing runs: temperature, velocity moments, collision rates, pressure and structure.
 
 mod displacement;
-pub mod figures;
-pub mod laws;
-pub mod metrics;
-pub mod observe;
+mod figures;
+mod laws;
+mod metrics;
+mod observe;
 mod structure;
 mod sweep;
 
-use crate::models::contract::{Extent, ModelAnalysis};
-use kinetoscope_manifest::model::ModelConfig;
+use crate::models::contract::{Extent, ModelAnalysis, PlottedObserver};
+use crate::models::snapshots::Snapshots;
+use kinetoscope_manifest::model::PackingConfig;
 use observe::PackingRun;
 
 /// The analysis of packing runs.
-pub const ANALYSIS: ModelAnalysis = ModelAnalysis {
+pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "packing",
     title: "Packing",
     metrics: metrics::ALL,
@@ -21,16 +22,15 @@ pub const ANALYSIS: ModelAnalysis = ModelAnalysis {
     fits: &[],
     ordinates: sweep::ORDINATES,
     trade_offs: &[],
-    observer: |config, snapshots| match config {
-        ModelConfig::Packing(config) => Some(Box::new(PackingRun::new(config.clone(), snapshots))),
-        _ => None,
-    },
-    extent: |config| match config {
-        ModelConfig::Packing(config) => {
-            let half = [config.width.get() / 2.0, config.height.get() / 2.0];
-            let bounds = [half.map(|side| -side), half];
-            Some(Extent { radius: config.radius.get(), bounds: Some(bounds) })
-        }
-        _ => None,
-    },
 };
+
+/// The observer of a run.
+pub(super) fn observer(config: PackingConfig, snapshots: Snapshots) -> Box<dyn PlottedObserver> {
+    Box::new(PackingRun::new(config, snapshots))
+}
+
+/// Size of the discs and of their box.
+pub(super) fn extent(config: &PackingConfig) -> Extent {
+    let half = [config.width.get() / 2.0, config.height.get() / 2.0];
+    Extent { radius: config.radius.get(), bounds: Some([half.map(|side| -side), half]) }
+}

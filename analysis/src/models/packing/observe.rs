@@ -4,8 +4,7 @@ use super::displacement::Displacement;
 use super::laws as law;
 use super::metrics as metric;
 use super::structure::Structure;
-use crate::metric::Law;
-use crate::metric::Measurement;
+use crate::metric::{Law, Measurements};
 use crate::models::contract::Observer;
 use crate::models::relative_change;
 use crate::models::series::Series;
@@ -22,30 +21,20 @@ use std::f64::consts::PI;
 
 /// Velocity moments after an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VelocityMoments {
+pub(crate) struct VelocityMoments {
     /// Pair and wall collisions since the start.
-    pub events: f64,
+    pub(crate) events: f64,
     /// Simulated time.
-    pub time: f64,
+    pub(crate) time: f64,
     /// `<v^2>`/2 = kT/m.
-    pub temperature: f64,
+    pub(crate) temperature: f64,
     /// `<v^4>` / (2 `<v^2>^2`) - 1.
-    pub a2: f64,
-}
-
-/// Totals since the start.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct CollisionTotals {
-    time: f64,
-    pair: f64,
-    wall: f64,
-    energy_integral: f64,
-    virial: f64,
+    pub(crate) a2: f64,
 }
 
 /// Observer of one packing run.
-#[derive(Clone, Debug)]
-pub struct PackingRun {
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PackingRun {
     pub(crate) config: PackingConfig,
     /// Moments per frame.
     pub(crate) frames: Series<VelocityMoments>,
@@ -61,20 +50,16 @@ pub struct PackingRun {
     a2_by_frames: Blocking,
     /// Time integral of sqrt(kT/m), and the time.
     thermal_speed: (Sum, Sum),
-    totals: Option<CollisionTotals>,
-    rates: CollisionRates,
+    /// Time and totals since the start, of the last frame with either.
+    totals: Option<(f64, PackingCollisions, PackingPressure)>,
+    pair_rate: Blocking,
+    wall_rate: Blocking,
+    /// Collision virial per twice the time integral of the energy.
+    virial_rate: Blocking,
     pressure: Option<PackingPressure>,
     counts: Option<PackingCollisions>,
     /// Size distribution in the last state.
     sizes: Option<law::DiscSizes>,
-}
-
-/// Increments of totals between frames, relative to those of a second total.
-#[derive(Clone, Debug, Default)]
-struct CollisionRates {
-    pair: Blocking,
-    wall: Blocking,
-    virial: Blocking,
 }
 
 /// Events per disc after which means begin: velocities forget their start within a few collisions per disc.
@@ -84,8 +69,7 @@ const DISCS_PER_SAMPLE: u64 = 32;
 
 impl PackingRun {
     /// Creates an observer without frames.
-    #[must_use]
-    pub fn new(config: PackingConfig, snapshots: Snapshots) -> Self {
+    pub(crate) fn new(config: PackingConfig, snapshots: Snapshots) -> Self {
         let sides = [config.width.get(), config.height.get()];
         let periodic = config.boundary == Boundary::Periodic;
         let structure = Structure::new(config.radius.get(), sides, periodic);
@@ -94,21 +78,10 @@ impl PackingRun {
         let style = StateStyle { walls, radius: config.radius.get() };
         Self {
             config,
-            frames: Series::default(),
-            pairs: Series::default(),
-            collisions: Series::default(),
             snapshots: snapshots.with_style(style),
             structure,
             displacement: Displacement::new(periodic.then_some(sides)),
-            last_of_collisions: None,
-            a2_by_collisions: Blocking::default(),
-            a2_by_frames: Blocking::default(),
-            thermal_speed: Default::default(),
-            totals: None,
-            rates: CollisionRates::default(),
-            pressure: None,
-            counts: None,
-            sizes: None,
+            ..Self::default()
         }
     }
 
@@ -116,18 +89,18 @@ impl PackingRun {
         f64::from(self.config.discs.get())
     }
 
-    fn elastic(&self) -> bool {
+    fn is_elastic(&self) -> bool {
         self.config.restitution.get() == 1.0
     }
 
-    fn settled(&self, events: f64) -> bool {
+    fn is_settled(&self, events: f64) -> bool {
         events >= SETTLING_EVENTS_PER_DISC * self.discs()
     }
 
     /// Weight of a value of a2: its duration. For cooling discs, whose time scale grows without bound, it is the number
     /// of events.
     fn weight(&self, before: &VelocityMoments, after: &VelocityMoments) -> f64 {
-        if self.elastic() { after.time - before.time } else { after.events - before.events }
+        if self.is_elastic() { after.time - before.time } else { after.events - before.events }
     }
 
     /// Adds recorded collisions; a2 is constant from one collision to the next.
@@ -138,7 +111,7 @@ impl PackingRun {
             let temperature = mean_square / 2.0;
             let moments = VelocityMoments { events: event as f64, time, temperature, a2 };
             if let Some(before) = self.last_of_collisions
-                && self.settled(before.events)
+                && self.is_settled(before.events)
             {
                 let weight = self.weight(&before, &moments);
                 self.a2_by_collisions.add_weighted(before.a2, weight);
@@ -157,7 +130,7 @@ impl PackingRun {
     fn add_moments(&mut self, moments: VelocityMoments) {
         if let Some(before) = self.frames.last() {
             let step = moments.time - before.time;
-            if self.settled(before.events) {
+            if self.is_settled(before.events) {
                 self.a2_by_frames.add_weighted((before.a2 + moments.a2) / 2.0, step);
             }
             let speed = |moments: &VelocityMoments| moments.temperature.sqrt();
@@ -168,22 +141,25 @@ impl PackingRun {
         self.frames.add(moments);
     }
 
-    fn add_totals(&mut self, now: CollisionTotals) {
-        if let Some(before) = self.totals.replace(now) {
-            let discs = self.discs();
-            let time = now.time - before.time;
-            self.rates.pair.add_amount(2.0 * (now.pair - before.pair) / discs, time);
-            self.rates.wall.add_amount((now.wall - before.wall) / discs, time);
-            let energy = 2.0 * (now.energy_integral - before.energy_integral);
-            self.rates.virial.add_amount(now.virial - before.virial, energy);
-        }
+    fn add_totals(&mut self, time: f64, counts: &PackingCollisions, pressure: &PackingPressure) {
+        let now = (time, counts.clone(), pressure.clone());
+        let Some((earlier, before, before_pressure)) = self.totals.replace(now) else { return };
+        let (discs, duration) = (self.discs(), time - earlier);
+        let pairs = counts.pair_collisions as f64 - before.pair_collisions as f64;
+        self.pair_rate.add_amount(2.0 * pairs / discs, duration);
+        let walls = counts.wall_collisions as f64 - before.wall_collisions as f64;
+        self.wall_rate.add_amount(walls / discs, duration);
+        let virial = pressure.collision_virial_sum - before_pressure.collision_virial_sum;
+        let energy =
+            pressure.kinetic_energy_time_integral - before_pressure.kinetic_energy_time_integral;
+        self.virial_rate.add_amount(virial, 2.0 * energy);
     }
 
     /// A rate with its blocking error.
     fn rate(&self, rate: &Blocking) -> Option<Estimate> {
         let estimate = rate.estimate()?;
         // The rate of cooling discs drifts, so the scatter of its blocks is not a statistical error.
-        Some(if self.elastic() { estimate } else { Estimate::bare(estimate.value) })
+        Some(if self.is_elastic() { estimate } else { Estimate::bare(estimate.value) })
     }
 
     fn has_walls(&self) -> bool {
@@ -242,121 +218,95 @@ impl PackingRun {
         (length > 0.0).then(|| area / length)
     }
 
-    fn temperature_measurements(&self, found: &mut Vec<Measurement>) {
+    fn measure_temperature(&self, found: &mut Measurements) {
         let (Some(first), Some(last)) = (self.frames.first(), self.frames.last()) else { return };
         let restitution = self.config.restitution.get();
-        let pairs = self.counts.as_ref().map(|counts| counts.pair_collisions as f64);
-        let cooled = match (self.elastic(), pairs) {
-            (true, _) => Some(1.0),
-            (false, pairs) => {
-                pairs.map(|pairs| law::cooling(restitution, pairs, self.config.discs.get()))
+        let cooled = if self.is_elastic() {
+            Some(1.0)
+        } else {
+            let pairs = self.counts.as_ref().map(|counts| counts.pair_collisions as f64);
+            pairs.map(|pairs| law::cooling(restitution, pairs, self.config.discs.get()))
+        };
+        let theory = cooled.map(|cooled| cooled * first.temperature);
+        found.add(metric::TEMPERATURE_INITIAL, first.temperature);
+        found.compare(metric::TEMPERATURE_FINAL, last.temperature, theory);
+        found.compare(metric::TEMPERATURE_RATIO, last.temperature / first.temperature, cooled);
+        found.add(metric::MEAN_SQUARE_VELOCITY_INITIAL, 2.0 * first.temperature);
+        found.add(metric::MEAN_SQUARE_VELOCITY_FINAL, 2.0 * last.temperature);
+        let drift = relative_change(last.temperature, first.temperature);
+        found.compare(metric::ENERGY_DRIFT, drift, self.is_elastic().then_some(0.0));
+        found.add(metric::A2_FINAL, last.a2);
+        let (law, theory) = match (self.is_elastic(), self.has_walls()) {
+            (false, _) => (law::A2_COOLING, Some(law::a2_cooling(restitution))),
+            (true, true) => {
+                (law::A2_FIXED_ENERGY, Some(law::a2_at_fixed_energy(self.config.discs.get())))
+            }
+            // Without walls, the momentum is fixed as well.
+            (true, false) => {
+                (law::A2_FIXED_MOMENTUM, (self.discs() > 1.0).then(|| -1.0 / self.discs()))
             }
         };
-        let ratio = last.temperature / first.temperature;
-        let drift = relative_change(last.temperature, first.temperature);
-        found.extend([
-            Measurement::new(metric::TEMPERATURE_INITIAL, first.temperature),
-            Measurement::new(metric::TEMPERATURE_FINAL, last.temperature)
-                .against(cooled.map(|cooled| cooled * first.temperature)),
-            Measurement::new(metric::TEMPERATURE_RATIO, ratio).against(cooled),
-            Measurement::new(metric::MEAN_SQUARE_VELOCITY_INITIAL, 2.0 * first.temperature),
-            Measurement::new(metric::MEAN_SQUARE_VELOCITY_FINAL, 2.0 * last.temperature),
-            Measurement::new(metric::ENERGY_DRIFT, drift).against(self.elastic().then_some(0.0)),
-            Measurement::new(metric::A2_FINAL, last.a2),
-        ]);
-        if let Some(a2) = self.mean_a2() {
-            let found_a2 = Measurement::new(metric::A2_MEAN, a2);
-            found.push(if self.elastic() {
-                // Without walls, the momentum is fixed as well.
-                if self.has_walls() {
-                    let theory = law::a2_at_fixed_energy(self.config.discs.get());
-                    found_a2.against_law(theory, law::A2_FIXED_ENERGY)
-                } else {
-                    let theory = (self.discs() > 1.0).then(|| -1.0 / self.discs());
-                    found_a2.against_law(theory, law::A2_FIXED_MOMENTUM)
-                }
-            } else {
-                found_a2.against_law(law::a2_cooling(restitution), law::A2_COOLING)
-            });
-        }
+        found.compare_with(metric::A2_MEAN, self.mean_a2(), law, theory);
     }
 
-    fn collision_measurements(&self, found: &mut Vec<Measurement>) {
+    fn measure_collisions(&self, found: &mut Measurements) {
         if self.counts.is_none() {
             return;
         }
         let equilibrium = self.equilibrium();
         let thermal_speed = self.mean_thermal_speed();
-        if let Some(rate) = self.rate(&self.rates.pair) {
-            let theory = thermal_speed.and_then(|speed| Some(equilibrium?.pair_rate * speed));
+        let of_equilibrium = |of: fn(&law::Equilibrium) -> f64| {
+            thermal_speed.and_then(|speed| Some(of(&equilibrium?) * speed))
+        };
+        if let Some(rate) = self.rate(&self.pair_rate) {
+            let theory = of_equilibrium(|equilibrium| equilibrium.pair_rate);
             let enskog = self.law_of_sizes(law::COLLISION_RATE, law::COLLISION_RATE_OF_SIZES);
-            let measured = Measurement::new(metric::COLLISION_RATE, rate);
-            found.push(measured.against_law(theory, enskog));
+            found.compare_with(metric::COLLISION_RATE, rate, enskog, theory);
             if rate.value > 0.0 {
-                let free_time = Estimate {
-                    value: 1.0 / rate.value,
-                    standard_error: rate
-                        .standard_error
-                        .map(|error| error / (rate.value * rate.value)),
-                };
+                let error = rate.standard_error.map(|error| error / (rate.value * rate.value));
+                let free_time = Estimate::new(1.0 / rate.value, error);
                 let theory = theory.filter(|theory| *theory > 0.0).map(|theory| 1.0 / theory);
-                let measured = Measurement::new(metric::MEAN_FREE_TIME, free_time);
-                found.push(measured.against_law(theory, enskog));
+                found.compare_with(metric::MEAN_FREE_TIME, free_time, enskog, theory);
             }
             if let (Some(equilibrium), Some(speed)) = (equilibrium, thermal_speed) {
-                self.contact_measurements(rate, equilibrium, speed, found);
+                self.measure_contact_values(rate, equilibrium, speed, found);
             }
         }
-        if let Some(rate) = self.rate(&self.rates.wall) {
-            let theory = thermal_speed
-                .and_then(|speed| Some(equilibrium?.wall_collision_rate_per_disc * speed));
-            found.push(Measurement::new(metric::WALL_RATE, rate).against(theory));
-        }
+        let theory = of_equilibrium(|equilibrium| equilibrium.wall_collision_rate_per_disc);
+        found.compare(metric::WALL_COLLISION_RATE, self.rate(&self.wall_rate), theory);
     }
 
     /// Contact value and compressibility factor derived from the collision rate.
-    fn contact_measurements(
+    fn measure_contact_values(
         &self,
         rate: Estimate,
         equilibrium: law::Equilibrium,
         thermal_speed: f64,
-        found: &mut Vec<Measurement>,
+        found: &mut Measurements,
     ) {
         let Some(sizes) = self.known_sizes() else { return };
-        let scaled = |factor: f64| Estimate {
-            value: factor * rate.value,
-            standard_error: rate.standard_error.map(|error| factor * error),
-        };
         let speed = thermal_speed * equilibrium.approach;
         if !self.has_walls() {
             let density = self.discs() / (self.config.width.get() * self.config.height.get());
             let one = 2.0 * PI.sqrt() * density * 2.0 * sizes.mean_radius * speed;
             let theory = equilibrium.pair_rate * thermal_speed / one;
-            found.push(Measurement::new(metric::CONTACT_VALUE, scaled(1.0 / one)).against(theory));
+            found.compare(metric::CONTACT_VALUE, rate.times(1.0 / one), theory);
         }
-        let share = (1.0 + self.config.restitution.get()) / 2.0;
-        let excess = scaled(share * PI.sqrt() / 4.0 * sizes.collision_diameter() / speed);
-        let z = Estimate { value: 1.0 + excess.value, ..excess };
-        found.push(
-            Measurement::new(metric::COMPRESSIBILITY_BY_RATE, z)
-                .against(equilibrium.compressibility_factor),
-        );
+        let inelastic = (1.0 + self.config.restitution.get()) / 2.0;
+        let excess = rate.times(inelastic * PI.sqrt() / 4.0 * sizes.collision_diameter() / speed);
+        let theory = equilibrium.compressibility_factor;
+        found.compare(metric::COMPRESSIBILITY_BY_RATE, excess.plus(1.0), theory);
     }
 
-    fn pressure_measurements(&self, found: &mut Vec<Measurement>) {
-        let Some(pressure) = self.pressure.as_ref().filter(|_| self.end_time() > 0.0) else {
-            return;
-        };
-        let equilibrium = self.equilibrium();
-        if let Some(excess) = self.rate(&self.rates.virial) {
-            let z = Estimate { value: 1.0 + excess.value, ..excess };
-            let measured = Measurement::new(metric::COMPRESSIBILITY, z);
-            let theory = equilibrium.map(|of| of.compressibility_factor);
-            let henderson = self.law_of_sizes(law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES);
-            found.push(measured.against_law(theory, henderson));
-        }
-        found.push(Measurement::new(metric::PRESSURE_VIRIAL, pressure.virial));
-        found.push(Measurement::new(metric::PRESSURE_WALL, pressure.wall));
+    fn measure_pressure(&self, found: &mut Measurements) {
+        let end_time = self.totals.as_ref().map_or(0.0, |(time, ..)| *time);
+        let Some(pressure) = self.pressure.as_ref().filter(|_| end_time > 0.0) else { return };
+        let factor = self.rate(&self.virial_rate).map(|excess| excess.plus(1.0));
+        let theory = self.equilibrium().map(|of| of.compressibility_factor);
+        let henderson = self.law_of_sizes(law::COMPRESSIBILITY, law::COMPRESSIBILITY_OF_SIZES);
+        found.compare_with(metric::COMPRESSIBILITY, factor, henderson, theory);
+        found.add(metric::PRESSURE_VIRIAL, pressure.virial);
+        found.add(metric::PRESSURE_WALL, pressure.wall);
     }
 
     /// The sampled structure, or that of the last frame if no frame was sampled.
@@ -369,24 +319,15 @@ impl PackingRun {
         structure
     }
 
-    fn structure_measurements(&self, found: &mut Vec<Measurement>) {
+    fn measure_structure(&self, found: &mut Measurements) {
         if let Some([near, global, local]) = self.sampled_structure().estimates() {
-            found.extend([
-                Measurement::new(metric::PSI6_GLOBAL, global),
-                Measurement::new(metric::PSI6_LOCAL, local),
-                Measurement::new(metric::PAIR_CORRELATION, near),
-            ]);
+            found.add(metric::PSI6_GLOBAL, global);
+            found.add(metric::PSI6_LOCAL, local);
+            found.add(metric::PAIR_CORRELATION, near);
         }
-        if let Some(displacement) = self.displacement.last_mean_square() {
-            found.push(Measurement::new(metric::DISPLACEMENT, displacement));
-        }
-        if let Some((_, memory)) = self.displacement.velocity_autocorrelation.last() {
-            found.push(Measurement::new(metric::VELOCITY_MEMORY, *memory));
-        }
-    }
-
-    fn end_time(&self) -> f64 {
-        self.totals.map_or(0.0, |totals| totals.time)
+        found.add(metric::DISPLACEMENT, self.displacement.last_mean_square());
+        let correlation = self.displacement.velocity_autocorrelation.last();
+        found.add(metric::VELOCITY_AUTOCORRELATION, correlation.map(|(_, value)| *value));
     }
 }
 
@@ -405,7 +346,7 @@ impl Observer for PackingRun {
         if let Some(state) = state {
             let stride = u64::from(self.config.discs.get()).div_ceil(DISCS_PER_SAMPLE);
             if self.equal_radius().is_some()
-                && self.settled(events)
+                && self.is_settled(events)
                 && frame.clock.frame.is_multiple_of(stride)
             {
                 self.structure.add_frame(&state);
@@ -417,16 +358,10 @@ impl Observer for PackingRun {
         let counts = frame.get::<PackingCollisions>()?;
         let pressure = frame.get::<PackingPressure>()?;
         if counts.is_some() || pressure.is_some() {
-            let count =
-                |of: fn(&PackingCollisions) -> u64| counts.as_ref().map_or(0.0, |c| of(c) as f64);
-            let amount = |of: fn(&PackingPressure) -> f64| pressure.as_ref().map_or(0.0, of);
-            self.add_totals(CollisionTotals {
-                time,
-                pair: count(|counts| counts.pair_collisions),
-                wall: count(|counts| counts.wall_collisions),
-                energy_integral: amount(|pressure| pressure.kinetic_energy_time_integral),
-                virial: amount(|pressure| pressure.collision_virial_sum),
-            });
+            let none = (PackingCollisions::default(), PackingPressure::default());
+            let (counts, pressure) =
+                (counts.as_ref().unwrap_or(&none.0), pressure.as_ref().unwrap_or(&none.1));
+            self.add_totals(time, counts, pressure);
         }
         if let Some(counts) = counts {
             self.pairs.add((events, counts.pair_collisions as f64));
@@ -437,17 +372,12 @@ impl Observer for PackingRun {
         Ok(())
     }
 
-    fn measurements(&self) -> Vec<Measurement> {
-        let mut found = Vec::new();
-        self.temperature_measurements(&mut found);
-        self.collision_measurements(&mut found);
-        self.pressure_measurements(&mut found);
-        found.extend(
-            self.packing_fraction()
-                .map(|fraction| Measurement::new(metric::PACKING_FRACTION, fraction)),
-        );
-        self.structure_measurements(&mut found);
-        found
+    fn measure(&self, found: &mut Measurements) {
+        self.measure_temperature(found);
+        self.measure_collisions(found);
+        self.measure_pressure(found);
+        found.add(metric::PACKING_FRACTION, self.packing_fraction());
+        self.measure_structure(found);
     }
 }
 
@@ -461,8 +391,7 @@ fn mean_while_cooling(before: f64, after: f64) -> f64 {
 
 /// `<v^2>` and a2 of a state; `None` without velocities.
 fn moments_of(state: &StateTable) -> Option<(f64, f64)> {
-    let index = |name: &str| state.columns().iter().position(|column| column == name);
-    let (vx, vy, count) = (index("vx")?, index("vy")?, state.rows() as f64);
+    let (vx, vy, count) = (state.index("vx")?, state.index("vy")?, state.rows() as f64);
     let (mut squares, mut fourths) = (0.0, 0.0);
     for disc in 0..state.rows() {
         let row = state.row(disc);

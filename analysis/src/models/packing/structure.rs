@@ -14,7 +14,7 @@ const NEIGHBOR_DIAMETERS: f64 = 1.5;
 const NEAR_CONTACT_DIAMETERS: f64 = 1.1;
 
 /// Accumulated structure of equal discs in a box.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Structure {
     diameter: f64,
     /// Lower left corner and sides of the region that the centers can occupy.
@@ -40,11 +40,7 @@ impl Structure {
             corner: region.map(|side| -side / 2.0),
             region,
             periodic,
-            frames: 0,
-            correlation: Vec::new(),
-            near_contact: Blocking::default(),
-            psi6_global: Blocking::default(),
-            psi6_local: Blocking::default(),
+            ..Self::default()
         }
     }
 

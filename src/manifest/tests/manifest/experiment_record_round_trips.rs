@@ -3,22 +3,24 @@
 // A test may panic.
 #![allow(clippy::unwrap_used)]
 
-use kinetoscope_manifest::{Bound, Coordinate, ExperimentRecord, parse, parse_checks, run_key};
+use kinetoscope_manifest::{
+    Bound, Check, Coordinate, ExperimentRecord, parse, parse_checks, run_key,
+};
 
 const CHECKS: &str = r#"
 [[checks]]
-metric = "near"
+metric = "pressure.measured"
 expected = -4.395e-21
 tolerance = 1e-22
 where = { "model.gas.temperature_k" = 300.0, variant = "b \"quoted\"" }
 [[checks]]
-metric = "relative"
+metric = "pressure.ideal_gas"
 relative_tolerance = 0.02
 [[checks]]
-metric = "theory"
+metric = "mean_speed"
 standard_errors = 4
 [[checks]]
-metric = "range"
+metric = "a2"
 maximum = 1
 "#;
 
@@ -49,7 +51,11 @@ fn record_is_read_back() {
 #[test]
 fn checks_are_read_from_a_separate_file() {
     let checks = parse_checks(CHECKS, "checks.toml").unwrap();
-    assert_eq!(checks, record().checks);
+    let without_lines = |checks: &[Check]| -> Vec<Check> {
+        checks.iter().map(|check| Check { line: 0, ..check.clone() }).collect()
+    };
+    assert_eq!(without_lines(&checks), without_lines(&record().checks));
+    assert_eq!([checks[0].line, checks[1].line], [2, 7]);
     assert_eq!(checks[0].bound, Bound::Near { expected: Some(-4.395e-21), tolerance: 1e-22 });
     assert_eq!(checks[1].bound, Bound::NearRelative { expected: None, relative_tolerance: 0.02 });
     assert_eq!(
@@ -57,9 +63,25 @@ fn checks_are_read_from_a_separate_file() {
         Bound::WithinStandardErrors { expected: None, standard_errors: 4.0 }
     );
     assert_eq!(checks[3].bound, Bound::Range { minimum: None, maximum: Some(1.0) });
-    let other = parse_checks("seed = 1\n[[checks]]\nmetric = \"a\"\n", "c.toml").unwrap_err();
+    let other = parse_checks("seed = 1\n[[checks]]\nmetric = \"a2\"\n", "c.toml").unwrap_err();
     assert_eq!(other.len(), 2, "{other}");
     assert!(parse_checks("", "c.toml").unwrap_err().to_string().contains("no [[checks]]"));
+}
+
+#[test]
+fn unknown_metrics_are_rejected_with_the_nearest_name() {
+    let check = "[[checks]]\nmetric = \"pressure.mesured\"\nminimum = 0\n";
+    for errors in [
+        parse_checks(check, "c.toml").unwrap_err().to_string(),
+        parse(&format!("[model.gas]\n{check}"), "c.toml", &[]).unwrap_err().to_string(),
+    ] {
+        assert!(errors.contains("`pressure.mesured` is not a metric"), "{errors}");
+        assert!(errors.contains("did you mean `pressure.measured`?"), "{errors}");
+    }
+    // The metric of another model is not one of the gas, but a file of checks has no model.
+    let other = check.replace("pressure.mesured", "bed.height");
+    assert!(parse(&format!("[model.gas]\n{other}"), "c.toml", &[]).is_err());
+    assert!(parse_checks(&other, "c.toml").is_ok());
 }
 
 #[test]

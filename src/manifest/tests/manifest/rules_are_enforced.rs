@@ -469,25 +469,25 @@ fn checks_must_have_exactly_one_criterion() {
         format!("[model.gas]\n[sweep]\nmodel.gas.radius_m = [1.0, 2.5]\n[[checks]] {check}")
     };
     rejected(&check("# <-\nexpected = 1\ntolerance = 1"), "needs `metric`");
-    rejected(&check("# <-\nmetric = \"a\"\nexpected = 1"), "needs `tolerance`");
+    rejected(&check("# <-\nmetric = \"a2\"\nexpected = 1"), "needs `tolerance`");
     rejected(
-        &check("\nmetric = \"a\"\ntolerance = 1\nrelative_tolerance = 1 # <-"),
+        &check("\nmetric = \"a2\"\ntolerance = 1\nrelative_tolerance = 1 # <-"),
         "cannot be used together",
     );
-    rejected(&check("\nmetric = \"a\"\ntolerance = -1 # <-"), "must be a number >= 0");
-    rejected(&check("\nmetric = \"a\"\nminimum = 3\nmaximum = 1 # <-"), "minimum <= maximum");
-    rejected(&check("\nmetric = \"a\"\nminimum = 3\ntolerance = 1 # <-"), "write two checks");
-    rejected(&check("\nmetric = \"a\"\ntolerence = 3\nminimum = 1"), "did you mean `tolerance`?");
+    rejected(&check("\nmetric = \"a2\"\ntolerance = -1 # <-"), "must be a number >= 0");
+    rejected(&check("\nmetric = \"a2\"\nminimum = 3\nmaximum = 1 # <-"), "minimum <= maximum");
+    rejected(&check("\nmetric = \"a2\"\nminimum = 3\ntolerance = 1 # <-"), "write two checks");
+    rejected(&check("\nmetric = \"a2\"\ntolerence = 3\nminimum = 1"), "did you mean `tolerance`?");
     rejected(
-        &check("\nmetric = \"a\"\nminimum = 1\nwhere = { radius_m = 3 } # <-"),
+        &check("\nmetric = \"a2\"\nminimum = 1\nwhere = { radius_m = 3 } # <-"),
         "values: 1, 2.5",
     );
     rejected(
-        &check("\nmetric = \"a\"\nminimum = 1\nwhere = { mass_kg = 3 } # <-"),
+        &check("\nmetric = \"a2\"\nminimum = 1\nwhere = { mass_kg = 3 } # <-"),
         "`mass_kg` is not swept",
     );
-    accepted(&check("\nmetric = \"a\"\nminimum = 1\nwhere = { model.gas.radius_m = 1 }"));
-    accepted(&check("\nmetric = \"a\"\nminimum = 1\nwhere = { radius_m = 2.50 }"));
+    accepted(&check("\nmetric = \"a2\"\nminimum = 1\nwhere = { model.gas.radius_m = 1 }"));
+    accepted(&check("\nmetric = \"a2\"\nminimum = 1\nwhere = { radius_m = 2.50 }"));
 }
 
 #[test]

@@ -11,16 +11,14 @@ use crate::model::SimulationFault;
 use kinetoscope_manifest::model::{DemConfig, DemDashpot, Placement, UnstableTimeStep};
 
 /// The reasons for a rejection and the suggestions; the same text is the warning if the run starts anyway.
-pub(in crate::dem) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> String {
+pub(crate) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> String {
     let mut sentences = diagnosis.problems();
     let suggestions = suggestions::find(config);
     if suggestions.is_empty() {
-        sentences.push("No single value helps: change two of them together.".to_owned());
+        sentences.push("No change of a single key is sufficient: change two of them.".to_owned());
     } else {
-        sentences.push(format!(
-            "The nearest values that would do, each alone: {}.",
-            suggestions.join("; ")
-        ));
+        sentences
+            .push(format!("The nearest accepted values, each alone: {}.", suggestions.join("; ")));
     }
     if config.dashpot == DemDashpot::Explicit {
         sentences.push(
@@ -28,13 +26,13 @@ pub(in crate::dem) fn rejection(config: &DemConfig, diagnosis: &Diagnosis) -> St
         );
     }
     if config.on_unstable_time_step == UnstableTimeStep::Error {
-        sentences.push("on_unstable_time_step = \"warn\" runs it anyway.".to_owned());
+        sentences.push("With on_unstable_time_step = \"warn\", the run starts anyway.".to_owned());
     }
     sentences.join(" ")
 }
 
 /// The figures of the start, one line each.
-pub(in crate::dem) fn facts(
+pub(crate) fn facts(
     config: &DemConfig,
     parameters: &Parameters,
     diagnosis: &Diagnosis,
@@ -77,7 +75,7 @@ fn contact_steps(config: &DemConfig, parameters: &Parameters) -> String {
         (Some(pair), Some(wall)) => format!(
             "A contact of the lightest discs lasts {pair:.1} steps with each other, {wall:.1} with a wall."
         ),
-        _ => "The dashpot is overdamped: contacts last for ever.".to_owned(),
+        _ => "The dashpot is overdamped: contacts do not end.".to_owned(),
     }
 }
 
@@ -108,7 +106,7 @@ fn dashpot(config: &DemConfig, parameters: &Parameters, diagnosis: &Diagnosis) -
 }
 
 /// The message of a blow-up after a number of steps, at a time in s: its place and what to change.
-pub(in crate::dem) fn fault(
+pub(crate) fn fault(
     parameters: &Parameters,
     discs: &Discs,
     (count, time): (u64, f64),

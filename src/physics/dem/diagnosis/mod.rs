@@ -40,8 +40,8 @@ pub(super) struct Diagnosis {
     pub(super) overlap_over_radius: f64,
     /// Whether the dashpot is implicit, and has no bound.
     is_implicit: bool,
-    /// Whether the number of steps is at least one and exactly representable.
-    is_countable: bool,
+    /// Whether the number of steps is at least one and exactly representable; no run starts without that.
+    pub(super) is_countable: bool,
 }
 
 impl Diagnosis {
@@ -67,11 +67,6 @@ impl Diagnosis {
         self.is_unstable() || self.passes_walls() || !self.is_countable
     }
 
-    /// Whether the number of steps is valid; no run starts without that.
-    pub(super) fn is_countable(&self) -> bool {
-        self.is_countable
-    }
-
     fn is_unstable(&self) -> bool {
         let is_bed_stable = self.bed < BED_BOUND;
         let is_pair_stable = self.is_implicit || self.damping_step < MAX_DAMPING_STEP;
@@ -88,8 +83,8 @@ impl Diagnosis {
         let mut problems = Vec::new();
         if self.is_unstable() {
             problems.push(format!(
-                "The time step is unstable: c = eta dt/m_eff = {} for the lightest pair (a contact multiplies the \
-                 velocity from c = 1 on), and 6 k dt^2/m + 12 eta dt/m = {} for a bed (must stay below 4).",
+                "The time step is unstable: c = eta dt/m_eff = {} for the lightest pair (must be below 1, because a \
+                 step changes the velocity to (1 - c) v), and 6 k dt^2/m + 12 eta dt/m = {} for a bed (must be below 4).",
                 figure(self.damping_step),
                 figure(self.bed)
             ));
@@ -118,27 +113,27 @@ impl Diagnosis {
         }
         if self.is_implicit && self.damping_step >= DOUBTFUL_DAMPING_STEP {
             warnings.push(format!(
-                "c = eta dt/m_eff = {} with the implicit dashpot: collisions lose more than the dashpot would take; from \
-                 c = 1 on it is a way to see the discs come to rest, not a measurement.",
+                "c = eta dt/m_eff = {} with the implicit dashpot: collisions dissipate more energy than with the exact \
+                 dashpot; from c = 1 on, only the state at rest is meaningful.",
                 figure(self.damping_step)
             ));
         } else if self.damping_step >= DOUBTFUL_DAMPING_STEP {
             warnings.push(format!(
-                "c = eta dt/m_eff = {} for the lightest pair: from 0.3 on the restitution is not the one that the \
-                 dashpot stands for; a smaller time step helps.",
+                "c = eta dt/m_eff = {} for the lightest pair: from 0.3 on, the restitution deviates from the \
+                 requested one; use a smaller time step.",
                 figure(self.damping_step)
             ));
         }
         if self.steps_per_wall_contact < DOUBTFUL_STEPS_PER_CONTACT {
             warnings.push(format!(
-                "Only {} steps in pi sqrt(m/k): beds chatter below 10.",
+                "steps_per_wall_contact is {}; below 10, discs in beds chatter.",
                 figure(self.steps_per_wall_contact)
             ));
         }
         if self.overlap_over_radius >= DOUBTFUL_OVERLAP && !self.passes_walls() {
             warnings.push(format!(
-                "A disc that falls through the box overlaps the wall by about {} of its radius: a higher stiffness_n_per_m \
-                 would keep it harder.",
+                "A disc that falls through the box overlaps the wall by about {} of its radius; a higher stiffness_n_per_m \
+                 reduces the overlap.",
                 figure(self.overlap_over_radius)
             ));
         }

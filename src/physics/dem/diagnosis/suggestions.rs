@@ -12,14 +12,11 @@ use kinetoscope_manifest::model::{
 use kinetoscope_manifest::quantity::{Fraction, NonNegative, Positive};
 use std::f64::consts::PI;
 
-/// One key that may be changed.
-struct Key {
-    name: &'static str,
-    /// The value in use, or the value at which the search begins.
-    current: f64,
-    /// The manifest with another value; `None` if that is out of range.
-    change: fn(&DemConfig, f64) -> Option<DemConfig>,
-}
+/// Writes a value into a manifest; `None` if it is out of range.
+type Change = fn(&mut DemConfig, f64) -> Option<()>;
+
+/// One key that may be changed: its name, the value in use or at which the search begins, and the change.
+type Key = (&'static str, f64, Change);
 
 /// Doublings and halvings that are tried.
 const DOUBLINGS: u32 = 100;
@@ -27,66 +24,48 @@ const DOUBLINGS: u32 = 100;
 const ROOMY_PACKING_FRACTION: f64 = 0.4;
 
 /// The nearest accepted values, as lines of a manifest; each one is sufficient.
-pub(in crate::dem) fn find(config: &DemConfig) -> Vec<String> {
-    keys(config).iter().filter_map(|key| nearest_accepted(config, key)).collect()
+pub(crate) fn find(config: &DemConfig) -> Vec<String> {
+    keys(config).into_iter().filter_map(|key| nearest_accepted(config, key)).collect()
 }
 
-fn keys(config: &DemConfig) -> Vec<Key> {
+fn keys(config: &DemConfig) -> [Key; 6] {
+    fn key(name: &'static str, current: f64, change: Change) -> Key {
+        (name, current, change)
+    }
     let parameters = Parameters::new(config);
     let (mass, stiffness) = (parameters.smallest_mass, parameters.law.stiffness);
-    let pair_mass = parameters.lightest_pair_mass();
-    let present = restitution::restitution(
-        parameters.strongest_damping_ratio(pair_mass),
-        config.limit_damping,
-    );
+    let ratio = parameters.strongest_damping_ratio(parameters.lightest_pair_mass());
+    let present = restitution::restitution(ratio, config.limit_damping);
     // An overdamped dashpot has no restitution at which the search could begin.
     let restitution = if present > 1e-3 { present } else { 1e-3 };
-    vec![
-        Key {
-            name: "time_step_s",
-            current: parameters.time_step,
-            change: |config, value| {
-                let time_step = TimeStep::Length(StepLength::Fixed(Positive::new(value)?));
-                Some(DemConfig { time_step, ..config.clone() })
-            },
-        },
-        Key {
-            name: "steps_per_wall_contact",
-            current: PI * (mass / stiffness).sqrt() / parameters.time_step,
-            change: |config, value| {
-                let time_step = TimeStep::PerContact(Positive::new(value)?);
-                Some(DemConfig { time_step, ..config.clone() })
-            },
-        },
-        Key {
-            name: "damping_n_s_per_m",
-            current: parameters.strongest_damping(),
-            change: |config, value| {
-                let dissipation = Dissipation::Damping(NonNegative::new(value)?);
-                Some(DemConfig { dissipation, ..config.clone() })
-            },
-        },
-        Key {
-            name: "restitution",
-            current: restitution,
-            change: |config, value| {
-                let dissipation = Dissipation::Restitution(Fraction::new(value)?);
-                Some(DemConfig { dissipation, ..config.clone() })
-            },
-        },
-        Key {
-            name: "stiffness_n_per_m",
-            current: stiffness,
-            change: |config, value| {
-                Some(DemConfig { stiffness_n_per_m: Positive::new(value)?, ..config.clone() })
-            },
-        },
-        Key { name: "radius_m", current: parameters.radius, change: with_radius },
+    let steps_per_wall_contact = PI * (mass / stiffness).sqrt() / parameters.time_step;
+    [
+        key("time_step_s", parameters.time_step, |config, value| {
+            config.time_step = TimeStep::Length(StepLength::Fixed(Positive::new(value)?));
+            Some(())
+        }),
+        key("steps_per_wall_contact", steps_per_wall_contact, |config, value| {
+            config.time_step = TimeStep::PerContact(Positive::new(value)?);
+            Some(())
+        }),
+        key("damping_n_s_per_m", parameters.strongest_damping(), |config, value| {
+            config.dissipation = Dissipation::Damping(NonNegative::new(value)?);
+            Some(())
+        }),
+        key("restitution", restitution, |config, value| {
+            config.dissipation = Dissipation::Restitution(Fraction::new(value)?);
+            Some(())
+        }),
+        key("stiffness_n_per_m", stiffness, |config, value| {
+            config.stiffness_n_per_m = Positive::new(value)?;
+            Some(())
+        }),
+        key("radius_m", parameters.radius, set_radius),
     ]
 }
 
 /// Equal discs of another radius, if they leave enough room for a new placement.
-fn with_radius(config: &DemConfig, radius: f64) -> Option<DemConfig> {
+fn set_radius(config: &mut DemConfig, radius: f64) -> Option<()> {
     let (smallest, largest) = config.radius_m.range();
     let box_area = config.width_m.get() * config.height_m.get();
     let covered = f64::from(config.discs.get()) * PI * radius * radius;
@@ -94,22 +73,24 @@ fn with_radius(config: &DemConfig, radius: f64) -> Option<DemConfig> {
     if smallest < largest || is_given || covered > ROOMY_PACKING_FRACTION * box_area {
         return None;
     }
-    Some(DemConfig { radius_m: DiscRadius::Equal(Positive::new(radius)?), ..config.clone() })
+    config.radius_m = DiscRadius::Equal(Positive::new(radius)?);
+    Some(())
 }
 
 /// Searches from the present value in both directions until a value is accepted, then bisects to the limit.
-fn nearest_accepted(config: &DemConfig, key: &Key) -> Option<String> {
+fn nearest_accepted(config: &DemConfig, (name, current, change): Key) -> Option<String> {
     let is_accepted = |value: f64| {
-        (key.change)(config, value).is_some_and(|changed| !Diagnosis::of(&changed).is_rejected())
+        let mut changed = config.clone();
+        change(&mut changed, value).is_some_and(|()| !Diagnosis::of(&changed).is_rejected())
     };
-    if is_accepted(key.current) {
-        return rounded(key, key.current, 1.0, is_accepted);
+    if is_accepted(current) {
+        return rounded(name, current, 1.0, is_accepted);
     }
     let mut factor = 1.0;
     for _ in 0..DOUBLINGS {
         for (inner, outer) in [(factor, 2.0 * factor), (1.0 / factor, 0.5 / factor)] {
-            if is_accepted(key.current * outer) {
-                let (mut rejected, mut accepted) = (key.current * inner, key.current * outer);
+            if is_accepted(current * outer) {
+                let (mut rejected, mut accepted) = (current * inner, current * outer);
                 for _ in 0..60 {
                     let middle = (rejected * accepted).sqrt();
                     if is_accepted(middle) {
@@ -118,7 +99,7 @@ fn nearest_accepted(config: &DemConfig, key: &Key) -> Option<String> {
                         rejected = middle;
                     }
                 }
-                return rounded(key, accepted, outer, is_accepted);
+                return rounded(name, accepted, outer, is_accepted);
             }
         }
         factor *= 2.0;
@@ -128,7 +109,7 @@ fn nearest_accepted(config: &DemConfig, key: &Key) -> Option<String> {
 
 /// The value with three digits, moved in the direction of `outward` until the printed value is accepted.
 fn rounded(
-    key: &Key,
+    name: &str,
     value: f64,
     outward: f64,
     is_accepted: impl Fn(f64) -> bool,
@@ -139,6 +120,6 @@ fn rounded(
         let printed: f64 = format!("{nudged:.2e}").parse().ok()?;
         let plain = (1e-3..1e5).contains(&printed);
         let text = if plain { format!("{printed}") } else { format!("{printed:e}") };
-        is_accepted(printed).then(|| format!("{} = {text}", key.name))
+        is_accepted(printed).then(|| format!("{name} = {text}"))
     })
 }

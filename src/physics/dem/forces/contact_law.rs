@@ -3,14 +3,13 @@
 use crate::dem::block::Stretch;
 use crate::dem::materials::{ContactConstants, ContactLaw};
 use crate::dem::motion::{self, NormalForce, SliderConstants, TangentialForce};
+use crate::dem::totals::ContactSums;
 use crate::simd::registers::{InstructionSet, Register};
 
 /// The constants of the contact law, each in all lanes.
 #[derive(Clone, Copy)]
-pub(in crate::dem) struct LawRegisters<R> {
+pub(crate) struct LawRegisters<R> {
     pub(super) zero: R,
-    pub(super) one: R,
-    least_distance: R,
     stiffness: R,
     least_force: R,
     spring: SliderConstants<R>,
@@ -22,7 +21,7 @@ pub(in crate::dem) struct LawRegisters<R> {
 
 /// The geometry and the velocity of contacts.
 #[derive(Clone, Copy)]
-pub(in crate::dem) struct ContactKinematics<R> {
+pub(crate) struct ContactKinematics<R> {
     /// Unit vectors from the partners to the discs.
     pub(super) normal: [R; 2],
     /// delta, m.
@@ -33,9 +32,11 @@ pub(in crate::dem) struct ContactKinematics<R> {
     pub(super) sliding_speed: R,
 }
 
-/// Friction of a contact: coefficients, surfaces and springs.
+/// Friction of a contact: coefficients, surfaces and damping.
 pub(super) struct Surfaces<'a> {
     pub(super) constants: &'a ContactConstants,
+    /// eta of the contact, N s/m.
+    pub(super) damping: f64,
     /// r_i w_i + r_j w_j, m/s.
     pub(super) rim_speed: f64,
     /// w_i - w_j, rad/s.
@@ -44,15 +45,11 @@ pub(super) struct Surfaces<'a> {
     pub(super) reduced_radius: Option<f64>,
 }
 
-/// The frictional forces of a contact and their energies.
-pub(super) struct Friction {
-    pub(super) tangential: TangentialForce<f64>,
-    /// Torque of the rolling spring on the disc that the normal points to, N m; the partner's is its opposite.
-    pub(super) rolling_torque: f64,
-    /// Energy of both springs, J.
-    pub(super) elastic: f64,
-    /// Energy dissipated by the rolling slider, J.
-    pub(super) rolling_loss: f64,
+/// Tangential force on a rim and the dashpot's part of it, N, and the torque of a rolling spring, N m.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RimForce {
+    pub(super) tangential: [f64; 2],
+    pub(super) torque: f64,
 }
 
 impl<R: Register> LawRegisters<R> {
@@ -66,35 +63,17 @@ impl<R: Register> LawRegisters<R> {
             law.materials.only().map_or([0.0; 2], |one| [one.friction, one.rolling_friction]);
         Self {
             zero: instructions.splat(0.0),
-            one: instructions.splat(1.0),
-            least_distance: instructions.splat(f64::MIN_POSITIVE),
             stiffness: instructions.splat(law.stiffness),
             least_force: instructions.splat(law.least_force()),
             spring: SliderConstants {
-                zero: instructions.splat(0.0),
                 stiffness: instructions.splat(law.tangential_stiffness),
                 half_stiffness: instructions.splat(0.5 * law.tangential_stiffness),
                 compliance: instructions.splat(1.0 / law.tangential_stiffness),
             },
             tangential_to_normal_damping: instructions.splat(law.tangential_to_normal_damping),
             time_step: instructions.splat(time_step),
-            friction: [instructions.splat(friction[0]), instructions.splat(friction[1])],
+            friction: friction.map(|coefficient| instructions.splat(coefficient)),
         }
-    }
-
-    /// Kinematics from the separation of the centers, its square and the relative velocity.
-    #[inline(always)]
-    pub(super) fn kinematics(
-        &self,
-        [x, y]: [R; 2],
-        distance_squared: R,
-        reach: R,
-        velocity: [R; 2],
-    ) -> ContactKinematics<R> {
-        let distance = distance_squared.sqrt();
-        // Two centers on one point have no normal. Such an overlap ends the run; therefore, any force will do.
-        let inverse = self.one / distance.larger(self.least_distance);
-        ContactKinematics::new([x * inverse, y * inverse], reach - distance, velocity)
     }
 
     #[inline(always)]
@@ -141,45 +120,48 @@ impl<R: Register> LawRegisters<R> {
     pub(super) fn spring_energy(&self, stretch: R) -> R {
         motion::spring_energy(self.spring.half_stiffness, stretch)
     }
-
-    /// Normal forces of a contact that presses, N: friction acts only there.
-    #[inline(always)]
-    pub(super) fn pressing(&self, normal_force: &NormalForce<R>) -> R {
-        normal_force.force.larger(self.zero)
-    }
 }
 
 impl LawRegisters<f64> {
-    /// The friction of one contact; its springs advance by a step.
-    #[inline]
-    pub(super) fn friction(
+    /// Fx, Fy, Dx, Dy on the disc with friction, and the force on its rim. The springs advance by a step, and a fraction of the
+    /// energies is added to the sums.
+    #[inline(always)]
+    pub(super) fn with_friction(
         &self,
         contact: &ContactKinematics<f64>,
+        normal: &NormalForce<f64>,
         surfaces: &Surfaces<'_>,
-        normal_force: &NormalForce<f64>,
-        damping: f64,
         stretch: &mut Stretch,
-    ) -> Friction {
-        let pressing = self.pressing(normal_force);
-        let limit = surfaces.constants.friction * pressing;
-        let tangential = self.sliding(contact, damping, surfaces.rim_speed, stretch[0], limit);
-        stretch[0] = tangential.stretch;
-        let mut friction = Friction {
-            tangential,
-            rolling_torque: 0.0,
-            elastic: self.spring_energy(tangential.stretch),
-            rolling_loss: 0.0,
-        };
-        if let Some(reduced_radius) = surfaces.reduced_radius {
-            let limit = surfaces.constants.rolling_friction * pressing;
-            let (rolled, torque) =
-                self.rolling(reduced_radius, surfaces.rolling_rate, stretch[1], limit);
+        sums: &mut ContactSums,
+        fraction: f64,
+    ) -> ([f64; 4], RimForce) {
+        let Surfaces { constants, damping, rim_speed, rolling_rate, reduced_radius } = *surfaces;
+        // Friction acts only on a contact that presses.
+        let pressing = normal.force.larger(0.0);
+        let limit = constants.friction * pressing;
+        let slid = self.sliding(contact, damping, rim_speed, stretch[0], limit);
+        let (mut elastic, mut torque) = (self.spring_energy(slid.stretch), 0.0);
+        stretch[0] = slid.stretch;
+        if let Some(reduced_radius) = reduced_radius {
+            let limit = constants.rolling_friction * pressing;
+            let (rolled, on_disc) = self.rolling(reduced_radius, rolling_rate, stretch[1], limit);
+            elastic += self.spring_energy(rolled.stretch);
+            torque = on_disc;
             stretch[1] = rolled.stretch;
-            friction.rolling_torque = torque;
-            friction.elastic += self.spring_energy(rolled.stretch);
-            friction.rolling_loss = rolled.loss;
+            sums.rolling += fraction * rolled.loss;
         }
-        friction
+        sums.elastic += fraction * elastic;
+        sums.friction += fraction * slid.loss;
+        let tangential = [slid.force, slid.dashpot];
+        (contact.with_friction(normal, &slid), RimForce { tangential, torque })
+    }
+
+    /// Releases the springs of a contact that has ended: friction dissipates their energy, of which a fraction is added.
+    #[inline(always)]
+    pub(super) fn release(&self, stretch: &mut Stretch, sums: &mut ContactSums, fraction: f64) {
+        sums.friction += fraction * self.spring_energy(stretch[0]);
+        sums.rolling += fraction * self.spring_energy(stretch[1]);
+        *stretch = [0.0; 2];
     }
 }
 
@@ -192,6 +174,15 @@ impl<R: Register> ContactKinematics<R> {
             separating_speed: vx * nx + vy * ny,
             sliding_speed: vy * nx - vx * ny,
         }
+    }
+
+    /// The kinematics of two discs from the separation of their centers, its square and the relative velocity.
+    #[inline(always)]
+    pub(super) fn between([x, y]: [R; 2], distance_squared: R, reach: R, velocity: [R; 2]) -> Self {
+        let distance = distance_squared.sqrt();
+        // Two centers on one point have no normal. Such an overlap ends the run; therefore, any force will do.
+        let inverse = distance.splat(1.0) / distance.larger(distance.splat(f64::MIN_POSITIVE));
+        Self::new([x * inverse, y * inverse], reach - distance, velocity)
     }
 
     /// Fx, Fy, Dx, Dy on the disc without friction.

@@ -13,7 +13,7 @@ use crate::dem::block::BLOCK;
 use crate::dem::discs::Discs;
 use crate::dem::motion;
 use crate::dem::parameters::{Parameters, StepContext};
-use crate::dem::totals::{BlockForces, Contact, MaxOverlap, Partner};
+use crate::dem::totals::{BlockForces, Contact, Partner};
 
 /// Change of a velocity in a sweep at which the solution is accepted, over the fastest contact's and the change by gravity.
 const TOLERANCE: f64 = 1e-6;
@@ -22,7 +22,7 @@ const TOLERANCE: f64 = 1e-6;
 const MAX_SWEEPS: u32 = 50;
 
 /// Replaces the contacts' explicit forces by those with implicit dashpots.
-pub(in crate::dem) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Contact]) {
+pub(crate) fn solve(discs: &Discs, parameters: &Parameters, contacts: &mut [Contact]) {
     let Parameters { gravity, ref law, time_step, .. } = *parameters;
     contacts.iter_mut().for_each(set_normal);
     let mut end = Velocities { values: discs.velocities.clone(), discs, time_step };
@@ -86,7 +86,7 @@ fn set_normal(contact: &mut Contact) {
 }
 
 /// The forces of solved contacts on the discs, block by block, with their dissipative parts.
-pub(in crate::dem) fn forces_of(
+pub(crate) fn forces_of(
     contacts: &[Contact],
     discs: &Discs,
     step: &StepContext<'_>,
@@ -96,9 +96,7 @@ pub(in crate::dem) fn forces_of(
         .map(|number| {
             let mut block = BlockForces::default();
             block.forces.clear_to(Ord::min(BLOCK, discs.len() - number * BLOCK));
-            let start = number * BLOCK;
-            let max_overlap = MaxOverlap::new(step.known_overlap, step.smallest_radius, start);
-            block.sums.clear(step.walls.len(), max_overlap);
+            block.sums.clear(step, number * BLOCK);
             block
         })
         .collect();

@@ -2,21 +2,19 @@
 //!
 //! They depend on discs of other blocks; therefore, all blocks find them before any disc moves.
 
-use super::contact_law::{ContactKinematics, LawRegisters, Surfaces};
-use crate::dem::block::{Block, Stretch};
+use super::contact_law::{ContactKinematics, LawRegisters, RimForce, Surfaces};
+use crate::dem::block::Block;
 use crate::dem::discs::Discs;
-use crate::dem::motion::{self, NormalForce};
+use crate::dem::motion;
 use crate::dem::neighbors::near_pairs::{self, Validity};
 use crate::dem::neighbors::tiers::Scope;
 use crate::dem::parameters::StepContext;
-use crate::dem::totals::{
-    Contact, ContactRecorder, ContactSums, MaxOverlap, Partner, overlap_over_radius,
-};
+use crate::dem::totals::{Contact, ContactRecorder, ContactSums, Partner, overlap_over_radius};
 use crate::simd::registers::Scalar;
 
 /// Forces of a block's inter-block pairs on its own discs.
 #[derive(Clone, Debug, Default)]
-pub(in crate::dem) struct InterBlockForces {
+pub(crate) struct InterBlockForces {
     /// The disc, counted from the block's first disc, with Fx, Fy, Dx, Dy, N.
     pub(super) forces: Vec<(u32, [f64; 4])>,
     /// Friction of each; empty without friction.
@@ -29,21 +27,16 @@ pub(in crate::dem) struct InterBlockForces {
     validity: Validity,
 }
 
-/// Tangential force on a rim and the dashpot's part of it, N, and the torque of a rolling spring, N m.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RimForce {
-    pub(super) tangential: [f64; 2],
-    pub(super) torque: f64,
-}
-
 /// The discs, the constants of the step, and the law with them.
 struct InterBlockContext<'a> {
     discs: &'a Discs,
     step: &'a StepContext<'a>,
     law: LawRegisters<f64>,
+    has_rolling_friction: bool,
 }
 
 /// Vector from the second disc of an inter-block pair to the first, m.
+#[inline(always)]
 fn separation(block: &Block, pair: usize, discs: &Discs) -> [f64; 2] {
     let [[x, y], [other_x, other_y]] =
         block.inter_block_ends(pair).map(|disc| discs.positions[disc]);
@@ -53,7 +46,7 @@ fn separation(block: &Block, pair: usize, discs: &Discs) -> [f64; 2] {
 
 impl InterBlockForces {
     /// Finds the forces of a block's inter-block pairs; their springs advance by a step.
-    pub(in crate::dem) fn find<C: ContactRecorder>(
+    pub(crate) fn find<C: ContactRecorder>(
         &mut self,
         block: &mut Block,
         discs: &Discs,
@@ -62,14 +55,14 @@ impl InterBlockForces {
         self.forces.clear();
         self.rims.clear();
         self.contacts.clear();
-        let max_overlap = MaxOverlap::new(step.known_overlap, step.smallest_radius, block.start);
-        self.sums.clear(step.walls.len(), max_overlap);
+        self.sums.clear(step, block.start);
         let law = LawRegisters::new(Scalar, step.law, step.time_step);
-        let context = InterBlockContext { discs, step, law };
+        let has_rolling_friction = step.law.has_rolling_friction();
+        let context = InterBlockContext { discs, step, law, has_rolling_friction };
         let in_scope = 0..block.inter_block.in_tiers(step.scope.tiers);
         if step.law.has_friction() {
             in_scope.for_each(|pair| self.add::<C, true>(pair, block, &context));
-        } else if step.use_simd {
+        } else if step.max_width > 1 {
             if !self.validity.holds_for(&step.scope) {
                 self.validity = Validity::until_horizon(&step.scope);
                 self.list_near(block, discs, &step.scope);
@@ -96,28 +89,28 @@ impl InterBlockForces {
     }
 
     /// Adds the force of a pair.
-    #[inline]
+    #[inline(always)]
     fn add<C: ContactRecorder, const FRICTION: bool>(
         &mut self,
         pair: usize,
         block: &mut Block,
         context: &InterBlockContext<'_>,
     ) {
-        let InterBlockContext { discs, step, law } = context;
+        let InterBlockContext { discs, step, law, has_rolling_friction } = context;
         let (ends, reach) = (block.inter_block_ends(pair), block.inter_block.reach[pair]);
         let separation = separation(block, pair, discs);
         let distance_squared = motion::distance_squared(separation);
         if !motion::is_closer(distance_squared, reach) {
             if FRICTION {
                 let mut stretch = block.inter_block.stretch_of(pair);
-                release(&mut self.sums, law, &mut stretch, 0.5);
+                law.release(&mut stretch, &mut self.sums, 0.5);
                 block.inter_block.set_stretch(pair, stretch);
             }
             return;
         }
         let [[vx, vy], [other_vx, other_vy]] = ends.map(|disc| discs.velocities[disc]);
         let velocity = [vx - other_vx, vy - other_vy];
-        let contact = law.kinematics(separation, distance_squared, reach, velocity);
+        let contact = ContactKinematics::between(separation, distance_squared, reach, velocity);
         let (own, radii) = (block.inter_block.first[pair], ends.map(|disc| discs.radii[disc]));
         let partner = Partner::Disc(ends[1] as u32);
         self.sums.max_overlap.note(contact.overlap, own as usize, radii[0], partner, radii[1]);
@@ -126,16 +119,16 @@ impl InterBlockForces {
         let force = if FRICTION {
             let [spin, other_spin] = ends.map(|disc| discs.spins[disc]);
             let [first, second] = ends.map(|disc| discs.materials[disc]);
-            let rolls = step.law.has_rolling_friction();
             let surfaces = Surfaces {
                 constants: step.law.materials.between(first, second),
+                damping,
                 rim_speed: radii[0] * spin + radii[1] * other_spin,
                 rolling_rate: spin - other_spin,
-                reduced_radius: rolls.then(|| radii[0] * radii[1] / reach),
+                reduced_radius: has_rolling_friction.then(|| radii[0] * radii[1] / reach),
             };
-            let mut stretch = block.inter_block.stretch_of(pair);
-            let contact = FrictionalContact { contact, normal, damping, share: 0.5 };
-            let (force, rim) = contact.slide(law, &surfaces, &mut stretch, &mut self.sums);
+            let (mut stretch, sums) = (block.inter_block.stretch_of(pair), &mut self.sums);
+            let (force, rim) =
+                law.with_friction(&contact, &normal, &surfaces, &mut stretch, sums, 0.5);
             block.inter_block.set_stretch(pair, stretch);
             self.rims.push(rim);
             force
@@ -157,51 +150,4 @@ impl InterBlockForces {
             });
         }
     }
-}
-
-/// A contact that slides or rolls.
-pub(super) struct FrictionalContact {
-    pub(super) contact: ContactKinematics<f64>,
-    pub(super) normal: NormalForce<f64>,
-    /// eta of the contact, N s/m.
-    pub(super) damping: f64,
-    /// The share of its energies that counts in the block.
-    pub(super) share: f64,
-}
-
-impl FrictionalContact {
-    /// Fx, Fy, Dx, Dy on the disc, and the force on its rim; springs advance by a step, and energies are added.
-    #[inline]
-    pub(super) fn slide(
-        &self,
-        law: &LawRegisters<f64>,
-        surfaces: &Surfaces<'_>,
-        stretch: &mut Stretch,
-        sums: &mut ContactSums,
-    ) -> ([f64; 4], RimForce) {
-        let Self { contact, normal, damping, share } = self;
-        let friction = law.friction(contact, surfaces, normal, *damping, stretch);
-        let tangential = friction.tangential;
-        sums.elastic += share * friction.elastic;
-        sums.friction += share * tangential.loss;
-        sums.rolling += share * friction.rolling_loss;
-        let rim = RimForce {
-            tangential: [tangential.force, tangential.dashpot],
-            torque: friction.rolling_torque,
-        };
-        (contact.with_friction(normal, &tangential), rim)
-    }
-}
-
-/// Releases the springs of a contact that has ended: friction dissipates their energy.
-#[inline]
-pub(super) fn release(
-    sums: &mut ContactSums,
-    law: &LawRegisters<f64>,
-    stretch: &mut Stretch,
-    share: f64,
-) {
-    sums.friction += share * law.spring_energy(stretch[0]);
-    sums.rolling += share * law.spring_energy(stretch[1]);
-    *stretch = [0.0; 2];
 }

@@ -13,26 +13,22 @@
 #![allow(unsafe_code)]
 
 use super::contact_law::{ContactKinematics, LawRegisters};
-use crate::dem::block::{BlockView, PairGroups};
-use crate::dem::materials::ContactLaw;
+use crate::dem::block::{BlockDiscs, PairGroups};
 use crate::dem::motion::{self, NormalForce};
+use crate::dem::parameters::StepContext;
 use crate::dem::totals::{Contact, ContactRecorder, MaxOverlap, Partner, overlap_over_radius};
 use crate::simd::registers::{InstructionSet, MAX_WIDTH, Mask, Register};
-use std::ops::Range;
 
 /// Groups of pairs per batch: their kinematics stay in the nearest cache.
 pub(super) const BATCH: usize = 16;
 
-/// The law, the time step, and the discs of a block.
+/// The constants of the step and the discs of a block.
 #[derive(Clone, Copy)]
 pub(super) struct PairContext<'a> {
-    pub(super) law: &'a ContactLaw,
-    pub(super) time_step: f64,
-    pub(super) discs: BlockView<'a>,
+    pub(super) step: &'a StepContext<'a>,
+    pub(super) discs: &'a BlockDiscs<'a>,
     /// Speeds r w of the rims, m/s; empty without friction.
     pub(super) rim_speeds: &'a [f64],
-    /// Numbers in the widest register that may be used.
-    pub(super) max_width: usize,
 }
 
 /// The sums that pairs add to.
@@ -46,148 +42,131 @@ pub(super) struct PairSums<'a> {
     pub(super) max_overlap: &'a mut MaxOverlap,
 }
 
-/// Energies, J, summed separately over the pairs whose numbers have the same remainder modulo eight: their bits do not depend on
-/// the width.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct FrictionEnergies {
-    /// Energy of the tangential and rolling springs.
-    pub(super) elastic: [f64; MAX_WIDTH],
-    /// Energy dissipated by friction.
-    pub(super) friction: [f64; MAX_WIDTH],
-    /// Energy dissipated by rolling friction.
-    pub(super) rolling: [f64; MAX_WIDTH],
-}
-
-/// The springs of the same groups; empty without friction.
+/// The springs of groups of pairs; empty without friction.
 pub(super) struct Springs<'a, const N: usize> {
     pub(super) stretch: &'a mut [[f64; N]],
     pub(super) rolling_stretch: &'a mut [[f64; N]],
 }
 
-/// The first pass's results.
-pub(super) struct Batch<R: Register> {
-    contacts: [ContactKinematics<R>; BATCH],
+/// A group of pairs after the first pass.
+#[derive(Clone, Copy)]
+struct GroupContact<R: Register> {
+    kinematics: ContactKinematics<R>,
     /// With friction, which pairs are in contact. Without, those apart have no overlap and no speed.
-    masks: [R::Mask; BATCH],
-    groups: [usize; BATCH],
-    count: usize,
+    mask: R::Mask,
+    /// Number of the group in the batch.
+    group: usize,
 }
+
+/// Memory for the results of the first pass.
+pub(super) struct Batch<R: Register>([GroupContact<R>; BATCH]);
 
 impl<R: Register> Batch<R> {
     #[inline(always)]
-    pub(super) fn new(zero: R) -> Self {
-        let apart = ContactKinematics::new([zero; 2], zero, [zero; 2]);
-        let masks = [zero.is_less(zero); BATCH];
-        Self { contacts: [apart; BATCH], masks, groups: [0; BATCH], count: 0 }
+    pub(super) fn new<const N: usize>(instructions: impl InstructionSet<N, Register = R>) -> Self {
+        let zero = instructions.splat(0.0);
+        let kinematics = ContactKinematics::new([zero; 2], zero, [zero; 2]);
+        Self([GroupContact { kinematics, mask: zero.is_less(zero), group: 0 }; BATCH])
     }
-}
-
-/// The columns of [`FrictionEnergies`]: eight registers at width 1, two at width 4, one at width 8.
-pub(super) struct EnergyRegisters<R> {
-    elastic: [R; MAX_WIDTH],
-    friction: [R; MAX_WIDTH],
-    rolling: [R; MAX_WIDTH],
-}
-
-impl<R: Register> EnergyRegisters<R> {
-    #[inline(always)]
-    pub(super) fn load<const N: usize>(
-        instructions: impl InstructionSet<N, Register = R>,
-        energies: &FrictionEnergies,
-    ) -> Self {
-        let zero = [instructions.splat(0.0); MAX_WIDTH];
-        let mut registers = Self { elastic: zero, friction: zero, rolling: zero };
-        for part in 0..MAX_WIDTH / N {
-            let FrictionEnergies { elastic, friction, rolling } = energies;
-            registers.elastic[part] = instructions.load(&elastic.as_chunks().0[part]);
-            registers.friction[part] = instructions.load(&friction.as_chunks().0[part]);
-            registers.rolling[part] = instructions.load(&rolling.as_chunks().0[part]);
-        }
-        registers
-    }
-
-    #[inline(always)]
-    pub(super) fn store<const N: usize>(
-        &self,
-        instructions: impl InstructionSet<N, Register = R>,
-        energies: &mut FrictionEnergies,
-    ) {
-        for part in 0..MAX_WIDTH / N {
-            let FrictionEnergies { elastic, friction, rolling } = energies;
-            instructions.store(self.elastic[part], &mut elastic.as_chunks_mut().0[part]);
-            instructions.store(self.friction[part], &mut friction.as_chunks_mut().0[part]);
-            instructions.store(self.rolling[part], &mut rolling.as_chunks_mut().0[part]);
-        }
-    }
-}
-
-/// A group in the second pass.
-#[derive(Clone, Copy)]
-struct Slider<'a, const N: usize, R: Register> {
-    ends: [&'a [u32; N]; 2],
-    reach: &'a [f64; N],
-    group: usize,
-    damping: R,
-    mask: R::Mask,
 }
 
 /// The kernel with its constants in registers.
 pub(super) struct ContactKernel<'a, 'b, const N: usize, I: InstructionSet<N>, C> {
-    pub(super) instructions: I,
-    pub(super) law: LawRegisters<I::Register>,
-    pub(super) context: &'a PairContext<'a>,
-    pub(super) sums: &'a mut PairSums<'b>,
-    pub(super) energies: EnergyRegisters<I::Register>,
-    pub(super) recorder: &'a mut C,
+    instructions: I,
+    law: LawRegisters<I::Register>,
+    context: &'a PairContext<'a>,
+    sums: &'a mut PairSums<'b>,
+    /// Energies, J, of the springs, dissipated by friction, and by rolling friction; summed separately over the pairs whose
+    /// numbers have the same remainder modulo eight: in eight registers at width 1, two at width 4, one at width 8.
+    energies: [[I::Register; MAX_WIDTH]; 3],
+    recorder: &'a mut C,
 }
 
-impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_, '_, N, I, C> {
-    /// Adds the forces of a range of groups, and returns the number of contacts.
+impl<'a, 'b, const N: usize, I: InstructionSet<N>, C: ContactRecorder>
+    ContactKernel<'a, 'b, N, I, C>
+{
+    #[inline(always)]
+    pub(super) fn new(
+        instructions: I,
+        context: &'a PairContext<'a>,
+        sums: &'a mut PairSums<'b>,
+        recorder: &'a mut C,
+    ) -> Self {
+        let law = LawRegisters::new(instructions, context.step.law, context.step.time_step);
+        let energies = [[law.zero; MAX_WIDTH]; 3];
+        Self { instructions, law, context, sums, energies, recorder }
+    }
+
+    /// The energies of the springs, dissipated by friction, and by rolling friction, J. The order of the sums does not depend
+    /// on the width.
+    #[inline(always)]
+    pub(super) fn energies(&self) -> [f64; 3] {
+        self.energies.each_ref().map(|registers| {
+            let mut lanes = [0.0; MAX_WIDTH];
+            for (register, part) in registers.iter().zip(lanes.as_chunks_mut().0) {
+                self.instructions.store(*register, part);
+            }
+            let [a, b, c, d, e, f, g, h] = lanes;
+            ((a + e) + (c + g)) + ((b + f) + (d + h))
+        })
+    }
+
+    /// Compares the largest index with the number of discs.
+    #[inline(always)]
+    pub(super) fn check_indices(&self, groups: &PairGroups<'_, N>) {
+        let (context, sums) = (self.context, &self.sums);
+        let discs = context.discs.positions.len();
+        let is_one_length = |lengths: &[usize]| lengths.iter().all(|&length| length == discs);
+        let BlockDiscs { velocities, spins, radii, .. } = context.discs;
+        let lengths = [velocities.len(), spins.len(), radii.len(), sums.forces.len()];
+        assert!(is_one_length(&lengths), "columns of different lengths");
+        if !context.rim_speeds.is_empty() {
+            let lengths = [context.rim_speeds.len(), sums.tangential.len(), sums.rolling.len()];
+            assert!(is_one_length(&lengths), "columns of different lengths");
+        }
+        assert!(groups.max_index() < discs, "a pair names a disc that does not exist");
+    }
+
+    /// Adds the forces of groups of pairs, and returns the number of contacts.
     ///
     /// # Safety
-    /// - Every index is less than the number of discs.
+    /// - Every index is less than the number of discs, and all columns have that length.
     #[inline(always)]
     pub(super) unsafe fn add<const FRICTION: bool, const ROLLING: bool, const MIXED: bool>(
         &mut self,
         groups: &PairGroups<'_, N>,
         springs: &mut Springs<'_, N>,
-        batch: &mut Batch<I::Register>,
-        range: Range<usize>,
+        Batch(batch): &mut Batch<I::Register>,
     ) -> usize {
         let mut contacts = 0;
-        for start in range.clone().step_by(BATCH) {
-            let groups = groups.range(start..Ord::min(start + BATCH, range.end));
+        for start in (0..groups.first.len()).step_by(BATCH) {
+            let end = Ord::min(start + BATCH, groups.first.len());
+            let groups = groups.range(start..end);
+            let springs = &mut Springs {
+                stretch: if FRICTION { &mut springs.stretch[start..end] } else { &mut [] },
+                rolling_stretch: if ROLLING {
+                    &mut springs.rolling_stretch[start..end]
+                } else {
+                    &mut []
+                },
+            };
             // SAFETY: the caller checked the indices.
             unsafe {
-                contacts +=
-                    self.find_kinematics::<FRICTION, ROLLING>(&groups, springs, batch, start);
-                if FRICTION || N == 1 {
-                    for number in 0..Ord::min(batch.count, BATCH) {
-                        let group = batch.groups[number];
-                        self.add_forces::<FRICTION, ROLLING, MIXED>(
-                            &groups,
-                            springs,
-                            batch,
-                            [number, group, start],
-                        );
-                    }
-                } else {
-                    for group in 0..Ord::min(groups.first.len(), BATCH) {
-                        self.add_forces::<FRICTION, ROLLING, MIXED>(
-                            &groups,
-                            springs,
-                            batch,
-                            [group, group, start],
-                        );
-                    }
+                let [count, in_contact] =
+                    self.find_kinematics::<FRICTION, ROLLING>(&groups, springs, batch);
+                contacts += in_contact;
+                for (place, contact) in batch.iter().enumerate().take(count) {
+                    let skips = skips_idle_groups::<FRICTION, N>();
+                    let group = if skips { contact.group } else { place };
+                    self.add_forces::<FRICTION, ROLLING, MIXED>(&groups, springs, contact, group);
                 }
             }
         }
         contacts
     }
 
-    /// The first pass: finds which pairs of a few groups are in contact, and their kinematics. Groups without contacts and
-    /// stretched springs are skipped with friction and at width 1; otherwise a branch costs more than it saves.
+    /// The first pass: finds which pairs of a batch are in contact, and their kinematics. Returns the number of groups for the
+    /// second pass, and that of contacts.
     ///
     /// # Safety
     /// - Every index is less than the number of discs.
@@ -196,11 +175,11 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
         &mut self,
         groups: &PairGroups<'_, N>,
         springs: &Springs<'_, N>,
-        batch: &mut Batch<I::Register>,
-        start: usize,
-    ) -> usize {
+        batch: &mut [GroupContact<I::Register>; BATCH],
+    ) -> [usize; 2] {
         let Self { instructions, law, context, sums, .. } = self;
-        let BlockView { positions, velocities, radii, .. } = context.discs;
+        // Copied out of the structure, so that the loop does not load them again.
+        let (positions, velocities) = (&*context.discs.positions, &*context.discs.velocities);
         let mut bound = instructions.splat(sums.max_overlap.bound());
         let (mut contacts, mut count) = (law.zero, 0);
         for group in 0..Ord::min(groups.first.len(), BATCH) {
@@ -210,13 +189,12 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
             let separation = unsafe { instructions.differences(positions, ends) };
             let distance_squared = motion::distance_squared(separation);
             let mask = motion::is_closer(distance_squared, reach);
-            if FRICTION || N == 1 {
+            if skips_idle_groups::<FRICTION, N>() {
                 let mut is_idle = mask.bits() == 0;
                 if FRICTION {
-                    let mut held = instructions.load(&springs.stretch[start + group]).abs();
+                    let mut held = instructions.load(&springs.stretch[group]).abs();
                     if ROLLING {
-                        held =
-                            held + instructions.load(&springs.rolling_stretch[start + group]).abs();
+                        held = held + instructions.load(&springs.rolling_stretch[group]).abs();
                     }
                     is_idle &= law.zero.is_less(held).bits() == 0;
                 }
@@ -226,41 +204,42 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
             }
             // SAFETY: the caller checked the indices.
             let velocity = unsafe { instructions.differences(velocities, ends) };
-            let mut contact = law.kinematics(separation, distance_squared, reach, velocity);
+            let mut contact =
+                ContactKinematics::between(separation, distance_squared, reach, velocity);
             contact.overlap = contact.overlap.or_zero(mask);
             contact.separating_speed = contact.separating_speed.or_zero(mask);
-            contacts = contacts + law.one.or_zero(mask);
+            contacts = contacts + law.zero.splat(1.0).or_zero(mask);
             let deeper = bound.is_less(contact.overlap).bits();
             if deeper != 0 {
                 let mut overlaps = [0.0; N];
                 instructions.store(contact.overlap, &mut overlaps);
                 for lane in (0..N).filter(|lane| deeper >> lane & 1 == 1) {
                     let ends = ends.map(|end| end[lane] as usize);
-                    sums.max_overlap.note_pair(overlaps[lane], ends, radii);
+                    sums.max_overlap.note_pair(overlaps[lane], ends, context.discs.radii);
                 }
                 bound = instructions.splat(sums.max_overlap.bound());
             }
-            let place = if FRICTION || N == 1 { count % BATCH } else { group };
-            batch.contacts[place].normal = contact.normal;
-            batch.contacts[place].overlap = contact.overlap;
-            batch.contacts[place].separating_speed = contact.separating_speed;
+            let place = if skips_idle_groups::<FRICTION, N>() { count % BATCH } else { group };
+            // Only what the second pass reads is stored.
+            let stored = &mut batch[place];
+            stored.kinematics.normal = contact.normal;
+            stored.kinematics.overlap = contact.overlap;
+            stored.kinematics.separating_speed = contact.separating_speed;
             if FRICTION {
-                batch.contacts[place].sliding_speed = contact.sliding_speed;
-                batch.masks[place] = mask;
+                stored.kinematics.sliding_speed = contact.sliding_speed;
+                stored.mask = mask;
             }
-            if FRICTION || N == 1 {
-                batch.groups[place] = group;
+            if skips_idle_groups::<FRICTION, N>() {
+                stored.group = group;
             }
             count += 1;
         }
-        batch.count = count;
         let mut lanes = [0.0; N];
         instructions.store(contacts, &mut lanes);
-        lanes.iter().sum::<f64>() as usize
+        [count, lanes.iter().sum::<f64>() as usize]
     }
 
-    /// The second pass: adds the forces of a group; its springs advance by a step. The three numbers are its place in the batch, its
-    /// number, and that of the first group of the batch.
+    /// The second pass: adds the forces of a group; its springs advance by a step.
     ///
     /// # Safety
     /// - Every index is less than the number of discs.
@@ -269,73 +248,79 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
         &mut self,
         groups: &PairGroups<'_, N>,
         springs: &mut Springs<'_, N>,
-        batch: &Batch<I::Register>,
-        [number, group, start]: [usize; 3],
+        contact: &GroupContact<I::Register>,
+        group: usize,
     ) {
-        let (contact, mask) = (&batch.contacts[number], batch.masks[number]);
+        let kinematics = &contact.kinematics;
         let ends = [&groups.first[group], &groups.second[group]];
         let damping = self.instructions.load(&groups.damping[group]);
-        let normal = self.law.normal_force(contact, damping);
+        let normal = self.law.normal_force(kinematics, damping);
         let on_first = if FRICTION {
-            let (reach, group) = (&groups.reach[group], start + group);
-            let slider = Slider { ends, reach, group, damping, mask };
-            self.friction::<ROLLING, MIXED>(springs, contact, &normal, slider)
+            // SAFETY: the caller checked the indices.
+            unsafe { self.friction::<ROLLING, MIXED>(groups, springs, contact, &normal) }
         } else {
             // A pair apart adds 0, which changes no bit: a sum that began with +0 is never -0. A branch would cost more.
-            contact.along_normal(&normal)
+            kinematics.along_normal(&normal)
         };
         // SAFETY: the caller checked the indices.
         unsafe { self.instructions.add_opposite(on_first, self.sums.forces, ends) };
         if C::IS_ACTIVE {
             // SAFETY: the caller checked the indices.
-            unsafe { self.record(ends, &groups.reach[group], contact, &normal, on_first) };
+            unsafe { self.record(ends, &groups.reach[group], kinematics, &normal, on_first) };
         }
     }
 
     /// Fx, Fy, Dx, Dy on the first discs with friction. Adds the tangential forces, torques and energies; springs of pairs apart
     /// are released.
+    ///
+    /// # Safety
+    /// - Every index is less than the number of discs.
     #[inline(always)]
-    fn friction<const ROLLING: bool, const MIXED: bool>(
+    unsafe fn friction<const ROLLING: bool, const MIXED: bool>(
         &mut self,
+        groups: &PairGroups<'_, N>,
         springs: &mut Springs<'_, N>,
-        contact: &ContactKinematics<I::Register>,
+        &GroupContact { ref kinematics, mask, group }: &GroupContact<I::Register>,
         normal: &NormalForce<I::Register>,
-        Slider { ends, reach, group, damping, mask }: Slider<'_, N, I::Register>,
     ) -> [I::Register; 4] {
         let Self { instructions, law, context, sums, energies, .. } = self;
-        let pressing = law.pressing(normal);
+        let ends = [&groups.first[group], &groups.second[group]];
+        // SAFETY: the caller checked the indices.
+        let at_ends = |column: &[f64]| unsafe {
+            [instructions.gather(column, ends[0]), instructions.gather(column, ends[1])]
+        };
+        // Friction acts only on contacts that press.
+        let pressing = normal.force.larger(law.zero);
         let [friction, rolling_friction] =
             if MIXED { coefficients(*instructions, context, ends) } else { law.friction };
-        // Columns of one length, so that an index is checked once.
-        let rim_speeds = &context.rim_speeds[..sums.forces.len()];
-        let tangential = &mut sums.tangential[..sums.forces.len()];
-        let rim_speeds = gathered_at_both(*instructions, rim_speeds, ends);
-        let rim_speed = rim_speeds[0] + rim_speeds[1];
+        let [rim_speed, other_rim_speed] = at_ends(context.rim_speeds);
+        let damping = instructions.load(&groups.damping[group]);
         let before = instructions.load(&springs.stretch[group]);
-        let slid = law.sliding(contact, damping, rim_speed, before, friction * pressing);
+        let (rim_speed, limit) = (rim_speed + other_rim_speed, friction * pressing);
+        let slid = law.sliding(kinematics, damping, rim_speed, before, limit);
         instructions.store(slid.stretch.or_zero(mask), &mut springs.stretch[group]);
         let part = group % (MAX_WIDTH / N);
         let lost = slid.loss.or_else(mask, law.spring_energy(before));
-        energies.friction[part] = energies.friction[part] + lost;
+        energies[1][part] = energies[1][part] + lost;
         let mut elastic = law.spring_energy(slid.stretch);
         if ROLLING {
             let before = instructions.load(&springs.rolling_stretch[group]);
-            let radii = gathered_at_both(*instructions, context.discs.radii, ends);
-            let spins = gathered_at_both(*instructions, context.discs.spins, ends);
-            let reduced_radius = radii[0] * radii[1] / instructions.load(reach);
-            let rate = spins[0] - spins[1];
-            let (rolled, torque) =
-                law.rolling(reduced_radius, rate, before, rolling_friction * pressing);
+            let [radius, other_radius] = at_ends(context.discs.radii);
+            let [spin, other_spin] = at_ends(context.discs.spins);
+            let reduced_radius = radius * other_radius / instructions.load(&groups.reach[group]);
+            let limit = rolling_friction * pressing;
+            let (rolled, torque) = law.rolling(reduced_radius, spin - other_spin, before, limit);
             instructions.store(rolled.stretch.or_zero(mask), &mut springs.rolling_stretch[group]);
             let lost = rolled.loss.or_else(mask, law.spring_energy(before));
-            energies.rolling[part] = energies.rolling[part] + lost;
+            energies[2][part] = energies[2][part] + lost;
             elastic = elastic + law.spring_energy(rolled.stretch);
             add_torques(*instructions, torque.or_zero(mask), sums.rolling, ends);
         }
-        energies.elastic[part] = energies.elastic[part] + elastic.or_zero(mask);
+        energies[0][part] = energies[0][part] + elastic.or_zero(mask);
         let on_rims = [slid.force.or_zero(mask), slid.dashpot.or_zero(mask)];
-        instructions.add_to_both(on_rims, tangential, ends);
-        let [fx, fy, dx, dy] = contact.with_friction(normal, &slid);
+        // SAFETY: the caller checked the indices.
+        unsafe { instructions.add_to_both(on_rims, sums.tangential, ends) };
+        let [fx, fy, dx, dy] = kinematics.with_friction(normal, &slid);
         [fx.or_zero(mask), fy.or_zero(mask), dx.or_zero(mask), dy.or_zero(mask)]
     }
 
@@ -353,7 +338,7 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
         on_first: [I::Register; 4],
     ) {
         let Self { instructions, context, recorder, .. } = self;
-        let BlockView { start, positions, radii, .. } = context.discs;
+        let BlockDiscs { start, positions, radii, .. } = context.discs;
         // SAFETY: the caller checked the indices.
         let separation = unsafe { instructions.differences(positions, ends) };
         let reach = instructions.load(reach);
@@ -381,28 +366,10 @@ impl<const N: usize, I: InstructionSet<N>, C: ContactRecorder> ContactKernel<'_,
     }
 }
 
-/// One number per disc, for a register of discs.
+/// Whether the first pass skips groups without contacts and stretched springs. Otherwise, a branch costs more than it saves.
 #[inline(always)]
-fn gathered<const N: usize, I: InstructionSet<N>>(
-    instructions: I,
-    column: &[f64],
-    discs: &[u32; N],
-) -> I::Register {
-    let mut values = [0.0; N];
-    for (value, disc) in values.iter_mut().zip(discs) {
-        *value = column[*disc as usize];
-    }
-    instructions.load(&values)
-}
-
-/// One number per disc, for the first discs of a group and for the second ones.
-#[inline(always)]
-fn gathered_at_both<const N: usize, I: InstructionSet<N>>(
-    instructions: I,
-    column: &[f64],
-    [first, second]: [&[u32; N]; 2],
-) -> [I::Register; 2] {
-    [gathered(instructions, column, first), gathered(instructions, column, second)]
+fn skips_idle_groups<const FRICTION: bool, const N: usize>() -> bool {
+    FRICTION || N == 1
 }
 
 /// Friction and rolling friction of discs of several materials.
@@ -416,7 +383,7 @@ fn coefficients<const N: usize, I: InstructionSet<N>>(
     for lane in 0..N {
         let [one, other] =
             [first[lane], second[lane]].map(|disc| context.discs.materials[disc as usize]);
-        let pair = context.law.materials.between(one, other);
+        let pair = context.step.law.materials.between(one, other);
         (friction[lane], rolling_friction[lane]) = (pair.friction, pair.rolling_friction);
     }
     [instructions.load(&friction), instructions.load(&rolling_friction)]

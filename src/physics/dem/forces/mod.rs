@@ -11,18 +11,15 @@ pub(super) mod implicit;
 pub(super) mod inter_block;
 mod kernel;
 mod pair_loops;
-#[cfg(test)]
-mod register_width_does_not_affect_forces;
 
-use crate::dem::block::{Block, BlockView};
+use crate::dem::block::{Block, BlockDiscs};
 use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs};
 use crate::dem::parameters::StepContext;
-use crate::dem::totals::{BlockForces, Contact, ContactRecorder, MaxOverlap, Partner};
-use crate::simd::dispatch::{self, Kernel};
-use crate::simd::registers::{MAX_WIDTH, Scalar};
-use contact_law::{ContactKinematics, LawRegisters, Surfaces};
-use inter_block::{FrictionalContact, InterBlockForces, RimForce};
-use kernel::{FrictionEnergies, PairContext, PairSums};
+use crate::dem::totals::{BlockForces, Contact, ContactRecorder, Partner};
+use crate::simd::registers::{Scalar, vectorized};
+use contact_law::{ContactKinematics, LawRegisters, RimForce, Surfaces};
+use inter_block::InterBlockForces;
+use kernel::{PairContext, PairSums};
 use pair_loops::NearMemory;
 
 /// Finds the forces on the discs of one block after another; keeps memory that they share.
@@ -40,22 +37,22 @@ impl ForceFinder {
     pub(super) fn find<C: ContactRecorder>(
         &mut self,
         block: &mut Block,
-        discs: &BlockView<'_>,
+        discs: &BlockDiscs<'_>,
         inter_block: &InterBlockForces,
         near: &mut NearPairs,
         step: &StepContext<'_>,
         recorder: &mut C,
     ) {
         let count = discs.positions.len();
+        let found = &mut self.found;
         // The integration has left them at zero.
-        if self.found.forces.len() != count {
-            self.found.forces.clear_to(count);
+        if found.forces.len() != count {
+            found.forces.clear_to(count);
+            found.tangential.clear();
+            found.rolling.clear();
         }
-        let max_overlap = MaxOverlap::new(step.known_overlap, step.smallest_radius, block.start);
-        self.found.sums.clear(step.walls.len(), max_overlap);
-        self.found.mask.clear();
-        self.found.tangential.clear();
-        self.found.rolling.clear();
+        found.sums.clear(step, block.start);
+        found.mask.clear();
         self.add_inner_pairs(block, discs, near, step, recorder);
         for &(disc, force) in &inter_block.forces {
             add(&mut self.found.forces[disc as usize], force);
@@ -65,15 +62,14 @@ impl ForceFinder {
             self.add_rim_force(disc as usize, rim);
         }
         inter_block.contacts.iter().for_each(|&contact| recorder.record(contact));
-        let law = LawRegisters::new(Scalar, step.law, step.time_step);
-        self.add_walls(block, discs, step, &law, recorder);
+        self.add_walls(block, discs, step, recorder);
         self.found.sums.add(&inter_block.sums);
     }
 
     fn add_inner_pairs<C: ContactRecorder>(
         &mut self,
         block: &mut Block,
-        discs: &BlockView<'_>,
+        discs: &BlockDiscs<'_>,
         near: &mut NearPairs,
         step: &StepContext<'_>,
         recorder: &mut C,
@@ -84,38 +80,21 @@ impl ForceFinder {
             tangential.resize(forces.len(), [0.0; 2]);
             rolling.resize(forces.len(), 0.0);
             self.rim_speeds.resize(forces.len(), 0.0);
-            let (radii, spins) = (discs.radii, discs.spins);
-            dispatch::run(RimSpeeds { speeds: &mut self.rim_speeds, radii, spins });
+            find_rim_speeds(&mut self.rim_speeds, discs.radii, discs.spins);
         }
-        let context = PairContext {
-            law: step.law,
-            time_step: step.time_step,
-            discs: *discs,
-            rim_speeds: &self.rim_speeds,
-            max_width: if step.use_simd { MAX_WIDTH } else { 1 },
-        };
+        let context = PairContext { step, discs, rim_speeds: &self.rim_speeds };
         let mut pair_sums =
             PairSums { forces, tangential, rolling, max_overlap: &mut sums.max_overlap };
         if has_friction {
-            let end = block.inner.in_tiers(step.scope.tiers);
-            let pairs = &mut block.inner;
-            let energies =
-                pair_loops::add_with_friction(&context, pairs, end, &mut pair_sums, recorder);
-            let FrictionEnergies { elastic, friction, rolling } = energies;
-            sums.elastic += sum(elastic);
-            sums.friction += sum(friction);
-            sums.rolling += sum(rolling);
+            let [elastic, friction, rolling] =
+                pair_loops::add_with_friction(&context, &mut block.inner, &mut pair_sums, recorder);
+            sums.elastic += elastic;
+            sums.friction += friction;
+            sums.rolling += rolling;
         } else {
             let memory = NearMemory { near, contacts: &mut self.contact_numbers, mask };
-            let (pairs, scope) = (&block.inner, &step.scope);
-            pair_loops::add_without_friction(
-                &context,
-                pairs,
-                scope,
-                memory,
-                &mut pair_sums,
-                recorder,
-            );
+            let (pairs, sums) = (&block.inner, &mut pair_sums);
+            pair_loops::add_without_friction(&context, pairs, memory, sums, recorder);
         }
     }
 
@@ -130,18 +109,20 @@ impl ForceFinder {
     fn add_walls<C: ContactRecorder>(
         &mut self,
         block: &mut Block,
-        discs: &BlockView<'_>,
+        discs: &BlockDiscs<'_>,
         step: &StepContext<'_>,
-        law: &LawRegisters<f64>,
         recorder: &mut C,
     ) {
+        let law = LawRegisters::new(Scalar, step.law, step.time_step);
+        let has_friction = step.law.has_friction();
+        let has_rolling_friction = step.law.has_rolling_friction();
         for pair in &mut block.walls {
             let disc = pair.disc as usize;
             let wall = &step.walls[pair.wall as usize];
-            let radius = discs.radii[disc];
+            let (radius, sums) = (discs.radii[disc], &mut self.found.sums);
             let contact = wall.shape.contact(discs.positions[disc]);
             if contact.distance >= radius {
-                inter_block::release(&mut self.found.sums, law, &mut pair.stretch, 1.0);
+                law.release(&mut pair.stretch, sums, 1.0);
                 continue;
             }
             let (distance, normal) = (contact.distance, contact.normal);
@@ -151,29 +132,30 @@ impl ForceFinder {
             let contact = ContactKinematics::new(normal, radius - distance, velocity);
             let partner = Partner::Wall(pair.wall);
             let overlap = contact.overlap;
-            self.found.sums.max_overlap.note(overlap, disc, radius, partner, radius);
+            sums.max_overlap.note(overlap, disc, radius, partner, radius);
             let normal_force = law.normal_force(&contact, pair.damping);
             let mut on_disc = contact.along_normal(&normal_force);
-            if step.law.has_friction() {
+            if has_friction {
                 let spin = discs.spins[disc];
                 let surfaces = Surfaces {
                     constants: step.law.materials.with_walls(discs.materials[disc]),
+                    damping: pair.damping,
                     rim_speed: radius * spin,
                     rolling_rate: spin - wall.spin,
-                    reduced_radius: step.law.has_rolling_friction().then_some(radius),
+                    reduced_radius: has_rolling_friction.then_some(radius),
                 };
-                let (normal, damping) = (normal_force, pair.damping);
-                let contact = FrictionalContact { contact, normal, damping, share: 1.0 };
-                let sums = &mut self.found.sums;
-                let (force, rim) = contact.slide(law, &surfaces, &mut pair.stretch, sums);
+                let (normal_force, stretch) = (&normal_force, &mut pair.stretch);
+                let (force, rim) =
+                    law.with_friction(&contact, normal_force, &surfaces, stretch, sums, 1.0);
                 on_disc = force;
                 self.add_rim_force(disc, &rim);
             }
             add(&mut self.found.forces[disc], on_disc);
             self.found.mask.insert(pair.disc);
             let [u, v] = wall.surface_velocity(wall.mid_velocity, normal);
-            self.found.sums.wall_dissipation -= on_disc[2] * u + on_disc[3] * v;
-            let by_wall = &mut self.found.sums.walls[pair.wall as usize];
+            let sums = &mut self.found.sums;
+            sums.wall_dissipation -= on_disc[2] * u + on_disc[3] * v;
+            let by_wall = &mut sums.walls[pair.wall as usize];
             let [fx, fy, ..] = on_disc;
             *by_wall = [by_wall[0] + fx, by_wall[1] + fy, by_wall[2] + (fx * u + fy * v)];
             if C::IS_ACTIVE {
@@ -192,29 +174,15 @@ impl ForceFinder {
     }
 }
 
-/// The sum of all lanes, in an order that does not depend on the width.
-fn sum([a, b, c, d, e, f, g, h]: [f64; MAX_WIDTH]) -> f64 {
-    ((a + e) + (c + g)) + ((b + f) + (d + h))
-}
-
 #[inline]
 fn add(sum: &mut [f64; 4], part: [f64; 4]) {
     *sum = [sum[0] + part[0], sum[1] + part[1], sum[2] + part[2], sum[3] + part[3]];
 }
 
-/// Finds the speeds r w of rims.
-struct RimSpeeds<'a> {
-    speeds: &'a mut [f64],
-    radii: &'a [f64],
-    spins: &'a [f64],
-}
-
-impl Kernel for RimSpeeds<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        for ((speed, radius), spin) in self.speeds.iter_mut().zip(self.radii).zip(self.spins) {
+vectorized! {
+    /// Finds the speeds r w of rims, m/s.
+    fn find_rim_speeds(speeds: &mut [f64], radii: &[f64], spins: &[f64]) -> () {
+        for ((speed, radius), spin) in speeds.iter_mut().zip(radii).zip(spins) {
             *speed = radius * spin;
         }
     }

@@ -9,16 +9,11 @@
 
 #![allow(unsafe_code)]
 
-use super::contact_law::LawRegisters;
-use super::kernel::{
-    BATCH, Batch, ContactKernel, EnergyRegisters, FrictionEnergies, PairContext, PairSums, Springs,
-};
+use super::kernel::{BATCH, Batch, ContactKernel, PairContext, PairSums, Springs};
 use crate::dem::block::{PairGroups, Pairs};
 use crate::dem::neighbors::near_pairs::{ContactNumbers, NearPairs};
-use crate::dem::neighbors::tiers::Scope;
 use crate::dem::totals::{ContactMask, ContactRecorder};
-use crate::simd::registers::{self, InstructionSet, RegisterKernel};
-use std::ops::Range;
+use crate::simd::registers::{self, InstructionSet, Kernel};
 
 /// Register width without friction.
 const FRICTIONLESS_WIDTH: usize = 4;
@@ -37,109 +32,82 @@ pub(super) struct NearMemory<'a> {
 pub(super) fn add_without_friction<C: ContactRecorder>(
     context: &PairContext<'_>,
     pairs: &Pairs,
-    scope: &Scope,
     memory: NearMemory<'_>,
     sums: &mut PairSums<'_>,
     recorder: &mut C,
 ) {
-    let width = Ord::min(context.max_width, FRICTIONLESS_WIDTH);
-    registers::run(Frictionless { context, pairs, scope, memory, sums, recorder }, width);
+    let width = Ord::min(context.step.max_width, FRICTIONLESS_WIDTH);
+    registers::run(Frictionless { context, pairs, memory, sums, recorder }, width);
 }
 
-/// Adds the forces of the first `end` pairs of a list with friction; their springs advance by a step.
+/// Adds the forces of a block's pairs with friction; their springs advance by a step. Returns the energies of the springs,
+/// dissipated by friction, and by rolling friction, J.
 pub(super) fn add_with_friction<C: ContactRecorder>(
     context: &PairContext<'_>,
     pairs: &mut Pairs,
-    end: usize,
     sums: &mut PairSums<'_>,
     recorder: &mut C,
-) -> FrictionEnergies {
-    let law = context.law;
+) -> [f64; 3] {
+    let law = context.step.law;
     let run = match (law.has_rolling_friction(), law.materials.only().is_none()) {
         (false, false) => run_frictional::<C, false, false>,
         (false, true) => run_frictional::<C, false, true>,
         (true, false) => run_frictional::<C, true, false>,
         (true, true) => run_frictional::<C, true, true>,
     };
-    let mut energies = FrictionEnergies::default();
-    let done = run(context, pairs, 0..end, sums, &mut energies, recorder, context.max_width);
-    // The pairs that do not fill a register.
-    run(context, pairs, done..end, sums, &mut energies, recorder, 1);
+    let count = pairs.fill_registers();
+    let energies = run(context, pairs, sums, recorder);
+    pairs.set_len(count);
     energies
 }
 
 fn run_frictional<C: ContactRecorder, const ROLLING: bool, const MIXED: bool>(
     context: &PairContext<'_>,
     pairs: &mut Pairs,
-    range: Range<usize>,
     sums: &mut PairSums<'_>,
-    energies: &mut FrictionEnergies,
     recorder: &mut C,
-    width: usize,
-) -> usize {
-    let kernel =
-        Frictional::<C, ROLLING, MIXED> { context, pairs, range, sums, energies, recorder };
-    registers::run(kernel, width)
+) -> [f64; 3] {
+    let kernel = Frictional::<C, ROLLING, MIXED> { context, pairs, sums, recorder };
+    registers::run(kernel, context.step.max_width)
 }
 
 /// The pairs of a list with friction.
 struct Frictional<'a, 'b, C, const ROLLING: bool, const MIXED: bool> {
     context: &'a PairContext<'a>,
     pairs: &'a mut Pairs,
-    range: Range<usize>,
     sums: &'a mut PairSums<'b>,
-    energies: &'a mut FrictionEnergies,
     recorder: &'a mut C,
 }
 
-impl<C: ContactRecorder, const ROLLING: bool, const MIXED: bool> RegisterKernel
+impl<C: ContactRecorder, const ROLLING: bool, const MIXED: bool> Kernel
     for Frictional<'_, '_, C, ROLLING, MIXED>
 {
-    /// The end of the pairs that filled whole registers.
-    type Output = usize;
+    type Output = [f64; 3];
 
     #[inline(always)]
-    fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> usize {
-        let Self { context, pairs, range, sums, energies, recorder } = self;
+    fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) -> [f64; 3] {
+        let Self { context, pairs, sums, recorder } = self;
+        // A register may hold pairs behind the tiers in scope: they are apart, and their springs are not stretched.
+        let range = 0..pairs.in_tiers(context.step.scope.tiers).div_ceil(N);
         let Pairs { first, second, reach, damping, stretch, rolling_stretch, .. } = pairs;
-        let groups = PairGroups::<N>::of([first, second], reach, damping);
-        let mut springs = Springs {
+        let groups = PairGroups::<N>::of([first, second], reach, damping).range(range);
+        let springs = &mut Springs {
             stretch: stretch.as_chunks_mut().0,
             rolling_stretch: rolling_stretch.as_chunks_mut().0,
         };
-        let range = range.start / N..range.end / N;
-        check_indices(context, sums, &groups.range(range.clone()));
-        let law = LawRegisters::new(instructions, context.law, context.time_step);
-        let mut batch = Batch::new(law.zero);
-        let registers = EnergyRegisters::load(instructions, energies);
-        let mut kernel =
-            ContactKernel { instructions, law, context, sums, energies: registers, recorder };
-        let end = range.end * N;
+        let mut kernel = ContactKernel::new(instructions, context, sums, recorder);
+        kernel.check_indices(&groups);
+        let batch = &mut Batch::new(instructions);
         // SAFETY: every index is less than the number of discs.
-        unsafe { kernel.add::<true, ROLLING, MIXED>(&groups, &mut springs, &mut batch, range) };
-        kernel.energies.store(instructions, energies);
-        end
+        unsafe { kernel.add::<true, ROLLING, MIXED>(&groups, springs, batch) };
+        kernel.energies()
     }
-}
-
-/// Compares the largest index with the number of discs.
-#[inline(always)]
-fn check_indices<const N: usize>(
-    context: &PairContext<'_>,
-    sums: &PairSums<'_>,
-    groups: &PairGroups<'_, N>,
-) {
-    let discs = context.discs.positions.len();
-    let is_one_length = context.discs.velocities.len() == discs && sums.forces.len() == discs;
-    assert!(is_one_length, "columns of different lengths");
-    assert!(groups.max_index() < discs, "a pair names a disc that does not exist");
 }
 
 /// The pairs of a block without friction.
 struct Frictionless<'a, 'b, C> {
     context: &'a PairContext<'a>,
     pairs: &'a Pairs,
-    scope: &'a Scope,
     memory: NearMemory<'a>,
     sums: &'a mut PairSums<'b>,
     recorder: &'a mut C,
@@ -168,14 +136,14 @@ impl Gathered {
     }
 }
 
-impl<C: ContactRecorder> RegisterKernel for Frictionless<'_, '_, C> {
+impl<C: ContactRecorder> Kernel for Frictionless<'_, '_, C> {
     type Output = ();
 
     #[inline(always)]
     fn run<const N: usize, I: InstructionSet<N>>(self, instructions: I) {
-        let Self { context, pairs, scope, memory, sums, recorder } = self;
+        let Self { context, pairs, memory, sums, recorder } = self;
         let NearMemory { near, contacts, mask } = memory;
-        let discs = context.discs.positions.len();
+        let (scope, discs) = (&context.step.scope, context.discs.positions.len());
         // At width 1 all pairs are compared, which checks the near pairs of the wider registers.
         let dense = if N == 1 {
             pairs.in_tiers(scope.tiers)
@@ -185,16 +153,13 @@ impl<C: ContactRecorder> RegisterKernel for Frictionless<'_, '_, C> {
         };
         let ends = [&pairs.first[..dense], &pairs.second[..dense]];
         let groups = PairGroups::<N>::of(ends, &pairs.reach, &pairs.damping);
-        check_indices(context, sums, &groups);
-        let law = LawRegisters::new(instructions, context.law, context.time_step);
-        let mut batch = Batch::new(law.zero);
-        let energies = EnergyRegisters::load(instructions, &FrictionEnergies::default());
-        let mut kernel = ContactKernel { instructions, law, context, sums, energies, recorder };
+        let mut kernel = ContactKernel::new(instructions, context, sums, recorder);
+        kernel.check_indices(&groups);
+        let batch = &mut Batch::new(instructions);
         let springs = &mut Springs { stretch: &mut [], rolling_stretch: &mut [] };
         let mut add = |groups: &PairGroups<'_, N>| {
-            let range = 0..groups.first.len();
             // SAFETY: every index is less than the number of discs.
-            unsafe { kernel.add::<false, false, false>(groups, springs, &mut batch, range) }
+            unsafe { kernel.add::<false, false, false>(groups, springs, batch) }
         };
         let mut first_tier_contacts = add(&groups);
         if N == 1 {

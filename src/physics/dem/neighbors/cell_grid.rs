@@ -5,19 +5,16 @@
 
 use std::ops::Range;
 
-/// Whether each direction of the box is periodic.
-pub(in crate::dem) type Periodic = [bool; 2];
-
 /// Column and row of a cell.
 type Cell = [usize; 2];
 
 /// Discs sorted by cell.
-pub(in crate::dem) struct CellGrid {
+pub(crate) struct CellGrid {
     /// Cells per meter along each axis.
     per_meter: [f64; 2],
     /// Columns and rows.
     count: [usize; 2],
-    periodic: Periodic,
+    periodic: [bool; 2],
     /// Rows per band; the last band may have fewer.
     band: usize,
     rows: Vec<Row>,
@@ -28,9 +25,9 @@ pub(in crate::dem) struct CellGrid {
 }
 
 /// Adjacent discs in one column of a band, all of whose neighbors are in three columns of three adjacent cells.
-pub(in crate::dem) struct ColumnRun<'a> {
+pub(crate) struct ColumnRun<'a> {
     /// The cell of each disc.
-    pub(in crate::dem) cells: &'a [u32],
+    pub(crate) cells: &'a [u32],
     starts: &'a [u32],
     /// Difference of the cell numbers of adjacent columns.
     step: usize,
@@ -39,13 +36,13 @@ pub(in crate::dem) struct ColumnRun<'a> {
 impl ColumnRun<'_> {
     /// The end of the discs in a cell and in the one above it.
     #[inline]
-    pub(in crate::dem) fn end_above(&self, cell: u32) -> u32 {
+    pub(crate) fn end_above(&self, cell: u32) -> u32 {
         self.starts[cell as usize + 2]
     }
 
     /// The discs of the three adjacent cells in the next column.
     #[inline]
-    pub(in crate::dem) fn next_column(&self, cell: u32) -> Range<u32> {
+    pub(crate) fn next_column(&self, cell: u32) -> Range<u32> {
         let next = cell as usize + self.step;
         self.starts[next - 1]..self.starts[next + 2]
     }
@@ -63,19 +60,19 @@ struct Row {
 
 /// A run of discs in the sorted order, and the number of box lengths by which they are shifted.
 #[derive(Clone, Debug)]
-pub(in crate::dem) struct CellRun {
-    pub(in crate::dem) discs: Range<usize>,
-    pub(in crate::dem) shift: [i8; 2],
+pub(crate) struct CellRun {
+    pub(crate) discs: Range<usize>,
+    pub(crate) shift: [i8; 2],
 }
 
 impl CellGrid {
     /// The grid, and the order that sorts the positions by cell; within a cell the given order is kept. `patch` is the
     /// number of discs that should fill a patch about as high as wide.
-    pub(in crate::dem) fn sort(
+    pub(crate) fn sort(
         positions: &[[f64; 2]],
         sides: [f64; 2],
         reach: f64,
-        periodic: Periodic,
+        periodic: [bool; 2],
         patch: usize,
     ) -> (Self, Vec<u32>) {
         // More cells than discs would only take memory.
@@ -125,17 +122,13 @@ impl CellGrid {
     }
 
     /// The end of the discs from `disc` on that are in the same cell and in the block `own`.
-    pub(in crate::dem) fn end_of_cell(&self, disc: usize, own: &Range<usize>) -> usize {
+    pub(crate) fn end_of_cell(&self, disc: usize, own: &Range<usize>) -> usize {
         Ord::min(self.starts[self.cells[disc] as usize + 1] as usize, own.end)
     }
 
     /// The longest run that begins with a disc and whose neighbors are all in the block `own`, without images; `None` if
     /// the disc's cell does not allow one.
-    pub(in crate::dem) fn column_run(
-        &self,
-        disc: usize,
-        own: &Range<usize>,
-    ) -> Option<ColumnRun<'_>> {
+    pub(crate) fn column_run(&self, disc: usize, own: &Range<usize>) -> Option<ColumnRun<'_>> {
         let cell = self.cells[disc] as usize;
         let cells_of_band = self.band * self.count[0];
         let (band, place) = (cell / cells_of_band, cell % cells_of_band);
@@ -169,7 +162,7 @@ impl CellGrid {
     }
 
     /// Lists the runs of discs in the 3 x 3 cells around a point, column by column from the left.
-    pub(in crate::dem) fn around(&self, point: [f64; 2], found: &mut Vec<CellRun>) {
+    pub(crate) fn around(&self, point: [f64; 2], found: &mut Vec<CellRun>) {
         let middle = self.cell_at(point);
         found.clear();
         let [column, row] = middle;

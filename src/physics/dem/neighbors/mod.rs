@@ -18,6 +18,7 @@ pub(super) mod tiers;
 
 use crate::dem::block::{BLOCK, Block};
 use crate::dem::discs::{self, Discs};
+use crate::dem::parameters::Parameters;
 use cell_grid::CellGrid;
 use pair_search::{PairSearch, Surroundings};
 use rayon::prelude::*;
@@ -127,32 +128,25 @@ impl Neighbors {
 
     /// Sorts the discs and rebuilds the lists; springs of persisting contacts are kept.
     pub(super) fn build(&mut self, discs: &mut Discs, around: &Surroundings<'_>) {
-        let springs = match self.held.take() {
-            Some(springs) => springs,
-            None => self.springs(discs),
-        };
+        let springs = self.held.take().unwrap_or_else(|| Springs::of(&self.blocks, discs));
         let springs = springs.finder();
         // Otherwise, old and new lists would be in memory at the same time.
         self.blocks.clear();
-        let reach = 2.0 * around.largest_radius + self.skin;
-        let (cells, order) =
-            CellGrid::sort(&discs.positions, around.sides, reach, around.periodic, BLOCK);
+        let Parameters { sides, periodic, radius_range, ref law, .. } = *around.parameters;
+        let reach = 2.0 * radius_range.1 + self.skin;
+        let (cells, order) = CellGrid::sort(&discs.positions, sides, reach, periodic, BLOCK);
         discs.reorder(&order);
         let count = discs.len().div_ceil(BLOCK);
         self.blocks.resize_with(count, Block::default);
         let skin = self.skin;
         let discs = &*discs;
-        let blocks = self.blocks.par_iter_mut().enumerate();
-        blocks.for_each_init(
-            || around.memory.search(),
-            |search, (number, block)| {
-                block.start = number * BLOCK;
-                search.fill(block, &PairSearch { discs, cells: &cells, around, skin });
-                if around.law.has_friction() {
-                    springs.fill_block(block, discs, around.law.has_rolling_friction());
-                }
-            },
-        );
+        self.blocks.par_iter_mut().enumerate().for_each(|(number, block)| {
+            block.start = number * BLOCK;
+            around.memory.fill(block, &PairSearch { discs, cells: &cells, around, skin });
+            if law.has_friction() {
+                springs.fill_block(block, discs, law.has_rolling_friction());
+            }
+        });
         self.built_at.clear();
         self.built_at.extend_from_slice(&discs.positions);
         self.walls_at.clear();
@@ -161,7 +155,7 @@ impl Neighbors {
         self.number += 1;
         let with_springs = self.blocks.iter().map(Block::tiers_with_springs).max().unwrap_or(0);
         self.tiers = Ord::max(tiers::in_reach(0.0, skin), with_springs);
-        self.clearance = discs::clearance(&discs.positions, around.sides, around.periodic);
+        self.clearance = discs::clearance(&discs.positions, sides, periodic);
         self.age = 0;
     }
 
@@ -172,14 +166,9 @@ impl Neighbors {
         Scope { tiers, moved, clearance, displacement, list, skin, spares_memory }
     }
 
-    /// Keeps springs for the next build, because the lists no longer match the discs.
-    pub(super) fn hold(&mut self, springs: Springs) {
-        self.held = Some(springs);
-    }
-
-    /// All stretched springs.
-    pub(super) fn springs(&self, discs: &Discs) -> Springs {
-        Springs::of(&self.blocks, discs)
+    /// Takes the springs out of the lists for the next build, because the discs are about to change.
+    pub(super) fn hold_springs(&mut self, discs: &Discs) {
+        self.held = Some(Springs::of(&self.blocks, discs));
     }
 }
 
@@ -200,6 +189,7 @@ mod lists_contain_every_contact {
     use crate::dem::neighbors::pair_search::{SearchMemory, Surroundings};
     use crate::dem::parameters::Parameters;
     use crate::random::{Generator, Seed, Stream};
+    use crate::simd::registers::MAX_WIDTH;
     use kinetoscope_manifest::model::DemConfig;
     use std::collections::BTreeSet;
 
@@ -210,9 +200,7 @@ mod lists_contain_every_contact {
     type Pair = (u32, u32, [i8; 2]);
 
     struct Case {
-        sides: [f64; 2],
-        periodic: [bool; 2],
-        radii: [f64; 2],
+        parameters: Parameters,
         discs: Discs,
         neighbors: Neighbors,
     }
@@ -226,49 +214,27 @@ mod lists_contain_every_contact {
             generator: &mut Generator,
             memory: &SearchMemory,
         ) -> Self {
+            let radius_range = (radii[0], radii[1]);
+            let default = Parameters::new(&DemConfig::default());
+            let parameters = Parameters { sides, periodic, radius_range, ..default };
             let mut place =
                 || [generator.uniform_in(0.0, sides[0]), generator.uniform_in(0.0, sides[1])];
             let positions: Vec<[f64; 2]> = (0..count).map(|_| place()).collect();
-            let length = positions.len();
-            let discs = Discs {
-                ids: (0..count).collect(),
-                positions,
-                velocities: vec![[0.0; 2]; length],
-                spins: vec![0.0; length],
-                radii: (0..count).map(|_| generator.uniform_in(radii[0], radii[1])).collect(),
-                masses: vec![1.0; length],
-                inverse_masses: vec![1.0; length],
-                materials: vec![0; length],
-            };
-            let neighbors = Neighbors::new(0.5 * (radii[0] + radii[1]));
-            let mut case = Self { sides, periodic, radii, discs, neighbors };
-            case.build(memory);
-            case
-        }
-
-        fn build(&mut self, memory: &SearchMemory) {
-            let around = Surroundings {
-                sides: self.sides,
-                periodic: self.periodic,
-                law: &Parameters::new(&DemConfig::default()).law,
-                walls: &[],
-                displacements: &[],
-                largest_radius: self.radii[1],
-                memory,
-            };
-            self.neighbors.build(&mut self.discs, &around);
+            let mut discs = Discs::at_rest(positions, || generator.uniform_in(radii[0], radii[1]));
+            let mut neighbors = Neighbors::new(0.5 * (radii[0] + radii[1]));
+            let (walls, displacements, max_width) = (&[], &[], MAX_WIDTH);
+            let around =
+                Surroundings { parameters: &parameters, walls, displacements, memory, max_width };
+            neighbors.build(&mut discs, &around);
+            Self { parameters, discs, neighbors }
         }
 
         fn skin(&self) -> f64 {
-            SKIN * 0.5 * (self.radii[0] + self.radii[1])
+            let (least, most) = self.parameters.radius_range;
+            SKIN * 0.5 * (least + most)
         }
 
-        /// The listed pairs, seen from either disc, and their number with repetitions.
-        fn listed(&self) -> (BTreeSet<Pair>, usize) {
-            self.listed_in(TIERS)
-        }
-
-        /// The same for the first `tiers` tiers.
+        /// The pairs in the first tiers of the lists, seen from either disc, and their number with repetitions.
         fn listed_in(&self, tiers: usize) -> (BTreeSet<Pair>, usize) {
             let ids = &self.discs.ids;
             let mut pairs = Vec::new();
@@ -281,7 +247,8 @@ mod lists_contain_every_contact {
                 let ends = block.inter_block.first.iter().zip(&block.inter_block.second);
                 let ends = ends.zip(&block.shifts).take(block.inter_block.in_tiers(tiers));
                 for ((&a, &b), shift) in ends {
-                    let turns = [0, 1].map(|axis: usize| (shift[axis] / self.sides[axis]) as i8);
+                    let turns =
+                        [0, 1].map(|axis: usize| (shift[axis] / self.parameters.sides[axis]) as i8);
                     pairs.push((ids[block.start + a as usize], ids[b as usize], turns));
                 }
             }
@@ -292,9 +259,10 @@ mod lists_contain_every_contact {
         /// All pairs closer than contact plus a margin, seen from either disc.
         fn all(&self, margin: f64) -> BTreeSet<Pair> {
             let mut pairs = BTreeSet::new();
-            let turns = |axis: usize| if self.periodic[axis] { -1..=1 } else { 0..=0 };
+            let turns = |axis: usize| if self.parameters.periodic[axis] { -1..=1 } else { 0..=0 };
             for turn in turns(0).flat_map(|x| turns(1).map(move |y| [x, y])) {
-                let shift = [0, 1].map(|axis: usize| f64::from(turn[axis]) * self.sides[axis]);
+                let shift =
+                    [0, 1].map(|axis: usize| f64::from(turn[axis]) * self.parameters.sides[axis]);
                 for (a, &[x, y]) in self.discs.positions.iter().enumerate() {
                     for (b, &[other_x, other_y]) in self.discs.positions.iter().enumerate() {
                         let apart = [x - (other_x + shift[0]), y - (other_y + shift[1])];
@@ -325,14 +293,8 @@ mod lists_contain_every_contact {
         }
         // Several blocks and bands.
         for periodic in [[false, false], [true, true]] {
-            cases.push(Case::new(
-                6000,
-                [12.0, 12.0],
-                periodic,
-                [0.05, 0.05],
-                &mut generator,
-                &memory,
-            ));
+            let (sides, radii) = ([12.0, 12.0], [0.05, 0.05]);
+            cases.push(Case::new(6000, sides, periodic, radii, &mut generator, &memory));
         }
         cases
     }
@@ -341,9 +303,14 @@ mod lists_contain_every_contact {
     fn lists_equal_all_pairs_within_the_skin() {
         let mut pairs = 0;
         for case in cases() {
-            let (listed, count) = case.listed();
+            let (listed, count) = case.listed_in(TIERS);
             assert_eq!(listed.len(), count, "a pair is listed twice");
-            assert!(listed == case.all(case.skin()), "{:?} in {:?}", case.discs.len(), case.sides);
+            assert!(
+                listed == case.all(case.skin()),
+                "{:?} in {:?}",
+                case.discs.len(),
+                case.parameters.sides
+            );
             pairs += count;
         }
         // Seen from either disc.
@@ -354,7 +321,7 @@ mod lists_contain_every_contact {
     fn valid_lists_contain_every_contact() {
         let mut generator = Seed { seed: 4, replicate: 0 }.stream(Stream::Positions);
         for mut case in cases().into_iter().filter(|case| case.discs.len() == 300) {
-            let (listed, _) = case.listed();
+            let (listed, _) = case.listed_in(TIERS);
             let limit = 0.5 * 0.9 * case.skin();
             for [x, y] in &mut case.discs.positions {
                 let angle = generator.uniform_in(0.0, std::f64::consts::TAU);
@@ -390,7 +357,7 @@ mod lists_contain_every_contact {
             let (tiers, count) = case.listed_in(case.neighbors.scope().tiers);
             assert!(contacts.is_subset(&tiers), "a contact is not visited");
             visited += count;
-            listed += case.listed().1;
+            listed += case.listed_in(TIERS).1;
         }
         assert!(missing > 50, "{missing}");
         assert!(visited < listed, "{visited} of {listed}");

@@ -17,7 +17,7 @@ use std::ops::Range;
 
 /// The near pairs of a block. They are not part of the state.
 #[derive(Clone, Debug, Default)]
-pub(in crate::dem) struct NearPairs {
+pub(crate) struct NearPairs {
     validity: Validity,
     /// Pairs of the list before this one are not compared here, because most of them are in contact.
     begin: usize,
@@ -37,7 +37,7 @@ pub(in crate::dem) struct NearPairs {
 
 /// The near pairs of a block that are in contact: memory that blocks share.
 #[derive(Clone, Debug, Default)]
-pub(in crate::dem) struct ContactNumbers {
+pub(crate) struct ContactNumbers {
     /// Numbers among the near pairs, followed by unused room.
     numbers: Vec<u32>,
     count: usize,
@@ -50,27 +50,27 @@ const STORED: usize = 8;
 
 /// How long near pairs are valid; by default they are not.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::dem) struct Validity {
+pub(crate) struct Validity {
     /// The number of their list, and the displacement of the fastest discs, m, at which they expire.
     list_and_displacement: Option<(u64, f64)>,
 }
 
 impl Validity {
     /// Whether the near pairs hold for the lists and displacements of a scope.
-    pub(in crate::dem) fn holds_for(&self, scope: &Scope) -> bool {
+    pub(crate) fn holds_for(&self, scope: &Scope) -> bool {
         self.list_and_displacement
             .is_some_and(|(list, limit)| list == scope.list && scope.displacement < limit)
     }
 
     /// The validity of near pairs found now.
-    pub(in crate::dem) fn until_horizon(scope: &Scope) -> Self {
+    pub(crate) fn until_horizon(scope: &Scope) -> Self {
         let limit = scope.displacement + horizon(scope).0;
         Self { list_and_displacement: Some((scope.list, limit)) }
     }
 }
 
 /// The horizon, and the gap up to which pairs are near, m.
-pub(in crate::dem) fn horizon(scope: &Scope) -> (f64, f64) {
+pub(crate) fn horizon(scope: &Scope) -> (f64, f64) {
     let horizon = HORIZON * scope.skin;
     // Gaps are rounded in their last digits.
     (horizon, 2.000_001 * horizon)
@@ -78,15 +78,12 @@ pub(in crate::dem) fn horizon(scope: &Scope) -> (f64, f64) {
 
 impl NearPairs {
     /// Pairs of the list before this one are not among the near pairs. A multiple of the register's width.
-    pub(in crate::dem) fn begin(&self) -> usize {
+    pub(crate) fn begin(&self) -> usize {
         self.begin
     }
 
     /// Positions in the list of the pairs in contact, in its order; a few at its end may be apart.
-    pub(in crate::dem) fn in_contact(
-        &self,
-        contacts: &ContactNumbers,
-    ) -> impl Iterator<Item = usize> {
+    pub(crate) fn in_contact(&self, contacts: &ContactNumbers) -> impl Iterator<Item = usize> {
         let numbers = contacts.numbers[..contacts.count].iter().map(|&number| number as usize);
         numbers.map(|number| match self.end_of_range {
             Some(_) => self.begin + number,
@@ -95,7 +92,7 @@ impl NearPairs {
     }
 
     /// Notes how many pairs of the first tier are in contact.
-    pub(in crate::dem) fn note_first_tier(&mut self, contacts: usize, pairs: usize) {
+    pub(crate) fn note_first_tier(&mut self, contacts: usize, pairs: usize) {
         let is_sparse = 2 * contacts < pairs;
         if is_sparse != self.is_sparse {
             (self.is_sparse, self.validity) = (is_sparse, Validity::default());
@@ -104,7 +101,7 @@ impl NearPairs {
 
     /// Finds the near pairs that are in contact; first the near pairs, if those found before have expired.
     #[inline(always)]
-    pub(in crate::dem) fn find_contacts<const N: usize, I: InstructionSet<N>>(
+    pub(crate) fn find_contacts<const N: usize, I: InstructionSet<N>>(
         &mut self,
         instructions: I,
         pairs: &Pairs,

@@ -6,40 +6,37 @@
 
 use crate::dem::block::{Block, Pairs, TIERS, WallPair};
 use crate::dem::discs::Discs;
-use crate::dem::materials::ContactLaw;
-use crate::dem::neighbors::cell_grid::{CellGrid, CellRun, ColumnRun, Periodic};
+use crate::dem::neighbors::cell_grid::{CellGrid, CellRun, ColumnRun};
 use crate::dem::neighbors::pair_buffer::{Comparisons, ImageShift, PairBuffer, SearchSpace};
 use crate::dem::neighbors::tiers::Sorter;
-use crate::dem::walls::PlacedWall;
+use crate::dem::parameters::Parameters;
+use crate::dem::walls::{self, PlacedWall};
 use std::ops::Range;
-use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::{fmt, mem};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// The discs, the cells, and the constants of a search.
-pub(in crate::dem) struct PairSearch<'a> {
-    pub(in crate::dem) discs: &'a Discs,
+pub(crate) struct PairSearch<'a> {
+    pub(crate) discs: &'a Discs,
     /// The cells that the discs are sorted by.
-    pub(in crate::dem) cells: &'a CellGrid,
-    pub(in crate::dem) around: &'a Surroundings<'a>,
+    pub(crate) cells: &'a CellGrid,
+    pub(crate) around: &'a Surroundings<'a>,
     /// Distance beyond contact up to which pairs are listed, m.
-    pub(in crate::dem) skin: f64,
+    pub(crate) skin: f64,
 }
 
 /// What lists depend on, besides the discs.
-pub(in crate::dem) struct Surroundings<'a> {
-    pub(in crate::dem) sides: [f64; 2],
-    pub(in crate::dem) periodic: Periodic,
-    pub(in crate::dem) law: &'a ContactLaw,
-    pub(in crate::dem) walls: &'a [PlacedWall],
+pub(crate) struct Surroundings<'a> {
+    pub(crate) parameters: &'a Parameters,
+    pub(crate) walls: &'a [PlacedWall],
     /// Displacements of the walls since the start, m.
-    pub(in crate::dem) displacements: &'a [[f64; 2]],
-    /// Largest radius, m.
-    pub(in crate::dem) largest_radius: f64,
-    pub(in crate::dem) memory: &'a SearchMemory,
+    pub(crate) displacements: &'a [[f64; 2]],
+    pub(crate) memory: &'a SearchMemory,
+    /// Numbers in the widest register that may be used.
+    pub(crate) max_width: usize,
 }
 
 /// Memory of a search.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Finder {
     around: Vec<CellRun>,
     /// Comparisons within the block.
@@ -58,50 +55,16 @@ const MANY: usize = 256;
 const GROUP: usize = 16;
 
 /// Memory of finished searches. It is kept from list to list, because new memory would have to be cleared and is not in the cache.
-#[derive(Default)]
-pub(in crate::dem) struct SearchMemory(Mutex<Vec<Finder>>);
-
-/// A search in progress; it returns its memory at its end.
-pub(in crate::dem) struct Search<'a> {
-    memory: &'a SearchMemory,
-    finder: Finder,
-}
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SearchMemory(Arc<Mutex<Vec<Finder>>>);
 
 impl SearchMemory {
-    fn idle(&self) -> MutexGuard<'_, Vec<Finder>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Starts a search.
-    pub(in crate::dem) fn search(&self) -> Search<'_> {
-        let finder = self.idle().pop().unwrap_or_default();
-        Search { memory: self, finder }
-    }
-}
-
-/// A copy of a run gets memory of its own.
-impl Clone for SearchMemory {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
-
-impl fmt::Debug for SearchMemory {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("SearchMemory").finish_non_exhaustive()
-    }
-}
-
-impl Drop for Search<'_> {
-    fn drop(&mut self) {
-        self.memory.idle().push(mem::take(&mut self.finder));
-    }
-}
-
-impl Search<'_> {
     /// Rebuilds the lists of a block: inner pairs, inter-block pairs and discs near walls.
-    pub(in crate::dem) fn fill(&mut self, block: &mut Block, search: &PairSearch<'_>) {
-        self.finder.fill(block, search);
+    pub(crate) fn fill(&self, block: &mut Block, search: &PairSearch<'_>) {
+        let idle = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut finder = idle().pop().unwrap_or_default();
+        finder.fill(block, search);
+        idle().push(finder);
     }
 }
 
@@ -110,7 +73,8 @@ impl Finder {
         let PairSearch { discs, skin, around, .. } = *search;
         let own = block.start..block.start + block.len(discs.len());
         let counted_from = [block.start, block.start];
-        let inner = SearchSpace { discs, skin, counted_from, sides: around.sides };
+        let (sides, max_width) = (around.parameters.sides, around.max_width);
+        let inner = SearchSpace { discs, skin, counted_from, sides, max_width };
         self.found.clear();
         let mut disc = own.start;
         while disc < own.end {
@@ -123,16 +87,16 @@ impl Finder {
             }
         }
         self.found.take::<false>(&mut self.inner, &inner);
-        let ends = self.sorter.sort(self.found.tiers());
+        let ends = self.sorter.sort(&self.found.tiers);
         self.sorter.interleave_quarters(ends[0]);
         self.fill_list(&mut block.inner, ends, &inner, around);
         let inter_block = SearchSpace { counted_from: [block.start, 0], ..inner };
         self.found.clear();
         self.found.take::<true>(&mut self.inter_block, &inter_block);
-        let ends = self.sorter.sort(self.found.tiers());
+        let ends = self.sorter.sort(&self.found.tiers);
         self.fill_list(&mut block.inter_block, ends, &inter_block, around);
         block.shifts.clear();
-        let shifts = self.found.shifts();
+        let shifts = &self.found.shifts;
         let order = self.sorter.order().iter();
         block.shifts.extend(order.map(|&pair| inter_block.vector(shifts[pair as usize])));
         self.list_walls(block, own, search);
@@ -192,7 +156,8 @@ impl Finder {
             *reach = reaches[pair as usize];
         }
         let ends = [&*list.first, &*list.second];
-        around.law.dampings(space.discs, space.counted_from, ends, &mut list.damping);
+        let law = &around.parameters.law;
+        law.dampings(space.discs, space.counted_from, ends, &mut list.damping);
     }
 
     /// Lists the discs near walls, disc by disc.
@@ -205,7 +170,7 @@ impl Finder {
         for wall in around.walls {
             let are_near = &mut self.are_near;
             let (positions, radii) = (&discs.positions[own.clone()], &discs.radii[own.clone()]);
-            wall.shape.mark_near(positions, radii, skin, are_near);
+            walls::mark_near(wall.shape, positions, radii, skin, are_near);
         }
         // Most groups are far from all walls.
         let (groups, _) = self.are_near.as_chunks::<GROUP>();
@@ -227,7 +192,7 @@ fn list_walls_of(block: &mut Block, disc: usize, search: &PairSearch<'_>) {
             block.walls.push(WallPair {
                 disc: (disc - block.start) as u32,
                 wall,
-                damping: around.law.wall_damping(discs, disc),
+                damping: around.parameters.law.wall_damping(discs, disc),
                 stretch: [0.0; 2],
             });
         }

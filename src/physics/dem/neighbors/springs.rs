@@ -5,11 +5,12 @@
 
 use crate::dem::block::{Block, Pairs, Stretch};
 use crate::dem::discs::Discs;
+use crate::simd::registers::MAX_WIDTH;
 use serde::{Deserialize, Serialize};
 
 /// Stretched springs, in the order of the ids of their ends.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(in crate::dem) struct Springs {
+pub(crate) struct Springs {
     /// The smaller id first; stretches are relative to it.
     pairs: Vec<([u32; 2], Stretch)>,
     /// A disc's id and a wall's number.
@@ -23,14 +24,14 @@ struct SpringIndex<'a> {
 }
 
 /// Finds springs while lists are built.
-pub(in crate::dem) struct SpringFinder<'a> {
+pub(crate) struct SpringFinder<'a> {
     pairs: SpringIndex<'a>,
     walls: SpringIndex<'a>,
 }
 
 impl Springs {
     /// All stretched springs of the lists.
-    pub(in crate::dem) fn of(blocks: &[Block], discs: &Discs) -> Self {
+    pub(crate) fn of(blocks: &[Block], discs: &Discs) -> Self {
         let mut springs = Self::default();
         for block in blocks {
             let id = |local: u32| discs.ids[block.start + local as usize];
@@ -52,7 +53,7 @@ impl Springs {
         springs
     }
 
-    pub(in crate::dem) fn finder(&self) -> SpringFinder<'_> {
+    pub(crate) fn finder(&self) -> SpringFinder<'_> {
         SpringFinder { pairs: SpringIndex::of(&self.pairs), walls: SpringIndex::of(&self.walls) }
     }
 }
@@ -106,12 +107,7 @@ impl<'a> SpringIndex<'a> {
 
 impl SpringFinder<'_> {
     /// Copies the springs of persisting contacts into a block's new lists.
-    pub(in crate::dem) fn fill_block(
-        &self,
-        block: &mut Block,
-        discs: &Discs,
-        has_rolling_friction: bool,
-    ) {
+    pub(crate) fn fill_block(&self, block: &mut Block, discs: &Discs, has_rolling_friction: bool) {
         let start = block.start;
         let id = |local: u32| discs.ids[start + local as usize];
         self.fill(&mut block.inner, has_rolling_friction, |a, b| [id(a), id(b)]);
@@ -131,9 +127,10 @@ impl SpringFinder<'_> {
     ) {
         let Pairs { first, second, stretch, rolling_stretch, .. } = pairs;
         stretch.clear();
-        stretch.reserve_exact(first.len());
+        let room = first.len().next_multiple_of(MAX_WIDTH);
+        stretch.reserve_exact(room);
         rolling_stretch.clear();
-        rolling_stretch.reserve_exact(if has_rolling_friction { first.len() } else { 0 });
+        rolling_stretch.reserve_exact(if has_rolling_friction { room } else { 0 });
         for (&a, &b) in first.iter().zip(&*second) {
             let [a, b] = ids(a, b);
             let (ends, _) = from_smaller_id(a, b, [0.0; 2]);
@@ -157,12 +154,13 @@ mod contact_history_survives_list_rebuild {
     //! of its two discs; then the discs are displaced at random, so that their order changes, and the lists are rebuilt.
     //! Tolerance: none. Control: springs of pairs that leave the lists are released; many pairs are swapped.
 
-    use crate::dem::block::{Pairs, Stretch};
+    use crate::dem::block::Stretch;
     use crate::dem::discs::Discs;
     use crate::dem::neighbors::Neighbors;
     use crate::dem::neighbors::pair_search::{SearchMemory, Surroundings};
     use crate::dem::parameters::Parameters;
     use crate::random::{Seed, Stream};
+    use crate::simd::registers::MAX_WIDTH;
     use kinetoscope_manifest::model::DemConfig;
     use kinetoscope_manifest::quantity::NonNegative;
     use std::collections::BTreeMap;
@@ -178,32 +176,20 @@ mod contact_history_survives_list_rebuild {
         [1e-6 * (low + 1.0) + 1e-9 * high, sense * (1e-6 * (high + 1.0) + 1e-9 * low)]
     }
 
-    /// Every listed pair by ids in the order of the list, with its springs.
-    fn listed(neighbors: &Neighbors, discs: &Discs) -> Vec<([u32; 2], Stretch)> {
-        let mut found = Vec::new();
-        for block in &neighbors.blocks {
-            let mut take = |pairs: &Pairs, offset: usize| {
-                for pair in 0..pairs.len() {
-                    let first = discs.ids[block.start + pairs.first[pair] as usize];
-                    let second = discs.ids[offset + pairs.second[pair] as usize];
-                    let springs = [pairs.stretch[pair], pairs.rolling_stretch[pair]];
-                    found.push(([first, second], springs));
-                }
-            };
-            take(&block.inner, block.start);
-            take(&block.inter_block, 0);
-        }
-        found
-    }
-
-    fn stretch_all(neighbors: &mut Neighbors, discs: &Discs) {
+    /// Calls a function with the ids and the stretches of every listed pair, in the order of the list.
+    fn for_each_pair(
+        neighbors: &mut Neighbors,
+        discs: &Discs,
+        mut visit: impl FnMut([u32; 2], [&mut f64; 2]),
+    ) {
         for block in &mut neighbors.blocks {
             let start = block.start;
             for (pairs, offset) in [(&mut block.inner, start), (&mut block.inter_block, 0)] {
                 for pair in 0..pairs.len() {
                     let first = discs.ids[start + pairs.first[pair] as usize];
                     let second = discs.ids[offset + pairs.second[pair] as usize];
-                    [pairs.stretch[pair], pairs.rolling_stretch[pair]] = stretch(first, second);
+                    let springs = [&mut pairs.stretch[pair], &mut pairs.rolling_stretch[pair]];
+                    visit([first, second], springs);
                 }
             }
         }
@@ -218,48 +204,38 @@ mod contact_history_survives_list_rebuild {
             rolling_friction: coefficient,
             ..DemConfig::default()
         };
-        let law = Parameters::new(&config).law;
-        let around = Surroundings {
-            sides: [SIDE; 2],
-            periodic: [false; 2],
-            law: &law,
-            walls: &[],
-            displacements: &[],
-            largest_radius: RADIUS,
-            memory: &SearchMemory::default(),
-        };
+        let default = Parameters::new(&config);
+        let (sides, periodic, radius_range) = ([SIDE; 2], [false; 2], (RADIUS, RADIUS));
+        let parameters = &Parameters { sides, periodic, radius_range, ..default };
+        let (memory, max_width) = (&SearchMemory::default(), MAX_WIDTH);
+        let around = Surroundings { parameters, walls: &[], displacements: &[], memory, max_width };
         let mut place = || generator.uniform_in(0.0, SIDE);
-        let mut discs = Discs {
-            ids: (0..DISCS).collect(),
-            positions: (0..DISCS).map(|_| [place(), place()]).collect(),
-            velocities: vec![[0.0; 2]; DISCS as usize],
-            spins: vec![0.0; DISCS as usize],
-            radii: vec![RADIUS; DISCS as usize],
-            masses: vec![1.0; DISCS as usize],
-            inverse_masses: vec![1.0; DISCS as usize],
-            materials: vec![0; DISCS as usize],
-        };
+        let positions = (0..DISCS).map(|_| [place(), place()]).collect();
+        let mut discs = Discs::at_rest(positions, || RADIUS);
         let mut neighbors = Neighbors::new(RADIUS);
         neighbors.build(&mut discs, &around);
-        stretch_all(&mut neighbors, &discs);
-        let before = listed(&neighbors, &discs);
+        let mut was = BTreeMap::new();
+        for_each_pair(&mut neighbors, &discs, |ends, springs| {
+            let [sliding, rolling] = stretch(ends[0], ends[1]);
+            (*springs[0], *springs[1]) = (sliding, rolling);
+            was.insert(ends, [sliding, rolling]);
+        });
         // Far enough for other cells; some are in other rows.
         for [x, y] in &mut discs.positions {
             *x = (*x + generator.uniform_in(-RADIUS, RADIUS)).abs();
             *y = SIDE - (SIDE - *y - 0.3 * RADIUS).abs();
         }
         neighbors.build(&mut discs, &around);
-        let after = listed(&neighbors, &discs);
-        let was: BTreeMap<[u32; 2], Stretch> = before.iter().copied().collect();
         let (mut kept, mut swapped, mut new) = (0, 0, 0);
-        for ([first, second], springs) in after {
+        for_each_pair(&mut neighbors, &discs, |[first, second], springs| {
+            let springs = springs.map(|stretch| *stretch);
             let is_old = was.contains_key(&[first, second]) || was.contains_key(&[second, first]);
             let wanted = if is_old { stretch(first, second) } else { [0.0; 2] };
             assert!(springs == wanted, "{first} and {second}: {springs:?} for {wanted:?}");
             kept += u32::from(is_old);
             new += u32::from(!is_old);
             swapped += u32::from(is_old && !was.contains_key(&[first, second]));
-        }
+        });
         assert!(kept > 5000 && swapped > 100 && new > 500, "{kept}, {swapped}, {new}");
         // Springs of pairs that are now apart are visited once more, to be released.
         let tiers = neighbors.scope().tiers;

@@ -5,30 +5,30 @@
 //! the skin, the smaller the visited part of the list: a wide skin costs memory, and lists are built less often.
 
 use crate::dem::block::TIERS;
-use crate::simd::dispatch::{self, Kernel};
+use crate::simd::registers::vectorized;
 
 /// The part of the lists and of the box that a step must visit.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::dem) struct Scope {
+pub(crate) struct Scope {
     /// Tiers that have pairs which may be in contact.
-    pub(in crate::dem) tiers: usize,
+    pub(crate) tiers: usize,
     /// Bound of the displacement of any disc since the lists were built, m.
-    pub(in crate::dem) moved: f64,
+    pub(crate) moved: f64,
     /// Displacement up to which every disc is inside the box, m.
-    pub(in crate::dem) clearance: f64,
+    pub(crate) clearance: f64,
     /// Sum of the largest displacements of all steps since the lists were built, m.
-    pub(in crate::dem) displacement: f64,
+    pub(crate) displacement: f64,
     /// The number of the lists.
-    pub(in crate::dem) list: u64,
+    pub(crate) list: u64,
     /// Distance beyond contact up to which pairs are listed, m.
-    pub(in crate::dem) skin: f64,
+    pub(crate) skin: f64,
     /// Whether there are so many discs that copies of near pairs would take too much memory.
-    pub(in crate::dem) spares_memory: bool,
+    pub(crate) spares_memory: bool,
 }
 
 impl Scope {
     /// Tiers that have pairs which may come into contact before the fastest discs have moved by a distance, in m.
-    pub(in crate::dem) fn tiers_within(&self, distance: f64) -> usize {
+    pub(crate) fn tiers_within(&self, distance: f64) -> usize {
         if self.tiers == TIERS {
             return TIERS;
         }
@@ -38,7 +38,7 @@ impl Scope {
 
 /// The number of leading tiers that contain every pair which may be in contact, if no disc has moved further than `moved`, in m,
 /// since the list was built with a skin.
-pub(in crate::dem) fn in_reach(moved: f64, skin: f64) -> usize {
+pub(crate) fn in_reach(moved: f64, skin: f64) -> usize {
     // Gaps are rounded in their last digits.
     let begun = 2.000_001 * moved / skin * TIERS as f64;
     Ord::min(begun as usize + 1, TIERS)
@@ -52,33 +52,23 @@ fn tier_of(gap: f64, skin: f64) -> u8 {
     Ord::clamp(tier, 0, TIERS as i32 - 1) as u8
 }
 
-/// Finds the tiers of pairs by their squared distances, m^2, and their reach r_i + r_j, m.
-pub(in crate::dem) fn find([squared, reach]: [&[f64]; 2], skin: f64, tiers: &mut [u8]) {
-    dispatch::run(Tiers { squared, reach, skin, tiers });
-}
-
-struct Tiers<'a> {
-    squared: &'a [f64],
-    reach: &'a [f64],
-    skin: f64,
-    tiers: &'a mut [u8],
-}
-
-impl Kernel for Tiers<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let gaps = self.squared.iter().zip(self.reach);
-        for (tier, (&squared, &reach)) in self.tiers.iter_mut().zip(gaps) {
-            *tier = tier_of(squared.sqrt() - reach, self.skin);
+vectorized! {
+    /// Finds the tiers of pairs by their squared distances, m^2, and their reach r_i + r_j, m.
+    pub(crate) fn find(
+        squared: &[f64],
+        reach: &[f64],
+        skin: f64,
+        tiers: &mut [u8],
+    ) -> () {
+        for (tier, (&squared, &reach)) in tiers.iter_mut().zip(squared.iter().zip(reach)) {
+            *tier = tier_of(squared.sqrt() - reach, skin);
         }
     }
 }
 
 /// Sorts pairs by tier; within a tier they keep the order in which they were found.
-#[derive(Default)]
-pub(in crate::dem) struct Sorter {
+#[derive(Debug, Default)]
+pub(crate) struct Sorter {
     order: Vec<u32>,
     quarters: Vec<u32>,
 }
@@ -88,7 +78,7 @@ const PARTS: usize = 4;
 
 impl Sorter {
     /// Finds the order of pairs, and the end of each tier.
-    pub(in crate::dem) fn sort(&mut self, tiers: &[u8]) -> [u32; TIERS] {
+    pub(crate) fn sort(&mut self, tiers: &[u8]) -> [u32; TIERS] {
         let length = tiers.len() / PARTS;
         let (parts, rest) = tiers.split_at(PARTS * length);
         let parts: [&[u8]; PARTS] =
@@ -131,7 +121,7 @@ impl Sorter {
 
     /// Interleaves the four quarters of the first tier, which ends at `end`; the remainder follows. Four successive pairs then
     /// have different discs, so that no addition to a force waits for the one before.
-    pub(in crate::dem) fn interleave_quarters(&mut self, end: u32) {
+    pub(crate) fn interleave_quarters(&mut self, end: u32) {
         let quarter = end as usize / 4;
         let interleaved = &mut self.order[..4 * quarter];
         self.quarters.clear();
@@ -146,7 +136,7 @@ impl Sorter {
     }
 
     /// For each place in the list, the number of the pair found.
-    pub(in crate::dem) fn order(&self) -> &[u32] {
+    pub(crate) fn order(&self) -> &[u32] {
         &self.order
     }
 }

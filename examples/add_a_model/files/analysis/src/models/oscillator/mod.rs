@@ -1,10 +1,11 @@
 //! Analysis of oscillator runs.
 
-use crate::metric::Measurement;
+use crate::metric::Measurements;
 use crate::metric::definition::definitions;
 use crate::models::contract::{Extent, ModelAnalysis, Observer, PlottedObserver};
 use crate::models::figures::Figures;
-use kinetoscope_manifest::model::ModelConfig;
+use crate::models::snapshots::Snapshots;
+use kinetoscope_manifest::model::OscillatorConfig;
 use kinetoscope_recording::channels::OscillatorEnergy;
 use kinetoscope_recording::error::ReadError;
 use kinetoscope_recording::reader::RecordedFrame;
@@ -14,7 +15,7 @@ definitions! {
 }
 
 /// The analysis of oscillator runs.
-pub const ANALYSIS: ModelAnalysis = ModelAnalysis {
+pub(super) const ANALYSIS: ModelAnalysis = ModelAnalysis {
     name: "oscillator",
     title: "Oscillator",
     metrics: ALL,
@@ -22,15 +23,17 @@ pub const ANALYSIS: ModelAnalysis = ModelAnalysis {
     fits: &[],
     ordinates: &[],
     trade_offs: &[],
-    observer: |config, _| match config {
-        ModelConfig::Oscillator(_) => Some(Box::new(OscillatorRun::default())),
-        _ => None,
-    },
-    extent: |config| match config {
-        ModelConfig::Oscillator(_) => Some(Extent::default()),
-        _ => None,
-    },
 };
+
+/// The observer of a run.
+pub(super) fn observer(_: OscillatorConfig, _: Snapshots) -> Box<dyn PlottedObserver> {
+    Box::new(OscillatorRun::default())
+}
+
+/// A point without walls.
+pub(super) fn extent(_: &OscillatorConfig) -> Extent {
+    Extent::default()
+}
 
 #[derive(Default)]
 struct OscillatorRun {
@@ -48,9 +51,8 @@ impl Observer for OscillatorRun {
         Ok(())
     }
 
-    fn measurements(&self) -> Vec<Measurement> {
-        let measured = self.start_energy.map(|_| Measurement::new(MAX_ENERGY_ERROR, self.max_error));
-        measured.into_iter().collect()
+    fn measure(&self, found: &mut Measurements) {
+        found.add(MAX_ENERGY_ERROR, self.start_energy.map(|_| self.max_error));
     }
 }
 

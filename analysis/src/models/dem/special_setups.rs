@@ -1,12 +1,12 @@
-//! Walls and starts with a special role, found in the manifest: outlets, pistons, gates, rows of discs.
+//! Special setups, found in the manifest: outlets, pistons, gates, rows of discs and free gases.
 
 use crate::models::series::Series;
-use crate::statistics::mean;
+use crate::statistics::{least_squares_line, mean};
 use kinetoscope_manifest::model::{DemConfig, DemWall, DemWallShape, PeriodicSides, Placement};
 use kinetoscope_recording::reader::StateTable;
 
 /// Width of the only opening between two horizontal walls at the same height, m.
-pub(crate) fn orifice_width_m(config: &DemConfig) -> Option<f64> {
+pub(super) fn orifice_width_m(config: &DemConfig) -> Option<f64> {
     let resting = config.walls.iter().filter(|wall| wall.is_at_rest());
     let mut level: Vec<(f64, [f64; 2])> = resting
         .filter_map(|wall| match wall.shape {
@@ -57,7 +57,7 @@ pub(super) fn has_gate(config: &DemConfig) -> bool {
 }
 
 /// Number of discs in a row of which only the first moves at the start, along x; `None` for any other start.
-pub(crate) fn row_of(config: &DemConfig) -> Option<usize> {
+pub(super) fn row_of(config: &DemConfig) -> Option<usize> {
     let Placement::Given(state) = &config.placement else { return None };
     let falls = config.gravity_m_per_s2.iter().any(|component| component.get() != 0.0);
     let (first, others) = state.velocities_m_per_s.split_first()?;
@@ -74,6 +74,42 @@ pub(super) fn velocity_transmission(config: &DemConfig, end: &StateTable) -> Opt
     Some(end.value(count - 1, "vx")? / state.velocities_m_per_s[0][0].get())
 }
 
+/// Whether the box supports the discs from below.
+pub(super) fn has_floor(config: &DemConfig) -> bool {
+    !matches!(config.periodic, PeriodicSides::Y | PeriodicSides::Both)
+}
+
+/// Whether discs cool freely: no walls and no gravity.
+pub(super) fn is_free_gas(config: &DemConfig) -> bool {
+    let falls = config.gravity_m_per_s2.iter().any(|component| component.get() != 0.0);
+    config.periodic == PeriodicSides::Both && !falls && config.walls.is_empty()
+}
+
+/// 1/tau of T = T0 / (1 + t/tau)^2, 1/s: the slope of sqrt(T0/T) - 1 over t, by least squares through the origin.
+pub(super) fn cooling_rate_per_s(temperature: &Series<(f64, f64)>) -> Option<f64> {
+    let &(begin, first) = temperature.first()?;
+    let (mut products, mut squares) = (0.0, 0.0);
+    for &(time, temperature) in temperature.iter() {
+        let since = time - begin;
+        products += since * ((first / temperature).sqrt() - 1.0);
+        squares += since * since;
+    }
+    (squares > 0.0 && first > 0.0).then(|| products / squares)
+}
+
+/// Fractions of all removed discs between which the discharge rate is measured: the first discs fall before the flow is
+/// steady, and the last ones have no bed above them.
+const STEADY_FRACTIONS: [f64; 2] = [0.1, 0.6];
+
+/// Discs per second, by a line through the numbers of removed discs in the steady part.
+pub(super) fn discharge_rate_per_s(removed: &Series<(f64, f64)>) -> Option<f64> {
+    let (_, all) = *removed.last()?;
+    let [low, high] = STEADY_FRACTIONS.map(|fraction| fraction * all);
+    let steady = removed.iter().filter(|(_, count)| (low..=high).contains(count) && all > 0.0);
+    let steady: Vec<(f64, f64)> = steady.copied().collect();
+    if steady.len() < 3 { None } else { least_squares_line(&steady).map(|line| line.slope) }
+}
+
 /// Mean of a series over the last tenth of its time.
 pub(super) fn late_mean(series: &Series<(f64, f64)>) -> Option<f64> {
     let (&(begin, _), &(end, _)) = (series.first()?, series.last()?);
@@ -81,4 +117,33 @@ pub(super) fn late_mean(series: &Series<(f64, f64)>) -> Option<f64> {
     let late: Vec<f64> =
         series.iter().filter(|(time, _)| *time > since).map(|&(_, value)| value).collect();
     mean(&late)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series(entry: impl Fn(f64) -> f64) -> Series<(f64, f64)> {
+        let mut series = Series::default();
+        for frame in 0..=100 {
+            let time = 0.01 * f64::from(frame);
+            series.add((time, entry(time)));
+        }
+        series
+    }
+
+    #[test]
+    fn cooling_rate_is_that_of_haffs_law() {
+        let temperature = series(|time| 4e-3 / ((1.0 + 3.0 * time) * (1.0 + 3.0 * time)));
+        assert!((cooling_rate_per_s(&temperature).unwrap() - 3.0).abs() < 1e-12);
+    }
+
+    /// Setup: a steady stream between a slow beginning and a slow end.
+    #[test]
+    fn discharge_rate_is_that_of_the_steady_part() {
+        let removed = series(|time| (1000.0 * (time - 0.1)).clamp(0.0, 800.0).round());
+        let rate = discharge_rate_per_s(&removed).unwrap();
+        assert!((rate - 1000.0).abs() < 1.0, "{rate}");
+        assert!(discharge_rate_per_s(&Series::default()).is_none());
+    }
 }

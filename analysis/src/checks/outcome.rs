@@ -1,0 +1,67 @@
+//! The outcomes of the runs against the one that the manifest expects.
+
+use super::{CheckKind, CheckResult};
+use crate::run::{RunAnalysis, RunStatus};
+use kinetoscope_manifest::ExpectedOutcome;
+
+/// Compares the outcome of each run, whose analysis took some seconds, with the expected one. A run that is unfinished or damaged has no outcome yet.
+pub(crate) fn evaluate(
+    runs: &[RunAnalysis],
+    seconds: &[f64],
+    expected: ExpectedOutcome,
+) -> Vec<CheckResult> {
+    let results = runs.iter().zip(seconds).filter_map(|(run, &seconds)| {
+        let (passed, finding) = match (&run.ending, expected) {
+            (RunStatus::Unfinished | RunStatus::Damaged(_), _) => return None,
+            (RunStatus::Complete, ExpectedOutcome::Complete) => (true, "complete".to_owned()),
+            (RunStatus::Complete, ExpectedOutcome::Fault) => {
+                (false, "complete, but the manifest expects a fault".to_owned())
+            }
+            (RunStatus::Fault(fault), ExpectedOutcome::Complete) => {
+                (false, format!("failed: {fault}"))
+            }
+            (RunStatus::Fault(fault), ExpectedOutcome::Fault) => {
+                (true, format!("failed as expected: {fault}"))
+            }
+        };
+        Some(CheckResult {
+            passed,
+            kind: CheckKind::Outcome,
+            subject: run.file.clone(),
+            requirement: match expected {
+                ExpectedOutcome::Complete => "completes".to_owned(),
+                ExpectedOutcome::Fault => "fails".to_owned(),
+            },
+            finding,
+            line: 0,
+            seconds,
+        })
+    });
+    results.collect()
+}
+
+/// The outcomes that the headline reports: failures, and runs that are unfinished or damaged; `None` if there are none.
+pub(crate) fn headline(runs: &[RunAnalysis], results: &[CheckResult]) -> Option<String> {
+    let count = |number: usize| format!("{number} of {} runs", runs.len());
+    let failed: Vec<&CheckResult> = results
+        .iter()
+        .filter(|result| result.kind == CheckKind::Outcome && !result.passed)
+        .collect();
+    let mut parts = Vec::new();
+    if let Some(first) = failed.first() {
+        parts.push(format!(
+            "{} without the expected outcome: {}",
+            count(failed.len()),
+            first.text()
+        ));
+    }
+    let unfinished = runs.iter().filter(|run| run.ending == RunStatus::Unfinished).count();
+    if unfinished > 0 {
+        parts.push(format!("{} unfinished", count(unfinished)));
+    }
+    let damaged = runs.iter().filter(|run| matches!(run.ending, RunStatus::Damaged(_))).count();
+    if damaged > 0 {
+        parts.push(format!("{} damaged", count(damaged)));
+    }
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
