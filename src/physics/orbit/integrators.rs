@@ -1,7 +1,42 @@
-//! Coefficients of the fixed-step integrators. `single_step.rs` applies them, and `trajectory.rs` selects one.
+//! Coefficients of the fixed-step integrators, and the list of those that a manifest can name. `single_step.rs` applies them.
 
 use super::single_step::Substep::{Drift, Kick};
-use super::single_step::{Splitting, Tableau, row};
+use super::single_step::{Method, Splitting, Tableau, row};
+use kinetoscope_manifest::model::OrbitIntegrator;
+
+/// An action that is generic over the fixed-step integrators.
+pub(super) trait MethodVisitor {
+    /// Result of the action.
+    type Output;
+
+    /// Executes the action with an integrator.
+    fn visit(self, method: &impl Method) -> Self::Output;
+}
+
+macro_rules! fixed_step_integrators {
+    ($($name:ident: $method:expr,)+ => not $($other:ident),+) => {
+        /// Executes an action with the integrator of the manifest; `None` if it has no fixed steps.
+        pub(super) fn with_fixed_steps<V: MethodVisitor>(
+            integrator: OrbitIntegrator,
+            visitor: V,
+        ) -> Option<V::Output> {
+            match integrator {
+                $(OrbitIntegrator::$name => Some(visitor.visit(&$method)),)+
+                $(OrbitIntegrator::$other)|+ => None,
+            }
+        }
+    };
+}
+
+// One row per fixed-step integrator: its value in the manifest and its coefficients.
+fixed_step_integrators! {
+    ExplicitEuler: EXPLICIT_EULER,
+    SemiImplicitEuler: SEMI_IMPLICIT_EULER,
+    VelocityVerlet: VELOCITY_VERLET,
+    Rk4: RUNGE_KUTTA_4,
+    Yoshida4: YOSHIDA_4,
+    => not Dop853, Kepler
+}
 
 /// Explicit Euler, order 1 (orbit exercise, equations 15 and 16): r(n+1) = r(n) + v(n) h, v(n+1) = v(n) + a(r(n)) h.
 pub const EXPLICIT_EULER: Tableau<1> = Tableau { stages: [[0.0]], weights: [1.0], divisor: 1.0 };

@@ -2,9 +2,7 @@
 
 use super::adaptive::{AdaptiveStep, Attempt, try_step};
 use super::dormand_prince::DORMAND_PRINCE_8;
-use super::integrators::{
-    EXPLICIT_EULER, RUNGE_KUTTA_4, SEMI_IMPLICIT_EULER, VELOCITY_VERLET, YOSHIDA_4,
-};
+use super::integrators::{MethodVisitor, with_fixed_steps};
 use super::motion::{Force, Phase};
 use super::single_step::{IntegrationState, Method};
 use kinetoscope_manifest::model::{OrbitIntegrator, OrbitSummation};
@@ -86,61 +84,41 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
     ) -> Result<(), NotFinite> {
         match discretization.summation {
             OrbitSummation::Compensated => {
-                self.integrate::<F, true>(force, discretization, steps, counter)
+                self.integrate::<F, _, true>(force, discretization, steps, counter)
             }
             OrbitSummation::Plain => {
-                self.integrate::<F, false>(force, discretization, steps, counter)
+                self.integrate::<F, _, false>(force, discretization, steps, counter)
             }
         }
     }
 
-    fn integrate<F: Force<Vector = V>, const COMPENSATED: bool>(
+    fn integrate<F: Force<Vector = V>, T: TurnCounter<V>, const COMPENSATED: bool>(
         &mut self,
         force: &F,
         discretization: &Discretization,
         steps: u64,
-        counter: &impl TurnCounter<V>,
+        counter: &T,
     ) -> Result<(), NotFinite> {
-        let h = discretization.step;
-        match discretization.integrator {
-            OrbitIntegrator::ExplicitEuler => {
-                self.take_fixed_steps::<F, COMPENSATED>(&EXPLICIT_EULER, force, h, steps, counter)
-            }
-            OrbitIntegrator::SemiImplicitEuler => self.take_fixed_steps::<F, COMPENSATED>(
-                &SEMI_IMPLICIT_EULER,
-                force,
-                h,
-                steps,
-                counter,
-            ),
-            OrbitIntegrator::VelocityVerlet => {
-                self.take_fixed_steps::<F, COMPENSATED>(&VELOCITY_VERLET, force, h, steps, counter)
-            }
-            OrbitIntegrator::Rk4 => {
-                self.take_fixed_steps::<F, COMPENSATED>(&RUNGE_KUTTA_4, force, h, steps, counter)
-            }
-            OrbitIntegrator::Yoshida4 => {
-                self.take_fixed_steps::<F, COMPENSATED>(&YOSHIDA_4, force, h, steps, counter)
-            }
-            OrbitIntegrator::Dop853 => {
-                let before = self.clone();
-                let take = |trajectory: &mut Self, steps| {
-                    trajectory.take_adaptive_steps::<F, COMPENSATED>(
-                        force,
-                        discretization,
-                        steps,
-                        counter,
-                    )
-                };
-                take(self, steps).or_else(|NotFinite| {
-                    // However the work is divided, the run ends at the last possible time.
-                    *self = before;
-                    (0..steps).try_for_each(|_| take(self, 1))
-                })
-            }
-            // The exact solution takes no steps.
-            OrbitIntegrator::Kepler => Ok(()),
+        if discretization.integrator == OrbitIntegrator::Dop853 {
+            let before = self.clone();
+            let take = |trajectory: &mut Self, steps| {
+                trajectory.take_adaptive_steps::<F, COMPENSATED>(
+                    force,
+                    discretization,
+                    steps,
+                    counter,
+                )
+            };
+            return take(self, steps).or_else(|NotFinite| {
+                // However the work is divided, the run ends at the last possible time.
+                *self = before;
+                (0..steps).try_for_each(|_| take(self, 1))
+            });
         }
+        let h = discretization.step;
+        let steps = FixedSteps::<F, T, COMPENSATED> { trajectory: self, force, h, steps, counter };
+        // The exact solution takes no steps.
+        with_fixed_steps(discretization.integrator, steps).unwrap_or(Ok(()))
     }
 
     /// Takes steps up to the given number of multiples of `step` from the current time: whole steps of the adaptive method that do not
@@ -184,48 +162,56 @@ impl<V: Clone + AsRef<[f64]> + AsMut<[f64]>> Trajectory<V> {
         self.count += steps;
         Ok(())
     }
+}
 
-    /// Takes steps of length h. Inlined, so that the coefficients are constants: with them in memory, Runge–Kutta steps take 2.7
-    /// times as long.
+/// Steps of fixed length to take with the integrator of the manifest.
+struct FixedSteps<'a, F: Force, T, const COMPENSATED: bool> {
+    trajectory: &'a mut Trajectory<F::Vector>,
+    force: &'a F,
+    h: f64,
+    steps: u64,
+    counter: &'a T,
+}
+
+impl<F: Force, T: TurnCounter<F::Vector>, const COMPENSATED: bool> MethodVisitor
+    for FixedSteps<'_, F, T, COMPENSATED>
+{
+    type Output = Result<(), NotFinite>;
+
+    // Inlined, so that the coefficients are constants: with them in memory, Runge–Kutta steps take 2.7 times as long.
     #[inline(always)]
-    fn take_fixed_steps<F: Force<Vector = V>, const COMPENSATED: bool>(
-        &mut self,
-        method: &impl Method,
-        force: &F,
-        h: f64,
-        steps: u64,
-        counter: &impl TurnCounter<V>,
-    ) -> Result<(), NotFinite> {
-        let restart = |trajectory: &Self| {
+    fn visit(self, method: &impl Method) -> Self::Output {
+        let Self { trajectory, force, h, steps, counter } = self;
+        let restart = |trajectory: &Trajectory<F::Vector>| {
             let (phase, compensation) = (trajectory.phase.clone(), trajectory.compensation.clone());
             IntegrationState::<F, COMPENSATED>::new(force, phase, compensation)
         };
-        let mut state = restart(self);
-        let end = self.count + steps;
-        let mut from = self.phase.position.clone();
+        let mut state = restart(trajectory);
+        let end = trajectory.count + steps;
+        let mut from = trajectory.phase.position.clone();
         let mut side = counter.side(&from);
         let mut steps_per_check = MAX_STEPS_PER_CHECK;
-        while self.count < end {
-            let steps = steps_per_check.min(end - self.count);
-            let turns_before = self.turns;
+        while trajectory.count < end {
+            let steps = steps_per_check.min(end - trajectory.count);
+            let turns_before = trajectory.turns;
             for _ in 0..steps {
                 method.step(&mut state, h);
                 let next = counter.side(&state.phase.position);
                 if next != side {
-                    self.turns += counter.turns_between(&from, &state.phase.position);
+                    trajectory.turns += counter.turns_between(&from, &state.phase.position);
                     side = next;
                 }
                 from.clone_from(&state.phase.position);
             }
             if state.phase.is_finite() {
-                self.phase.clone_from(&state.phase);
-                self.compensation.clone_from(&state.compensation);
-                self.count += steps;
-                self.evaluations += steps * method.evaluations();
+                trajectory.phase.clone_from(&state.phase);
+                trajectory.compensation.clone_from(&state.compensation);
+                trajectory.count += steps;
+                trajectory.evaluations += steps * method.evaluations();
             } else {
                 // Repeats the steps one by one up to the last one with finite numbers.
-                state = restart(self);
-                self.turns = turns_before;
+                state = restart(trajectory);
+                trajectory.turns = turns_before;
                 if steps == 1 {
                     return Err(NotFinite);
                 }
