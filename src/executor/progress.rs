@@ -113,7 +113,7 @@ impl RunProgress<'_> {
         if let (true, Ok(report)) = (wanted, report) {
             let word = match &report.outcome {
                 Outcome::Complete => "done",
-                Outcome::Fault(_) => "ended in a fault",
+                Outcome::Fault(_) => "failed",
                 Outcome::Interrupted => "interrupted",
             };
             let since = match report.start {

@@ -28,7 +28,7 @@ pub fn report(error: &clap::Error, command: &str) -> Ended {
 /// Formats an error as `error: …` and `help: …`.
 #[must_use]
 pub fn message(error: &clap::Error, command: &str) -> String {
-    let context = |kind| error.get(kind).and_then(first_text);
+    let context = |kind| error.get(kind).and_then(best_text);
     match error.kind() {
         ErrorKind::UnknownArgument => {
             let name = context(ContextKind::InvalidArg).unwrap_or_default();
@@ -64,11 +64,11 @@ pub fn message(error: &clap::Error, command: &str) -> String {
     }
 }
 
-/// The first text of a context: an error may suggest several names.
-fn first_text(value: &ContextValue) -> Option<String> {
+/// The best text of a context: if an error suggests several names, the nearest is the last one.
+fn best_text(value: &ContextValue) -> Option<String> {
     match value {
         ContextValue::String(text) => Some(text.clone()),
-        ContextValue::Strings(texts) => texts.first().cloned(),
+        ContextValue::Strings(texts) => texts.last().cloned(),
         _ => None,
     }
 }
@@ -83,7 +83,7 @@ mod tests {
         let command = Command::new("program")
             .arg(Arg::new("force").long("force").action(ArgAction::SetTrue))
             .arg(Arg::new("time-limit").long("time-limit"))
-            .subcommand(Command::new("verify"));
+            .subcommands(["schema", "check", "verify"].map(Command::new));
         let words = std::iter::once("program").chain(arguments.iter().copied());
         message(&command.try_get_matches_from(words).unwrap_err(), "program")
     }
@@ -104,5 +104,6 @@ mod tests {
     fn misspelled_subcommand_names_the_nearest() {
         let expected = "error: unknown subcommand `verfy`\nhelp: did you mean `verify`?";
         assert_eq!(error(&["verfy"]), expected);
+        assert!(error(&["chek"]).ends_with("did you mean `check`?"));
     }
 }

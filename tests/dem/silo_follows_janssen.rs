@@ -75,7 +75,7 @@ fn load_with_frictional_walls_follows_janssen() {
 
 #[test]
 fn control_frictionless_walls_carry_no_weight() {
-    let frictionless = load_and_weight("model.dem.discs=480 variant=smooth", 0, 0.25);
+    let frictionless = load_and_weight("model.dem.discs=480 variant=frictionless", 0, 0.25);
     println!("load and weight {frictionless:.4?}");
     assert!((frictionless[0] / frictionless[1] - 1.0).abs() < 0.01);
     assert!(saturation_weight(frictionless).is_none_or(|scale| !is_saturation_weight(scale)));

@@ -28,7 +28,8 @@ pub(crate) fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
         let failures = failed().count() - failed().filter(is_error).count();
         let name = escaped(experiment.name);
         let tests = experiment.check_results.len() + experiment.unreadable.len();
-        let time: f64 = experiment.check_results.iter().map(|result| result.seconds).sum();
+        let time: f64 =
+            experiment.check_results.iter().fold(0.0, |sum, result| sum + result.seconds);
         // Writing to a String cannot fail.
         let _ = writeln!(
             text,

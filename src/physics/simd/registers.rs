@@ -6,7 +6,7 @@
 //! with checked indices and runs on every processor.
 //!
 //! # Safety
-//! - A value of an [`InstructionSet`] proves that the processor has the instructions: [`run`] is the only function that creates
+//! - A value of an `InstructionSet` proves that the processor has the instructions: `run` is the only function that creates
 //!   one, after detection. Every register comes from an instruction set, so operations on it need no second check.
 //! - Everything is inlined into a function that is compiled for the instructions.
 
