@@ -81,13 +81,26 @@ impl Workspace {
         command.spawn().unwrap()
     }
 
+    fn has_checkpoint(&self) -> bool {
+        let is_one = |path: &PathBuf| path.extension().is_some_and(|end| end == "checkpoint");
+        self.files().iter().any(is_one)
+    }
+
+    /// Waits until a run has a checkpoint or has ended: a resumed run may end before its checkpoint is seen. Returns whether
+    /// it has a checkpoint.
+    fn wait_for_checkpoint_or_end(&self, child: &mut Child) -> bool {
+        loop {
+            let has_ended = child.try_wait().unwrap().is_some();
+            if has_ended || self.has_checkpoint() {
+                return !has_ended;
+            }
+            sleep(Duration::from_millis(5));
+        }
+    }
+
     fn wait_for_checkpoint(&self) {
         let started = Instant::now();
-        while !self
-            .files()
-            .iter()
-            .any(|path| path.extension().is_some_and(|end| end == "checkpoint"))
-        {
+        while !self.has_checkpoint() {
             assert!(started.elapsed() < Duration::from_secs(60), "no checkpoint within a minute");
             sleep(Duration::from_millis(5));
         }
@@ -148,8 +161,10 @@ fn interrupted_run_resumes_to_the_same_bytes() {
     let reference = Workspace::new(MEDIUM).finish();
     let workspace = Workspace::new(MEDIUM);
     for _ in 0..3 {
-        let child = workspace.spawn();
-        workspace.wait_for_checkpoint();
+        let mut child = workspace.spawn();
+        if !workspace.wait_for_checkpoint_or_end(&mut child) {
+            break;
+        }
         signal(&child, "-INT");
         child.wait_with_output().unwrap();
     }
