@@ -54,6 +54,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     if copy.exists() {
         return Err(format!("{folder} already exists; name a folder that does not exist").into());
     }
+    fs::create_dir_all(copy)?;
+    if copy.canonicalize()?.starts_with(root.canonicalize()?) {
+        fs::remove_dir(copy)?;
+        return Err(format!("{folder} is inside the sources; name a folder outside").into());
+    }
     copy_folder(root, copy, &["target", "recordings", ".git"])?;
     copy_folder(&root.join("examples/add_a_model/files"), copy, &[])?;
     for (file, anchor, addition) in EDITS {
