@@ -73,13 +73,13 @@ impl Recording {
         Self::open_in(Arc::new(InMemory(bytes.into())), path)
     }
 
-    /// Writes the recording to a file, byte for byte. A file of this name is replaced.
+    /// Writes the recording to a new file, byte for byte. An existing file is never overwritten: it may be this recording.
     ///
     /// # Errors
-    /// A recording that cannot be read, or a file that cannot be written.
+    /// A recording that cannot be read, or a file that exists or cannot be written.
     pub fn save(&self, path: &Path) -> io::Result<()> {
         let mut input = self.storage.open(&self.path)?.input;
-        io::copy(&mut input, &mut File::create(path)?)?;
+        io::copy(&mut input, &mut File::create_new(path)?)?;
         Ok(())
     }
 

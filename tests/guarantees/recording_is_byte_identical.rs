@@ -77,8 +77,9 @@ fn recordings_in_memory_equal_the_program_s() {
         let experiment: kinetoscope::Experiment = text.parse().unwrap();
         for run in &experiment.runs {
             let recording = kinetoscope::run(run).unwrap();
-            let path = folder.path().join("copy.mcap");
+            let path = folder.path().join(&recording.provenance().run_key);
             recording.save(&path).unwrap();
+            assert!(recording.save(&path).is_err(), "an existing file is kept");
             made.insert(recording.provenance().run_key.clone(), fs::read(&path).unwrap());
         }
     }
