@@ -60,7 +60,7 @@ pub enum Bound {
         /// Largest deviation allowed, in standard errors.
         standard_errors: f64,
     },
-    /// |value - theory| <= this many times the combined error of the metric and the theory's accuracy.
+    /// |value - theory| <= this many standard errors, or within rounding: the deviation as the report shows it.
     MaxDeviation {
         /// Largest deviation allowed.
         sigma: f64,
@@ -123,7 +123,7 @@ table! {
         relative_tolerance: Option<NonNegative> ["1", optional],
         /// Largest deviation allowed, in standard errors of the metric.
         standard_errors: Option<NonNegative> ["1", optional],
-        /// Largest deviation from the theory allowed, in combined errors of metric and theory.
+        /// Largest deviation from the theory allowed, in standard errors, as the report shows it; rounding passes.
         max_deviation_sigma: Option<NonNegative> ["1", optional],
         /// Smallest value allowed.
         minimum: Option<Finite> ["of the metric", optional],
