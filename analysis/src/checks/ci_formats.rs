@@ -1,6 +1,6 @@
 //! Outcomes and check results in the formats of CI systems.
 
-use crate::checks::{CheckKind, CheckResult};
+use crate::checks::{CheckKind, CheckResult, one_line};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -53,7 +53,8 @@ pub(crate) fn junit(experiments: &[ExperimentChecks<'_>]) -> String {
 
 /// One result as a test case. `uses` counts the names, so that each is unique.
 fn test_case(suite: &str, result: &CheckResult, uses: &mut BTreeMap<String, usize>) -> String {
-    let mut name = format!("{}: {}", result.subject, result.requirement);
+    // An XML reader sees line breaks of an attribute as spaces, so names are compared without them.
+    let mut name = one_line(&format!("{}: {}", result.subject, result.requirement));
     let count = uses.entry(name.clone()).or_default();
     *count += 1;
     if *count > 1 {
@@ -114,9 +115,9 @@ pub(crate) fn markdown(experiments: &[ExperimentChecks<'_>]) -> String {
 
 /// Escapes the text of a cell of a Markdown table.
 fn cell(text: &str) -> String {
-    let one_line = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let mut escaped = String::with_capacity(one_line.len());
-    for character in one_line.chars() {
+    let text = one_line(text);
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
         if matches!(character, '|' | '\\' | '`' | '*' | '_' | '<' | '[') {
             escaped.push('\\');
         }
@@ -135,6 +136,7 @@ pub(crate) fn escaped(text: &str) -> String {
             '>' => escaped += "&gt;",
             '"' => escaped += "&quot;",
             '\n' | '\t' => escaped.push(character),
+            '\u{fffe}' | '\u{ffff}' => escaped.push(' '),
             control if control.is_control() => escaped.push(' '),
             other => escaped.push(other),
         }
@@ -150,4 +152,37 @@ fn data(text: &str) -> String {
 /// Escapes the title of an annotation.
 fn property(text: &str) -> String {
     data(text).replace(':', "%3A").replace(',', "%2C")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn result(subject: &str) -> CheckResult {
+        CheckResult {
+            passed: false,
+            kind: CheckKind::Outcome,
+            subject: subject.to_owned(),
+            requirement: "completes".to_owned(),
+            finding: "a \u{ffff} b\n::error::c".to_owned(),
+            line: 0,
+            seconds: 0.0,
+        }
+    }
+
+    /// Names that an XML reader cannot tell apart are numbered, and characters that XML forbids are replaced.
+    #[test]
+    fn junit_names_are_unique_and_valid_for_any_text() {
+        let check_results = ["a\u{1}", "a ", "a\n", "a\u{fffe}"].map(result);
+        let xml = junit(&[ExperimentChecks {
+            name: "x",
+            manifest: None,
+            check_results: &check_results,
+            unreadable: &[],
+        }]);
+        for name in ["a : completes", "a : completes (2)", "a : completes (4)"] {
+            assert_eq!(xml.matches(&format!("name=\"{name}\"")).count(), 1, "{name} in {xml}");
+        }
+        assert!(!xml.contains(['\u{1}', '\u{fffe}', '\u{ffff}']), "{xml}");
+    }
 }

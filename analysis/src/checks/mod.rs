@@ -185,6 +185,14 @@ fn requirement(bound: Bound) -> String {
     }
 }
 
+/// Text from a file in one line: without line breaks and control characters, so that no part of it starts a line.
+pub(crate) fn one_line(text: &str) -> String {
+    let visible =
+        text.replace(|c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}'), " ");
+    let words: Vec<&str> = visible.split_whitespace().collect();
+    words.join(" ")
+}
+
 /// Formats a value with seven digits and its unit.
 pub(crate) fn in_unit(value: f64, metric: &Metric) -> String {
     match metric.unit() {

@@ -1,10 +1,11 @@
 //! The outcomes of the runs against the one that the manifest expects.
 
-use super::{CheckKind, CheckResult};
+use super::{CheckKind, CheckResult, one_line};
 use crate::run::{RunAnalysis, RunStatus};
 use kinetoscope_manifest::ExpectedOutcome;
 
-/// Compares the outcome of each run, whose analysis took some seconds, with the expected one. A run that is unfinished or damaged has no outcome yet.
+/// Compares the outcome of each run with the expected one. `seconds` are the durations of the runs' analyses. A run that is
+/// unfinished or damaged has no outcome yet.
 pub(crate) fn evaluate(
     runs: &[RunAnalysis],
     seconds: &[f64],
@@ -18,10 +19,10 @@ pub(crate) fn evaluate(
                 (false, "complete, but the manifest expects a fault".to_owned())
             }
             (RunStatus::Fault(fault), ExpectedOutcome::Complete) => {
-                (false, format!("failed: {fault}"))
+                (false, format!("failed: {}", one_line(fault)))
             }
             (RunStatus::Fault(fault), ExpectedOutcome::Fault) => {
-                (true, format!("failed as expected: {fault}"))
+                (true, format!("failed as expected: {}", one_line(fault)))
             }
         };
         Some(CheckResult {
